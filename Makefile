@@ -1,0 +1,75 @@
+# Two headers to copy; this file only builds what shows and tests them.
+#
+#   make demo          the default scene under the default light probe -> build/demo.png
+#   make test          everything that CI checks; single tests: build/release/test "words of its name"
+#   make               all examples
+#   make glsl          renews the GLSL text inside the headers from their C source
+#   make bias          computes the safe moment bias per storage format (docs/moments.md quotes it)
+#   make bench         speed of the moment math, the map and the probe (docs quote it)
+#   make clean
+#
+# config=debug | release | sanitize | coverage | native, e.g. make test-binary config=debug
+
+config ?= release
+out = build/$(config)
+
+WARNINGS = -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror
+flags_debug = -O0 -g
+flags_release = -O2
+flags_sanitize = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+flags_coverage = -O0 -g --coverage
+flags_native = -O3 -march=native -ffp-contract=fast
+flags_m32 = -O2 -m32
+CFLAGS ?= $(flags_$(config))
+ALL_CFLAGS = -std=c99 $(WARNINGS) -I. $(CFLAGS)
+LIBS = -lm -lpthread -ldl
+
+headers = mssm.h lightprobe.h
+common_objects = $(patsubst %.c,$(out)/%.o,$(wildcard examples/common/*.c))
+common = $(out)/libcommon.a
+examples = $(patsubst examples/%.c,$(out)/%,$(wildcard examples/*.c))
+test_sources = $(filter-out tests/safe_bias.c $(wildcard tests/bench_*.c),$(wildcard tests/*.c))
+test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources))
+benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
+
+all: $(examples)
+
+demo: $(out)/demo
+	$(out)/demo --out build/demo.png
+
+test:
+	@sh tests/run.sh
+
+test-binary: $(out)/test
+
+glsl:
+	sh tests/make_glsl.sh $(headers)
+
+bias: $(out)/safe_bias
+	$(out)/safe_bias
+
+bench: $(benches)
+	@for b in $(benches); do $$b || exit 1; done
+
+clean:
+	rm -rf build
+
+$(out)/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h) Makefile
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) -c $< -o $@
+
+$(common): $(common_objects)
+	@rm -f $@
+	$(AR) rcs $@ $^
+
+$(examples): $(out)/%: $(out)/examples/%.o $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+$(out)/test: $(test_objects) $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+$(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+.PHONY: all demo test test-binary glsl bias bench clean
+.SECONDARY:

@@ -1,0 +1,47 @@
+// Pictures of floats: linear Rec. 709 radiance, three channels, row 0 at the top.
+#ifndef IMAGE_H
+#define IMAGE_H
+
+#include "file.h"
+#include "vec.h"
+
+typedef struct image {
+    int width, height;
+    float *rgb;  // [(y * width + x) * 3 + channel]; from malloc
+} image;
+
+// A black picture; false only when memory runs out or the size is not 1..32768.
+bool image_create(image *im, int width, int height);
+void image_free(image *im);
+
+// Radiance .hdr (RGBE, plain or either run-length coding) and .pfm (PF or Pf, either byte order),
+// told apart by their first bytes, not by their names. Values are kept as they stand in the file:
+// a PFM may hold negative ones, infinities and NaN.
+bool image_load(image *im, const char *path, message *why);
+bool image_decode(image *im, const unsigned char *bytes, size_t size, message *why);
+
+bool image_save_pfm(const image *im, const char *path, message *why);
+
+static inline vec3 image_get(const image *im, int x, int y)
+{
+    return vec_of(im->rgb + ((size_t)y * (size_t)im->width + (size_t)x) * 3);
+}
+
+static inline void image_set(image *im, int x, int y, vec3 value)
+{
+    float *rgb = im->rgb + ((size_t)y * (size_t)im->width + (size_t)x) * 3;
+    rgb[0] = value.x;
+    rgb[1] = value.y;
+    rgb[2] = value.z;
+}
+
+// The exposure that brings the median luminance to a middle grey.
+float image_exposure(const image *im);
+
+// exposure x radiance -> film curve -> sRGB bytes, three a pixel. NaN becomes black.
+void image_tonemap(const image *im, float exposure, unsigned char *rgb8);
+
+// image_tonemap and png_write in one.
+bool image_save_png(const image *im, float exposure, const char *path, message *why);
+
+#endif

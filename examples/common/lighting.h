@@ -1,0 +1,57 @@
+// The way from a probe to a lit picture: probe -> area lights -> depth maps -> moment maps -> shading.
+#ifndef LIGHTING_H
+#define LIGHTING_H
+
+#include "../../lightprobe.h"
+#include "../../mssm.h"
+#include "probe.h"
+#include "raster.h"
+#include "raytrace.h"
+
+typedef struct lighting_settings {
+    lightprobe_settings probe;
+    mssm_settings shadows;
+    int map_side, map_samples;
+} lighting_settings;
+
+typedef struct lighting {
+    lighting_settings settings;
+    lightprobe_light *light;
+    int lights;
+    lightprobe_stats stats;
+    mssm_light *frustum;  // one per light, like the maps
+    mssm_map **map;
+    // Memory of the maps and of the light extraction; the libraries allocate nothing themselves.
+    unsigned char *map_memory;
+    void *scratch;
+    size_t map_bytes, scratch_bytes;
+    // Seconds of the last calls; depth and maps are parts of one loop over the lights.
+    double extract_seconds, depth_seconds, map_seconds;
+} lighting;
+
+// Makes room for settings->probe.max_lights lights of probes with that side. On failure nothing is kept.
+bool lighting_create(lighting *l, const lighting_settings *settings, int probe_side, message *why);
+void lighting_free(lighting *l);
+
+// Steps of a frame, to be called in this order.
+bool lighting_extract(lighting *l, const probe *p, message *why);
+bool lighting_draw_maps(lighting *l, const scene *s, message *why);
+
+// Irradiance at a surface: every light's share, shadowed, and what the lights do not carry.
+vec3 lighting_at(const lighting *l, vec3 point, vec3 normal);
+
+// Who says how much light arrives: the maps, rays to the lights (shadows without the maps' errors), or
+// rays to the probe itself (no lights either).
+typedef struct light_source {
+    const lighting *maps;  // also the lights that rays are sent to
+    const bvh *tree;       // NULL: maps
+    const probe_sampler *sampler;  // NULL: lights
+    int rays;
+    unsigned seed;
+} light_source;
+
+// Radiance of every pixel, the probe itself in the background.
+void lighting_render(const view *v, const scene *s, const probe *p, const light_source *source,
+                     image *out);
+
+#endif

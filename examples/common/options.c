@@ -1,0 +1,107 @@
+#include "options.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char options_help[] =
+    "Renders a scene lit by a light probe, with soft shadows from moment shadow maps.\n"
+    "\n"
+    "  --probe FILE      .hdr (lat-long) or .pfm (lat-long or a strip of six cube faces)\n"
+    "  --mesh FILE.obj   takes the place of the knot in the middle\n"
+    "  --lights N        at most so many lights, 1..1024 (64)\n"
+    "  --tolerance T     stop adding lights at this error, 0..1 (0: what the library thinks right)\n"
+    "  --estimator NAME  layered, lower or upper (layered)\n"
+    "  --moments N       4, 6, or 0 for as few as every point needs (0)\n"
+    "  --size WxH        of the picture, 16..8192 (960x540)\n"
+    "  --out FILE        where the PNG goes (build/demo.png)\n"
+    "  --orbit N         N numbered frames with a turning probe and moving objects\n"
+    "  --truth           also trace rays to the probe and say how far off the picture is\n"
+    "  --truth-lights    the same with rays to the lights: the error of the shadows alone\n"
+    "  --help            this text\n";
+
+static bool parse_int(const char *text, int low, int high, int *value)
+{
+    char *end;
+    errno = 0;
+    const long number = strtol(text, &end, 10);
+    if (end == text || *end || errno || number < low || number > high) return false;
+    *value = (int)number;
+    return true;
+}
+
+static bool parse_float(const char *text, float low, float high, float *value)
+{
+    char *end;
+    const double number = strtod(text, &end);
+    // The comparison also refuses NaN.
+    if (end == text || *end || !(number >= (double)low && number <= (double)high)) return false;
+    *value = (float)number;
+    return true;
+}
+
+static bool parse_size(const char *text, int *width, int *height)
+{
+    char copy[16] = {0};
+    const char *x = strchr(text, 'x');
+    if (!x || (size_t)(x - text) >= sizeof copy) return false;
+    memcpy(copy, text, (size_t)(x - text));
+    return parse_int(copy, 16, 8192, width) && parse_int(x + 1, 16, 8192, height);
+}
+
+static bool parse_estimator(const char *text, int *estimator)
+{
+    const char *names[] = {"layered", "lower", "upper"};
+    for (int i = 0; i < 3; i++) {
+        if (strcmp(text, names[i]) != 0) continue;
+        *estimator = i;
+        return true;
+    }
+    return false;
+}
+
+// An option with a value. *known is false when there is none of that name.
+static bool parse_value(options *o, const char *name, const char *value, bool *known)
+{
+    *known = true;
+    if (!strcmp(name, "--probe")) return (o->probe = value) != NULL;
+    if (!strcmp(name, "--mesh")) return (o->mesh = value) != NULL;
+    if (!strcmp(name, "--out")) return (o->out = value) != NULL;
+    // Without a value only the name is asked for.
+    if (!value) value = "";
+    if (!strcmp(name, "--lights")) return parse_int(value, 1, 1024, &o->lights);
+    if (!strcmp(name, "--tolerance")) return parse_float(value, 0, 1, &o->tolerance);
+    if (!strcmp(name, "--estimator")) return parse_estimator(value, &o->estimator);
+    if (!strcmp(name, "--size")) return parse_size(value, &o->width, &o->height);
+    if (!strcmp(name, "--orbit")) return parse_int(value, 1, 9999, &o->orbit);
+    if (!strcmp(name, "--moments")) {
+        return parse_int(value, 0, 6, &o->moments) &&
+               (o->moments == 0 || o->moments == 4 || o->moments == 6);
+    }
+    return *known = false;
+}
+
+bool options_parse(options *o, int argc, char **argv, message *why)
+{
+    *o = (options){.out = "build/demo.png", .lights = 64, .width = 960, .height = 540};
+    for (int i = 1; i < argc; i++) {
+        const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
+        bool known;
+        if (!strcmp(name, "--help")) {
+            o->help = true;
+        } else if (!strcmp(name, "--truth")) {
+            o->truth = TRUTH_PROBE;
+        } else if (!strcmp(name, "--truth-lights")) {
+            o->truth = TRUTH_LIGHTS;
+        } else if (parse_value(o, name, value, &known)) {
+            i++;
+        } else if (!known) {
+            return fail(why, "unknown option %.100s (--help lists them)", name);
+        } else if (!value) {
+            return fail(why, "%s needs a value", name);
+        } else {
+            return fail(why, "%s cannot be %.100s (--help says what it can be)", name, value);
+        }
+    }
+    return true;
+}

@@ -1,0 +1,26 @@
+// The demo's command line.
+#ifndef OPTIONS_H
+#define OPTIONS_H
+
+#include "file.h"
+
+typedef enum truth_kind { TRUTH_NONE, TRUTH_PROBE, TRUTH_LIGHTS } truth_kind;
+
+typedef struct options {
+    const char *probe, *mesh, *out;  // file names; probe and mesh NULL for the built-in ones
+    int lights;
+    float tolerance;
+    int estimator;  // mssm_estimator
+    int moments;
+    int width, height;
+    int orbit;  // frames; 0 for a single picture
+    truth_kind truth;
+    bool help;
+} options;
+
+extern const char options_help[];
+
+// False with one line in *why for anything unknown, incomplete or out of range.
+bool options_parse(options *o, int argc, char **argv, message *why);
+
+#endif

@@ -1,0 +1,2467 @@
+// mssm.h - v0.1 - moment soft shadow mapping - MIT or public domain, at your choice (see the end)
+//
+// Soft shadows of area lights in constant time per receiver. A shadow map is turned into a few
+// moments of depth per texel; a summed-area table gives the moments of any rectangle of it; and from
+// four or six moments follow sharp bounds on the share of the light that a receiver sees. This header
+// holds the moment math (usable and testable on its own), the tables, the search for blockers, the
+// filter, and the same math as GLSL text. No dependency but the C standard library.
+//
+// QUICK START
+//
+// In ONE source file:
+//
+//     #define MSSM_IMPLEMENTATION
+//     #include "mssm.h"
+//
+// In all others only the #include. Visibility of one point under one light:
+//
+//     float visibility_of(const float *depth_256x256, const float point[3])
+//     {
+//         static unsigned char memory[3 << 20];
+//         const float to_light[3] = {0.3f, 0.9f, 0.3f}, axis[3] = {1, 0, 0};
+//         const float box_min[3] = {-2, 0, -2}, box_max[3] = {2, 2, 2};  // of the casters
+//         mssm_light light;
+//         mssm_map *map;
+//         if (mssm_light_directional(&light, to_light, axis, 0.1f, 0.1f, box_min, box_max)) return 1;
+//         if (mssm_map_init(&map, memory, sizeof memory, 256, 6)) return 1;
+//         // depth_256x256 was drawn with light.world_to_shadow
+//         if (mssm_map_update(map, depth_256x256, NULL, 1)) return 1;
+//         return mssm_map_visibility(map, &light, NULL, point);
+//     }
+//
+// The moment math alone, with two surfaces at depths -0.5 (30% of the texels) and 0.5 (70%):
+//
+//     mssm_bounds two_surfaces(void)
+//     {
+//         mssm_moments4 m = {{0}}, a = mssm_moments4_of_depth(-0.5f), b = mssm_moments4_of_depth(0.5f);
+//         for (int k = 0; k < 4; k++) m.b[k] = 0.3f * a.b[k] + 0.7f * b.b[k];
+//         return mssm_visibility4(mssm_moments4_bias(m, 1e-6f), 0.0f);  // both bounds close to 0.7
+//     }
+//
+// CONVENTIONS
+//
+//   depth z       in [-1,1], -1 nearest the light, linear in the distance along the light's axis, also
+//                 for perspective (spot) lights. 1 where nothing is hit.
+//   moments       b[k] = E[z^(k+1)]. The zeroth moment is 1 and is not stored.
+//   visibility    1 where the whole light is seen. All bounds are bounds on visibility.
+//   lights        direction points from the scene to the light. Sizes are tangents of half-angles
+//                 (directional) or half-widths in world units (spot), whatever the size of the map.
+//   matrices      column-major float[16], column vectors, right-handed world space.
+//   shadow space  x, y in [-1,1] over the map; texel (column i, row j) covers x in
+//                 [-1 + 2i/side, -1 + 2(i+1)/side] and y likewise with j.
+//
+// MACROS, each to be defined before the #include
+//
+//   MSSM_IMPLEMENTATION   in one source file: compiles the functions
+//
+// Threads: no global state. Functions that take a const map may run in parallel on one map.
+// Floats: any finite input gives finite output. NaN and infinity are treated as the nearest number
+// of the valid range, unless said otherwise.
+
+#ifndef MSSM_H
+#define MSSM_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ------------------------------------------------------------------------------------------------
+// Moment math
+// ------------------------------------------------------------------------------------------------
+
+// [glsl begin]
+typedef struct mssm_moments4 { float b[4]; } mssm_moments4;
+typedef struct mssm_moments6 { float b[6]; } mssm_moments6;
+typedef struct mssm_points3 { float z[3], w[3]; } mssm_points3;
+typedef struct mssm_points4 { float z[4], w[4]; } mssm_points4;
+typedef struct mssm_bounds { float lower, upper; } mssm_bounds;
+typedef struct mssm_roots3 { float x[3]; int count; } mssm_roots3;
+// [glsl end]
+
+// The moments z, z^2, ... of one depth. z is clamped to [-1,1]; NaN counts as 1, nothing hit.
+// Moments of several depths are the weighted mean of these: that is what makes them filterable.
+mssm_moments4 mssm_moments4_of_depth(float z);
+mssm_moments6 mssm_moments6_of_depth(float z);
+
+// How strongly moments must be pulled towards the bias vector so that rounding cannot leave the set of
+// valid moments, per storage format (docs/moments.md, "Bias"; printed by `make bias`). A larger value
+// leaks a little more light, a smaller one lets false shadows of up to its size through.
+#define MSSM_BIAS4_FLOAT32 4.8e-7f           // moments as float, mssm_moments4_bias
+#define MSSM_BIAS6_FLOAT32 2.2e-6f
+#define MSSM_BIAS4_UNORM16 1.9e-5f           // encoded, stored once in 16 bits, mssm_moments4_bias_encoded
+#define MSSM_BIAS6_UNORM16 3.5e-5f
+#define MSSM_BIAS4_UNORM16_FILTERED 5.6e-5f  // the same after a resolve and a two-pass blur, each stored
+#define MSSM_BIAS6_UNORM16_FILTERED 1.05e-4f
+#define MSSM_BIAS4_TABLE 7.0e-7f             // what mssm_map_visibility uses for the tables of this header
+#define MSSM_BIAS6_TABLE 1.3e-6f
+#define MSSM_BIAS4_DECODED 1.4e-6f           // moments that mssm_map_moments decoded from them
+#define MSSM_BIAS6_DECODED 4.0e-6f
+
+// (1 - alpha) m + alpha m*, m* the bias vector that repairs the rounding of moments kept as float32
+// with the least alpha. alpha is clamped to [0,1].
+mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha);
+mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha);
+// The same with the vector that is best for moments which were stored encoded (16 bits, tables).
+mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha);
+mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha);
+
+// Storage form: the moments of the Chebyshev polynomials of depth, (E[T_k(z)] + 1) / 2 for k = 1...
+// Each value fills [0,1] (and is clamped to it), so it suits 16-bit textures and integer tables.
+// The first four values of six are the encoded four moments. decode undoes encode.
+mssm_moments4 mssm_moments4_encode(mssm_moments4 m);
+mssm_moments4 mssm_moments4_decode(mssm_moments4 q);
+mssm_moments6 mssm_moments6_encode(mssm_moments6 m);
+mssm_moments6 mssm_moments6_decode(mssm_moments6 q);
+
+// Sharp bounds on visibility, 1 - P(depth < z), over all distributions with these moments (m already
+// biased). 0 <= lower <= upper <= 1. The upper bound never darkens a lit surface. Where the moments
+// are not those of any distribution, the bounds of the longest valid part of them (4, 2) are given.
+mssm_bounds mssm_visibility4(mssm_moments4 m, float z);
+mssm_bounds mssm_visibility6(mssm_moments6 m, float z);
+
+// The same for count elements in structure-of-arrays form: b[k][i] is moment k+1 of element i.
+// gcc vectorises the loops with -O3 -fno-math-errno -fno-trapping-math, clang with
+// -O2 -fno-math-errno (and -march=native or the like for wide registers).
+void mssm_visibility4_array(int count, const float *const b[4], const float *z, float *lower,
+                            float *upper);
+void mssm_visibility6_array(int count, const float *const b[6], const float *z, float *lower,
+                            float *upper);
+
+// The distribution with the fewest depths that has the moments m and z among its depths (canonical
+// representation): z[0] is the given depth, the others ascend, w are their shares, sum 1. Depths that
+// would lie at infinity are put far outside with a share of about 0.
+mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z);
+mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z);
+
+// Mean depth of the blockers nearer than z, where the receiver's own share w0 takes part as if it were
+// a blocker at z, clamped to [self_weight_min, self_weight_max]. 1e-3, 1e-3: the lower estimate (image-
+// based lighting paper, Eq. 7); 1e-3, 1: the upper estimate (Eq. 19). In [-1,z]; z without blockers.
+float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max);
+float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max);
+
+// Real roots of c0 + c1 x + c2 x^2 + c3 x^3, ascending; multiple roots are repeated. A pair that
+// rounding of the coefficients may have made complex counts as a double root. Zero leading
+// coefficients lower the degree; count is 0 for a constant. Unused x are 0.
+mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3);
+
+// ------------------------------------------------------------------------------------------------
+// Lights
+// ------------------------------------------------------------------------------------------------
+
+typedef enum mssm_result {
+    MSSM_OK = 0,
+    MSSM_ERROR_ARGUMENT,  // a null pointer, a number that is not finite or out of its range
+    MSSM_ERROR_MEMORY     // the memory passed in is too small
+} mssm_result;
+
+// One line for people. Never null.
+const char *mssm_result_string(mssm_result r);
+
+// A light and its frustum. Fill it with one of the functions below, or by hand for frusta of your own.
+typedef struct mssm_light {
+    float world_to_shadow[16];   // clip = M (p,1); shadow-space x, y = clip.xy / clip.w. Suits gl_Position.
+                                 // Depth is clip.z for directional lights. For perspective ones it is
+                                 // linear in clip.w, the distance along the axis: -1 at z_near, 1 at z_far
+    int perspective;             // 0: directional
+    float half_u, half_v;        // directional: tangents of the half-angles; spot: half-widths in world units
+    float extent_u, extent_v;    // directional: half-size of the frustum in world units; spot: tan_half_fov
+    float z_near, z_far;         // distance along the axis of depth -1 and 1, world units; only the
+                                 // difference counts for directional lights
+} mssm_light;
+
+// A light at infinity: a rectangle of the sky with tangents of half-angles tan_half_u, tan_half_v >= 0
+// along axis_u and across it. The frustum is fitted to the box of the casters; receivers may lie
+// outside. direction needs not be unit. axis_u is made orthogonal to it; where that is impossible
+// another axis is taken. Fails, with light untouched, on numbers that are not finite, a zero direction
+// or box_min > box_max.
+mssm_result mssm_light_directional(mssm_light *light, const float direction[3], const float axis_u[3],
+                                   float tan_half_u, float tan_half_v, const float box_min[3],
+                                   const float box_max[3]);
+
+// A rectangle of half_width_u by half_width_v >= 0 (world units) at position, shining along -direction
+// into a square pyramid of half-angle tangent tan_half_fov > 0 between the distances
+// 0 < z_near < z_far. Casters must lie between the two. Outside of the pyramid all counts as lit: the
+// cone's falloff is the caller's. Fails as above.
+mssm_result mssm_light_spot(mssm_light *light, const float position[3], const float direction[3],
+                            const float axis_u[3], float tan_half_fov, float z_near, float z_far,
+                            float half_width_u, float half_width_v);
+
+// Shadow-space x, y, depth of a world-space point: what a depth map for mssm_map_update must hold.
+// Returns 0, with shadow untouched, where the point has none (behind a spot light, not finite).
+int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3]);
+
+// ------------------------------------------------------------------------------------------------
+// Moment map: one light's summed-area tables, in memory that the caller owns
+// ------------------------------------------------------------------------------------------------
+
+typedef enum mssm_estimator {
+    MSSM_LAYERED = 0,    // each blocker layer gets a kernel of its own (docs/moments.md, "Layers")
+    MSSM_LOWER_BLOCKER,  // one kernel from the lower estimate of blocker depth, Eq. 7
+    MSSM_UPPER_BLOCKER   // one kernel from the upper estimate, Eq. 19
+} mssm_estimator;
+
+typedef struct mssm_settings {  // zero means default everywhere
+    int moments;                // 4, 6, or 0: as few as the receiver needs, at most the map's
+    mssm_estimator estimator;
+    float moment_bias;          // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
+    float depth_bias;           // in units of z; 0: half a texel, none where back faces were given.
+                                // Blockers fade in over four times as much, so that they don't pop
+    int max_kernel;             // widest filter in texels of level 0; 0: as wide as the light asks for
+    float tolerance;            // error of visibility below which work may be left out; 0: 1/256
+} mssm_settings;
+
+typedef struct mssm_map mssm_map;
+
+// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * moments * 4 and a third
+// more for the coarser levels. 0 if the arguments are out of range.
+size_t mssm_map_bytes(int side, int moments);
+
+// Lays out a map in memory (any alignment; must not be moved while in use). The map starts empty:
+// everything is lit. Fails with *map untouched.
+mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments);
+
+// Takes a depth map and builds all tables. Depth at [(y*side + x)*samples + s], 1 to 64 samples a texel,
+// 1 where nothing is hit, clamped to [-1,1], NaN counts as 1. With back (the depth of back faces, same
+// layout) the mean of both is used, sample by sample: better penumbrae and no depth bias for closed
+// meshes; leave it NULL for open ones. Fails with the map untouched.
+mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples);
+
+// Visibility of the light from a world-space point, in [0,1]. settings may be NULL. Points outside the
+// map, nearer than its near plane or not finite are lit.
+float mssm_map_visibility(const mssm_map *map, const mssm_light *light, const mssm_settings *settings,
+                          const float point[3]);
+
+// Moments of depth of a rectangle of the map, for estimators of one's own: centre and half-sizes in
+// shadow space, at least half a texel, as if depth were 1 outside of the map. Not biased yet:
+// mssm_moments6_bias_encoded(m, MSSM_BIAS6_DECODED) makes them safe. With 4 moments the last two are 0.
+mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
+
+// GLSL 4.50 text of the moment math alone: same names and structs as the C functions above.
+// To be put after #version. Static storage.
+const char *mssm_glsl_math(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif  // MSSM_H
+
+// ================================================================================================
+// Stop here if you only use the library: below is the implementation.
+// ================================================================================================
+
+#ifdef MSSM_IMPLEMENTATION
+#ifndef MSSM_IMPLEMENTATION_DONE
+#define MSSM_IMPLEMENTATION_DONE
+
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and is
+// quoted by `make glsl` into mssm__glsl_text further down. No pointers, casts or preprocessor lines.
+#if defined __GNUC__
+#define MSSM_SHARED static inline __attribute__((always_inline))
+#else
+#define MSSM_SHARED static inline
+#endif
+
+// [glsl begin]
+
+// Written so that NaN gives high.
+MSSM_SHARED float mssm_clamp(float x, float low, float high)
+{
+    return x < high ? (x > low ? x : low) : high;
+}
+
+// ---- Moments and their storage ----
+
+mssm_moments4 mssm_moments4_of_depth(float z)
+{
+    float d = mssm_clamp(z, -1.0f, 1.0f);
+    mssm_moments4 m;
+    m.b[0] = d;
+    m.b[1] = d * d;
+    m.b[2] = d * d * d;
+    m.b[3] = (d * d) * (d * d);
+    return m;
+}
+
+mssm_moments6 mssm_moments6_of_depth(float z)
+{
+    float d = mssm_clamp(z, -1.0f, 1.0f);
+    mssm_moments6 m;
+    m.b[0] = d;
+    m.b[1] = d * d;
+    m.b[2] = d * d * d;
+    m.b[3] = (d * d) * (d * d);
+    m.b[4] = (d * d) * (d * d) * d;
+    m.b[5] = (d * d) * (d * d) * (d * d);
+    return m;
+}
+
+// Odd entries of all bias vectors are zero: the best vector is symmetric. 4 is beyond all entries.
+MSSM_SHARED float mssm_pull(float b, float alpha, float target)
+{
+    float a = mssm_clamp(alpha, 0.0f, 1.0f);
+    float from = mssm_clamp(b, -4.0f, 4.0f);
+    return from - a * (from - target);
+}
+
+MSSM_SHARED mssm_moments4 mssm_pull4(mssm_moments4 m, float alpha, float b2, float b4)
+{
+    mssm_moments4 r;
+    r.b[0] = mssm_pull(m.b[0], alpha, 0.0f);
+    r.b[1] = mssm_pull(m.b[1], alpha, b2);
+    r.b[2] = mssm_pull(m.b[2], alpha, 0.0f);
+    r.b[3] = mssm_pull(m.b[3], alpha, b4);
+    return r;
+}
+
+MSSM_SHARED mssm_moments6 mssm_pull6(mssm_moments6 m, float alpha, float b2, float b4, float b6)
+{
+    mssm_moments6 r;
+    r.b[0] = mssm_pull(m.b[0], alpha, 0.0f);
+    r.b[1] = mssm_pull(m.b[1], alpha, b2);
+    r.b[2] = mssm_pull(m.b[2], alpha, 0.0f);
+    r.b[3] = mssm_pull(m.b[3], alpha, b4);
+    r.b[4] = mssm_pull(m.b[4], alpha, 0.0f);
+    r.b[5] = mssm_pull(m.b[5], alpha, b6);
+    return r;
+}
+
+mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha)
+{
+    return mssm_pull4(m, alpha, 0.920f, 3.804f);
+}
+
+mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha)
+{
+    return mssm_pull6(m, alpha, 0.421f, 0.511f, 1.913f);
+}
+
+mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha)
+{
+    return mssm_pull4(m, alpha, 1.120f, 2.884f);
+}
+
+mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha)
+{
+    return mssm_pull6(m, alpha, 0.657f, 0.734f, 1.197f);
+}
+
+MSSM_SHARED float mssm_to_unit(float t)
+{
+    return mssm_clamp(0.5f + 0.5f * t, 0.0f, 1.0f);
+}
+
+// T1 = z, T2 = 2z^2 - 1, T3 = 4z^3 - 3z, T4 = 8z^4 - 8z^2 + 1, ...
+mssm_moments4 mssm_moments4_encode(mssm_moments4 m)
+{
+    mssm_moments4 q;
+    q.b[0] = mssm_to_unit(m.b[0]);
+    q.b[1] = mssm_clamp(m.b[1], 0.0f, 1.0f);
+    q.b[2] = mssm_to_unit(4.0f * m.b[2] - 3.0f * m.b[0]);
+    q.b[3] = mssm_to_unit(8.0f * (m.b[3] - m.b[1]) + 1.0f);
+    return q;
+}
+
+mssm_moments6 mssm_moments6_encode(mssm_moments6 m)
+{
+    mssm_moments6 q;
+    q.b[0] = mssm_to_unit(m.b[0]);
+    q.b[1] = mssm_clamp(m.b[1], 0.0f, 1.0f);
+    q.b[2] = mssm_to_unit(4.0f * m.b[2] - 3.0f * m.b[0]);
+    q.b[3] = mssm_to_unit(8.0f * (m.b[3] - m.b[1]) + 1.0f);
+    q.b[4] = mssm_to_unit(16.0f * m.b[4] - 20.0f * m.b[2] + 5.0f * m.b[0]);
+    q.b[5] = mssm_to_unit(32.0f * m.b[5] - 48.0f * m.b[3] + 18.0f * m.b[1] - 1.0f);
+    return q;
+}
+
+// Straight from the stored values, without going through T = 2q - 1: fewer roundings.
+mssm_moments4 mssm_moments4_decode(mssm_moments4 q)
+{
+    float q1 = mssm_clamp(q.b[0], 0.0f, 1.0f);
+    float q2 = mssm_clamp(q.b[1], 0.0f, 1.0f);
+    float q3 = mssm_clamp(q.b[2], 0.0f, 1.0f);
+    float q4 = mssm_clamp(q.b[3], 0.0f, 1.0f);
+    mssm_moments4 m;
+    m.b[0] = 2.0f * q1 - 1.0f;
+    m.b[1] = q2;
+    m.b[2] = 1.5f * q1 + (0.5f * q3 - 1.0f);
+    m.b[3] = q2 + (0.25f * q4 - 0.25f);
+    return m;
+}
+
+mssm_moments6 mssm_moments6_decode(mssm_moments6 q)
+{
+    float q1 = mssm_clamp(q.b[0], 0.0f, 1.0f);
+    float q2 = mssm_clamp(q.b[1], 0.0f, 1.0f);
+    float q3 = mssm_clamp(q.b[2], 0.0f, 1.0f);
+    float q4 = mssm_clamp(q.b[3], 0.0f, 1.0f);
+    float q5 = mssm_clamp(q.b[4], 0.0f, 1.0f);
+    float q6 = mssm_clamp(q.b[5], 0.0f, 1.0f);
+    mssm_moments6 m;
+    m.b[0] = 2.0f * q1 - 1.0f;
+    m.b[1] = q2;
+    m.b[2] = 1.5f * q1 + (0.5f * q3 - 1.0f);
+    m.b[3] = q2 + (0.25f * q4 - 0.25f);
+    m.b[4] = 1.25f * q1 + (0.625f * q3 + (0.125f * q5 - 1.0f));
+    m.b[5] = 0.9375f * q2 + (0.375f * q4 + (0.0625f * q6 - 0.375f));
+    return m;
+}
+
+// ---- Bounds without the roots (docs/moments.md, "Bounds") ----
+//
+// Notation: u = depth - mean. D1, D2, D3 are the pivots of the moment matrix (squared norms of the
+// monic orthogonal polynomials p1 = u, p2 = (u - a1) p1 - D1, p3 = (u - a2) p2 - D2/D1 p1), u0 is the
+// receiver. The kernel K(u) = 1 + p1(u) p1(u0)/D1 + p2(u) p2(u0)/D2 + ... vanishes at all other depths
+// of the canonical representation. With v = 1/(u - u0) it reads k0 v^n + k1 v^(n-1) + ... + kn, where
+// k0 > 0 is 1/w0, the inverse share of the receiver, times a positive factor. All roots are real, so
+// Descartes' rule is exact: the number of sign changes is the number of depths beyond the receiver.
+// The share of any depth x is 1/K(x,x) (Christoffel number).
+
+// Floors: pivots below half of alpha times those of the bias vector (D1 = b2, D2 = b4 - b2^2,
+// D3 = b6 - b4^2/b2) do not come from rounding of safely biased moments, for the smaller of the two
+// biases that fit a function. The moments are then those of no distribution, and the longest valid part
+// of them is used: 6, 4 or 2, and for none a single surface of the variance D1's floor. That cuts false
+// shadows 90 times where a user's bias is too small.
+
+// Factorised moment matrix (L D L^T): pivots d and the entries c of L that the polynomials need. d2 or
+// d3 is 0 where the moments are valid only up to there; d1 is never below its floor.
+struct mssm_pivots {
+    float mean, d1, c21, d2, c32, d3;
+};
+
+struct mssm_kernel4 {
+    float mean, u0, i1, i2, f1, q2;  // i = 1/d; q, f, e = values and slopes of the polynomials at u0
+    float k0, k1, k2, w0;
+};
+
+struct mssm_kernel6 {
+    float mean, u0, i1, i2, i3, f1, q2, q3, e1, e2;
+    float k0, k1, k2, k3, w0;
+};
+
+// nearer: share of what is surely nearer than the receiver; self: the share that its own depth can
+// hold; first: sum of share times depth over what is nearer.
+struct mssm_split {
+    float nearer, self, first;
+};
+
+// The clamps (moments to [-4,4], depth to [-1000,1000]) keep every product below finite.
+MSSM_SHARED struct mssm_pivots mssm_factorise4(float m1, float m2, float m3, float m4)
+{
+    float b1 = mssm_clamp(m1, -4.0f, 4.0f);
+    float b2 = mssm_clamp(m2, -4.0f, 4.0f);
+    float b3 = mssm_clamp(m3, -4.0f, 4.0f);
+    float b4 = mssm_clamp(m4, -4.0f, 4.0f);
+    float d1 = b2 - b1 * b1;
+    int valid = d1 > 2.2e-7f ? 1 : 0;
+    struct mssm_pivots p;
+    p.mean = b1;
+    p.d1 = valid == 1 ? d1 : 2.2e-7f;
+    float l21 = b3 - b1 * b2;
+    float c21 = l21 / p.d1;
+    p.c21 = valid == 1 ? c21 : 0.0f;
+    // This form loses 9 times fewer digits than (b2 b4 - b3^2 ...) / d1.
+    float d2 = (b4 - b2 * b2) - l21 * p.c21;
+    valid = d2 > 7.1e-7f ? valid : 0;
+    p.d2 = valid == 1 ? d2 : 0.0f;
+    p.c32 = 0.0f;
+    p.d3 = 0.0f;
+    return p;
+}
+
+MSSM_SHARED struct mssm_pivots mssm_factorise6(float m1, float m2, float m3, float m4, float m5,
+                                               float m6)
+{
+    float b1 = mssm_clamp(m1, -4.0f, 4.0f);
+    float b2 = mssm_clamp(m2, -4.0f, 4.0f);
+    float b3 = mssm_clamp(m3, -4.0f, 4.0f);
+    float b4 = mssm_clamp(m4, -4.0f, 4.0f);
+    float b5 = mssm_clamp(m5, -4.0f, 4.0f);
+    float b6 = mssm_clamp(m6, -4.0f, 4.0f);
+    float d1 = b2 - b1 * b1;
+    int valid = d1 > 4.6e-7f ? 1 : 0;
+    struct mssm_pivots p;
+    p.mean = b1;
+    p.d1 = valid == 1 ? d1 : 4.6e-7f;
+    float i1 = 1.0f / p.d1;
+    float l21 = b3 - b1 * b2;
+    float c21 = l21 * i1;
+    p.c21 = valid == 1 ? c21 : 0.0f;
+    float d2 = (b4 - b2 * b2) - l21 * p.c21;
+    valid = d2 > 3.7e-7f ? valid : 0;
+    p.d2 = valid == 1 ? d2 : 0.0f;
+    float i2 = 1.0f / (valid == 1 ? d2 : 1.0f);
+    float l31 = b4 - b1 * b3;
+    float c31 = l31 * i1;
+    float l32 = (b5 - b2 * b3) - l21 * c31;
+    float c32 = l32 * i2;
+    float d3 = (b6 - b3 * b3) - (l31 * c31 + l32 * c32);
+    valid = d3 > 7.5e-7f ? valid : 0;
+    p.c32 = valid == 1 ? c32 : 0.0f;
+    p.d3 = valid == 1 ? d3 : 0.0f;
+    return p;
+}
+
+MSSM_SHARED struct mssm_kernel4 mssm_make_kernel4(struct mssm_pivots p, float z)
+{
+    float u0 = mssm_clamp(z, -1000.0f, 1000.0f) - p.mean;
+    float a1 = p.c21 - 2.0f * p.mean;
+    float d2 = p.d2 > 0.0f ? p.d2 : 1.0f;
+    float i2 = 1.0f / d2;
+    float q2 = (u0 - a1) * u0 - p.d1;
+    struct mssm_kernel4 k;
+    k.mean = p.mean;
+    k.u0 = u0;
+    k.i1 = 1.0f / p.d1;
+    k.i2 = p.d2 > 0.0f ? i2 : 0.0f;
+    k.f1 = 2.0f * u0 - a1;
+    k.q2 = p.d2 > 0.0f ? q2 : 0.0f;
+    float s1 = 1.0f + u0 * u0 * k.i1;
+    k.k0 = d2 * s1 + k.q2 * k.q2;
+    k.k1 = d2 * k.i1 * u0 + k.q2 * k.f1;
+    k.k2 = k.q2;
+    k.w0 = 1.0f / (s1 + k.q2 * k.q2 * k.i2);
+    return k;
+}
+
+MSSM_SHARED struct mssm_kernel6 mssm_make_kernel6(struct mssm_pivots p, float z)
+{
+    float u0 = mssm_clamp(z, -1000.0f, 1000.0f) - p.mean;
+    float a1 = p.c21 - 2.0f * p.mean;
+    float a2 = p.d3 > 0.0f ? p.c32 - p.c21 - p.mean : 0.0f;
+    float d2 = p.d2 > 0.0f ? p.d2 : 1.0f;
+    float d3 = p.d3 > 0.0f ? p.d3 : 1.0f;
+    float i2 = 1.0f / d2;
+    float i3 = 1.0f / d3;
+    struct mssm_kernel6 k;
+    k.mean = p.mean;
+    k.u0 = u0;
+    k.i1 = 1.0f / p.d1;
+    k.i2 = p.d2 > 0.0f ? i2 : 0.0f;
+    k.i3 = p.d3 > 0.0f ? i3 : 0.0f;
+    float r2 = d2 * k.i1;
+    float r3 = p.d3 > 0.0f ? d3 * i2 : 1.0f;
+    float q2 = (u0 - a1) * u0 - p.d1;
+    k.f1 = 2.0f * u0 - a1;
+    k.q2 = p.d2 > 0.0f ? q2 : 0.0f;
+    float q3 = (u0 - a2) * k.q2 - r2 * u0;
+    k.q3 = p.d3 > 0.0f ? q3 : 0.0f;
+    k.e1 = k.q2 + (u0 - a2) * k.f1 - r2;
+    k.e2 = k.f1 + (u0 - a2);
+    float s1 = 1.0f + u0 * u0 * k.i1;
+    k.k0 = r3 * (d2 * s1 + k.q2 * k.q2) + k.q3 * k.q3;
+    k.k1 = r3 * (r2 * u0 + k.q2 * k.f1) + k.q3 * k.e1;
+    k.k2 = r3 * k.q2 + k.q3 * k.e2;
+    k.k3 = k.q3;
+    k.w0 = 1.0f / (s1 + k.q2 * k.q2 * k.i2 + k.q3 * k.q3 * k.i3);
+    return k;
+}
+
+// Share of a depth at distance t from the receiver.
+MSSM_SHARED float mssm_share4(struct mssm_kernel4 k, float t)
+{
+    float p1 = k.u0 + t;
+    float p2 = k.q2 + (k.f1 + t) * t;
+    return 1.0f / (1.0f + p1 * p1 * k.i1 + p2 * p2 * k.i2);
+}
+
+MSSM_SHARED float mssm_share6(struct mssm_kernel6 k, float t)
+{
+    float p1 = k.u0 + t;
+    float p2 = k.q2 + (k.f1 + t) * t;
+    float p3 = k.q3 + ((t + k.e2) * t + k.e1) * t;
+    return 1.0f / (1.0f + p1 * p1 * k.i1 + p2 * p2 * k.i2 + p3 * p3 * k.i3);
+}
+
+// Two other depths: one on each side of the receiver (k2 < 0), or both on one side.
+MSSM_SHARED struct mssm_split mssm_split4(struct mssm_kernel4 k)
+{
+    float disc = k.k1 * k.k1 - 4.0f * k.k0 * k.k2;
+    float root = sqrtf(disc > 0.0f ? disc : 0.0f);
+    float v_a = (-k.k1 - root) / (2.0f * k.k0);
+    float v_b = 2.0f * k.k2 / (root - k.k1);
+    float v = k.k1 >= 0.0f ? v_a : v_b;
+    float t = 1.0f / (v < -1e-3f ? v : -1e-3f);
+    float lit = 1.0f - k.w0;
+    float share = mssm_share4(k, t);
+    share = share < lit ? share : lit;
+    // The centred first moment is zero: what is nearer, the receiver and the rest add up to it.
+    float first_one = share * (k.u0 + t);
+    float first_all = -k.w0 * k.u0;
+    float nearer_same = k.k1 > 0.0f ? lit : 0.0f;
+    float first_same = k.k1 > 0.0f ? first_all : 0.0f;
+    struct mssm_split r;
+    r.nearer = k.k2 < 0.0f ? share : nearer_same;
+    r.self = k.w0;
+    r.first = (k.k2 < 0.0f ? first_one : first_same) + k.mean * r.nearer;
+    return r;
+}
+
+// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its side;
+// its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d < 0.
+MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
+{
+    int falling = k.k1 < 0.0f ? 1 : 0;
+    int three = k.k2 > 0.0f ? falling : 0;  // beyond, where their number is odd
+    int two = k.k2 < 0.0f ? 1 : falling;    // beyond, where it is even
+    float side_odd = three == 1 ? -1.0f : 1.0f;
+    float side = k.k3 < 0.0f ? side_odd : -1.0f;
+
+    float inverse = 1.0f / k.k0;
+    float b = side * k.k1 * inverse;
+    float c = k.k2 * inverse;
+    float d = side * k.k3 * inverse;
+    // Start above the root: the Laguerre-Samuelson bound, or the root without the cubic term.
+    float h = b * b - 3.0f * c;
+    float y = (2.0f * sqrtf(h > 0.0f ? h : 0.0f) - b) * (1.0f / 3.0f);
+    float e = c * c - 4.0f * b * d;
+    float root = sqrtf(e > 0.0f ? e : 0.0f);
+    float y_a = -2.0f * d / (c + root);
+    float y_b = (root - c) / (2.0f * b);
+    float y_c = c >= 0.0f ? y_a : y_b;
+    y_c = b > 0.0f ? y_c : y;
+    y = y_c < y ? y_c : y;
+    for (int i = 0; i < 3; i++) {  // Halley: from there monotone, error below 1e-6 after three steps
+        float f = ((y + b) * y + c) * y + d;
+        float f1 = (3.0f * y + 2.0f * b) * y + c;
+        float f2 = 6.0f * y + 2.0f * b;
+        float below = 2.0f * f1 * f1 - f * f2;
+        y = y - 2.0f * f * f1 / (below > 1e-37f ? below : 1e-37f);
+    }
+    float t = side / (y > 1e-3f ? y : 1e-3f);
+    float rest = 1.0f - k.w0;
+    float share = mssm_share6(k, t);
+    share = share < rest ? share : rest;
+    float first_one = share * (k.u0 + t);
+    float first_all = -k.w0 * k.u0;
+    float first_two = first_all - first_one;
+    float nearer_odd = three == 1 ? 0.0f : rest - share;
+    float first_odd = three == 1 ? 0.0f : first_two;
+    float nearer_even = two == 1 ? share : rest;
+    float first_even = two == 1 ? first_one : first_all;
+    struct mssm_split r;
+    r.nearer = k.k3 < 0.0f ? nearer_odd : nearer_even;
+    r.self = k.w0;
+    r.first = (k.k3 < 0.0f ? first_odd : first_even) + k.mean * r.nearer;
+    return r;
+}
+
+MSSM_SHARED mssm_bounds mssm_split_bounds(struct mssm_split s)
+{
+    mssm_bounds r;
+    r.upper = mssm_clamp(1.0f - s.nearer, 0.0f, 1.0f);
+    r.lower = mssm_clamp(r.upper - s.self, 0.0f, 1.0f);
+    return r;
+}
+
+MSSM_SHARED struct mssm_kernel4 mssm_kernel4_of(mssm_moments4 m, float z)
+{
+    return mssm_make_kernel4(mssm_factorise4(m.b[0], m.b[1], m.b[2], m.b[3]), z);
+}
+
+MSSM_SHARED struct mssm_kernel6 mssm_kernel6_of(mssm_moments6 m, float z)
+{
+    return mssm_make_kernel6(
+        mssm_factorise6(m.b[0], m.b[1], m.b[2], m.b[3], m.b[4], m.b[5]), z);
+}
+
+mssm_bounds mssm_visibility4(mssm_moments4 m, float z)
+{
+    return mssm_split_bounds(mssm_split4(mssm_kernel4_of(m, z)));
+}
+
+mssm_bounds mssm_visibility6(mssm_moments6 m, float z)
+{
+    return mssm_split_bounds(mssm_split6(mssm_kernel6_of(m, z)));
+}
+
+MSSM_SHARED float mssm_split_depth(struct mssm_split s, float z, float self_min, float self_max)
+{
+    float depth = mssm_clamp(z, -1.0f, 1.0f);
+    float low = mssm_clamp(self_min, 0.0f, 1.0f);
+    float self = mssm_clamp(s.self, low, mssm_clamp(self_max, low, 1.0f));
+    float sum = s.nearer + self;
+    float mean = (s.first + self * depth) / (sum > 1e-7f ? sum : 1e-7f);
+    return sum > 1e-7f ? mssm_clamp(mean, -1.0f, depth) : depth;
+}
+
+float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max)
+{
+    struct mssm_split s = mssm_split4(mssm_kernel4_of(m, z));
+    return mssm_split_depth(s, z, self_weight_min, self_weight_max);
+}
+
+float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max)
+{
+    struct mssm_split s = mssm_split6(mssm_kernel6_of(m, z));
+    return mssm_split_depth(s, z, self_weight_min, self_weight_max);
+}
+
+// ---- Roots and the full reconstruction ----
+
+// One real root of a cubic and the quadratic x^2 + b x + c that is left of it.
+struct mssm_deflated {
+    float root, b, c;
+};
+
+// Real roots of x^2 + b x + c, or the real part twice: x, ascending.
+struct mssm_pair {
+    float x0, x1;
+};
+
+MSSM_SHARED struct mssm_pair mssm_quadratic(float b, float c)
+{
+    float middle = -0.5f * b;
+    float disc = middle * middle - c;
+    float root = sqrtf(disc > 0.0f ? disc : 0.0f);
+    float x = middle < 0.0f ? middle - root : middle + root;
+    float y = disc > 0.0f ? c / x : middle;  // no cancellation; x is not 0 where disc is not
+    struct mssm_pair r;
+    r.x0 = x < y ? x : y;
+    r.x1 = x < y ? y : x;
+    return r;
+}
+
+// x^3 + b x^2 + c x + d with its coefficients of a size that keeps b^3 finite. Newton's method from
+// outside towards the root that lies furthest from the inflection point (start after Kahan, "To solve a
+// real cubic equation", 1986): that root is simple unless all three coincide, so it converges fast,
+// and deflation by it is stable.
+MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d)
+{
+    float inflection = b * (-1.0f / 3.0f);
+    float x = inflection;
+    float f = ((x + b) * x + c) * x + d;
+    float f1 = (3.0f * x + 2.0f * b) * x + c;
+    float side = f < 0.0f ? -1.0f : 1.0f;
+    float size = f == 0.0f ? 0.0f : powf(fabsf(f), 1.0f / 3.0f);
+    float spread = f1 < 0.0f ? sqrtf(-f1) : 0.0f;
+    if (f1 < 0.0f) size = 1.324718f * (size > spread ? size : spread);
+    x = x - side * size;
+    size = size * 1.01f;
+    for (int i = 0; i < 12; i++) {
+        f = ((x + b) * x + c) * x + d;
+        f1 = (3.0f * x + 2.0f * b) * x + c;
+        float step = f1 > 0.0f ? side * f / f1 : -size;
+        if (fabsf(step) > size) break;  // steps shrink, except where all is rounding: three equal roots
+        size = fabsf(step);
+        x = x - side * step;
+        if (step >= 0.0f) break;
+    }
+    struct mssm_deflated r;
+    r.root = x;
+    r.b = b + x;
+    r.c = c + r.b * x;
+    // Forwards or backwards, whichever divides by the larger part.
+    if (x * x * fabsf(x) > fabsf(d)) {
+        r.c = -d / x;
+        r.b = (r.c - c) / x;
+    }
+    return r;
+}
+
+// All three roots of a cubic that is known to have only real ones.
+MSSM_SHARED mssm_roots3 mssm_sort3(float single, struct mssm_pair p)
+{
+    mssm_roots3 r;
+    r.count = 3;
+    r.x[0] = single < p.x0 ? single : p.x0;
+    r.x[1] = single < p.x0 ? p.x0 : (single < p.x1 ? single : p.x1);
+    r.x[2] = single < p.x1 ? p.x1 : single;
+    return r;
+}
+
+MSSM_SHARED mssm_roots3 mssm_no_roots()
+{
+    mssm_roots3 r;
+    r.x[0] = 0.0f;
+    r.x[1] = 0.0f;
+    r.x[2] = 0.0f;
+    r.count = 0;
+    return r;
+}
+
+// |c| <= 1. Roots beyond 1e18 count as infinite: so small a leading coefficient lowers the degree.
+MSSM_SHARED mssm_roots3 mssm_solve_quadratic(float c0, float c1, float c2)
+{
+    mssm_roots3 r = mssm_no_roots();
+    float a1 = fabsf(c1);
+    float a2 = fabsf(c2);
+    if (a2 > 1e-36f && a1 <= 1e18f * a2) {
+        float b = c1 / c2;
+        float c = c0 / c2;
+        struct mssm_pair p = mssm_quadratic(b, c);
+        // Rounding of b and c alone moves the discriminant by this much.
+        if (0.25f * b * b - c >= -4.8e-7f * (0.75f * b * b + fabsf(c))) {
+            r.x[0] = p.x0;
+            r.x[1] = p.x1;
+            r.count = 2;
+        }
+    } else if (a1 > 1e-36f && fabsf(c0) <= 1e18f * a1) {
+        r.x[0] = -c0 / c1;
+        r.count = 1;
+    }
+    return r;
+}
+
+mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
+{
+    float e0 = mssm_clamp(c0, -3e38f, 3e38f);
+    float e1 = mssm_clamp(c1, -3e38f, 3e38f);
+    float e2 = mssm_clamp(c2, -3e38f, 3e38f);
+    float e3 = mssm_clamp(c3, -3e38f, 3e38f);
+    float m01 = fabsf(e0) > fabsf(e1) ? fabsf(e0) : fabsf(e1);
+    float m23 = fabsf(e2) > fabsf(e3) ? fabsf(e2) : fabsf(e3);
+    float largest = m01 > m23 ? m01 : m23;
+    float scale = largest > 1e18f ? 1e-18f : (largest < 1e-18f ? 1e18f : 1.0f);
+    largest = largest * scale;
+    if (largest <= 0.0f) return mssm_no_roots();
+    e0 = e0 * scale / largest;
+    e1 = e1 * scale / largest;
+    e2 = e2 * scale / largest;
+    e3 = e3 * scale / largest;
+    float a3 = fabsf(e3);
+    if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);
+
+    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2.
+    float b = e2 / e3;
+    float c = e1 / e3;
+    float d = e0 / e3;
+    float size = fabsf(b);
+    size = sqrtf(fabsf(c)) > size ? sqrtf(fabsf(c)) : size;
+    float size_d = d == 0.0f ? 0.0f : powf(fabsf(d), 1.0f / 3.0f);
+    size = size_d > size ? size_d : size;
+    mssm_roots3 r = mssm_no_roots();
+    r.count = 3;
+    if (size <= 0.0f) return r;
+    b = b / size;
+    c = c / size / size;
+    d = d / size / size / size;
+    struct mssm_deflated left = mssm_deflate(b, c, d);
+    // A complex pair counts as a double root where rounding of the coefficients can have made it: where
+    // the cubic at its real part m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which
+    // it is next to a triple root, where m is the root itself.
+    float m = -0.5f * left.b;
+    float am = fabsf(m);
+    float disc = left.c - m * m;
+    float apart = fabsf(m - left.root);
+    float imaginary = sqrtf(disc > 0.0f ? disc : 0.0f);
+    float noise = 2e-6f * (((am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));
+    if (disc * (apart > imaginary ? apart : imaginary) <= noise) {
+        r = mssm_sort3(left.root, mssm_quadratic(left.b, left.c));
+    } else {
+        r.x[0] = left.root;
+        r.count = 1;
+    }
+    r.x[0] = r.x[0] * size;
+    r.x[1] = r.x[1] * size;
+    r.x[2] = r.x[2] * size;
+    return r;
+}
+
+// Distance of a depth whose inverse is v; at most 1000, on the same side.
+MSSM_SHARED float mssm_distance(float v)
+{
+    float v_safe = v < 0.0f ? (v < -1e-3f ? v : -1e-3f) : (v > 1e-3f ? v : 1e-3f);
+    return 1.0f / v_safe;
+}
+
+MSSM_SHARED mssm_points3 mssm_points_of4(struct mssm_kernel4 k)
+{
+    struct mssm_pair v = mssm_quadratic(k.k1 / k.k0, k.k2 / k.k0);
+    float ta = mssm_distance(v.x0);
+    float tb = mssm_distance(v.x1);
+    float t1 = ta < tb ? ta : tb;
+    float t2 = ta < tb ? tb : ta;
+    float s1 = mssm_share4(k, t1);
+    float s2 = mssm_share4(k, t2);
+    float rest = (1.0f - k.w0) / (s1 + s2);
+    mssm_points3 r;
+    r.z[0] = k.mean + k.u0;
+    r.z[1] = k.mean + (k.u0 + t1);
+    r.z[2] = k.mean + (k.u0 + t2);
+    r.w[0] = k.w0;
+    r.w[1] = s1 * rest;
+    r.w[2] = s2 * rest;
+    return r;
+}
+
+MSSM_SHARED mssm_points4 mssm_points_of6(struct mssm_kernel6 k)
+{
+    float inverse = 1.0f / k.k0;
+    struct mssm_deflated left = mssm_deflate(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);
+    struct mssm_pair v = mssm_quadratic(left.b, left.c);
+    float ta = mssm_distance(left.root);
+    struct mssm_pair tb;
+    tb.x0 = mssm_distance(v.x0);
+    tb.x1 = mssm_distance(v.x1);
+    float t_low = tb.x0 < tb.x1 ? tb.x0 : tb.x1;
+    tb.x1 = tb.x0 < tb.x1 ? tb.x1 : tb.x0;
+    tb.x0 = t_low;
+    mssm_roots3 t = mssm_sort3(ta, tb);
+    float s1 = mssm_share6(k, t.x[0]);
+    float s2 = mssm_share6(k, t.x[1]);
+    float s3 = mssm_share6(k, t.x[2]);
+    float rest = (1.0f - k.w0) / (s1 + s2 + s3);
+    mssm_points4 r;
+    r.z[0] = k.mean + k.u0;
+    r.z[1] = k.mean + (k.u0 + t.x[0]);
+    r.z[2] = k.mean + (k.u0 + t.x[1]);
+    r.z[3] = k.mean + (k.u0 + t.x[2]);
+    r.w[0] = k.w0;
+    r.w[1] = s1 * rest;
+    r.w[2] = s2 * rest;
+    r.w[3] = s3 * rest;
+    return r;
+}
+
+mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z)
+{
+    return mssm_points_of4(mssm_kernel4_of(m, z));
+}
+
+mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)
+{
+    return mssm_points_of6(mssm_kernel6_of(m, z));
+}
+// ---- Stored moments: factorised in the Chebyshev basis, without decoding ----
+//
+// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2 make
+// the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16. Skipping
+// the conversion to powers skips its rounding, which the safe bias would have to pay for (4e-6
+// instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197, floors as above.
+
+MSSM_SHARED struct mssm_pivots mssm_factorise_stored4(mssm_moments4 t, float alpha)
+{
+    float t1 = t.b[0] - alpha * t.b[0];
+    float t2 = t.b[1] - alpha * (t.b[1] - 1.24f);
+    float t3 = t.b[2] - alpha * t.b[2];
+    float t4 = t.b[3] - alpha * (t.b[3] - 15.112f);
+    float d1 = (0.5f + 0.5f * t2) - t1 * t1;
+    int valid = d1 > 3.9e-7f ? 1 : 0;
+    struct mssm_pivots p;
+    p.mean = t1;
+    p.d1 = valid == 1 ? d1 : 3.9e-7f;
+    float l21 = 0.5f * (t1 + t3) - t1 * t2;
+    float c21 = l21 / p.d1;
+    float d2 = ((0.5f + 0.5f * t4) - t2 * t2) - l21 * c21;
+    p.c21 = valid == 1 ? 0.5f * c21 : 0.0f;
+    valid = d2 > 2.3e-6f ? valid : 0;
+    p.d2 = valid == 1 ? 0.25f * d2 : 0.0f;
+    p.c32 = 0.0f;
+    p.d3 = 0.0f;
+    return p;
+}
+
+MSSM_SHARED struct mssm_pivots mssm_factorise_stored6(mssm_moments6 t, float alpha)
+{
+    float t1 = t.b[0] - alpha * t.b[0];
+    float t2 = t.b[1] - alpha * (t.b[1] - 0.314f);
+    float t3 = t.b[2] - alpha * t.b[2];
+    float t4 = t.b[3] - alpha * (t.b[3] - 1.616f);
+    float t5 = t.b[4] - alpha * t.b[4];
+    float t6 = t.b[5] - alpha * (t.b[5] - 13.898f);
+    float d1 = (0.5f + 0.5f * t2) - t1 * t1;
+    int valid = d1 > 4.3e-7f ? 1 : 0;
+    struct mssm_pivots p;
+    p.mean = t1;
+    p.d1 = valid == 1 ? d1 : 4.3e-7f;
+    float i1 = 1.0f / p.d1;
+    float l21 = 0.5f * (t1 + t3) - t1 * t2;
+    float c21 = l21 * i1;
+    float d2 = ((0.5f + 0.5f * t4) - t2 * t2) - l21 * c21;
+    p.c21 = valid == 1 ? 0.5f * c21 : 0.0f;
+    valid = d2 > 7.9e-7f ? valid : 0;
+    p.d2 = valid == 1 ? 0.25f * d2 : 0.0f;
+    float l31 = 0.5f * (t2 + t4) - t1 * t3;
+    float c31 = l31 * i1;
+    float l32 = (0.5f * (t1 + t5) - t2 * t3) - l21 * c31;
+    float c32 = l32 / (valid == 1 ? d2 : 1.0f);
+    float d3 = ((0.5f + 0.5f * t6) - t3 * t3) - (l31 * c31 + l32 * c32);
+    valid = d3 > 3.9e-6f ? valid : 0;
+    p.c32 = valid == 1 ? 0.5f * c32 : 0.0f;
+    p.d3 = valid == 1 ? 0.0625f * d3 : 0.0f;
+    return p;
+}
+// [glsl end]
+
+#if defined __GNUC__ || defined _MSC_VER
+#define MSSM__RESTRICT __restrict
+#else
+#define MSSM__RESTRICT restrict
+#endif
+
+// restrict and the absence of branches in the functions above let compilers vectorise the loops.
+void mssm_visibility4_array(int count, const float *const b[4], const float *MSSM__RESTRICT z,
+                            float *MSSM__RESTRICT lower, float *MSSM__RESTRICT upper)
+{
+    const float *b1 = b[0], *b2 = b[1], *b3 = b[2], *b4 = b[3];
+    for (int i = 0; i < count; i++) {
+        struct mssm_pivots p = mssm_factorise4(b1[i], b2[i], b3[i], b4[i]);
+        mssm_bounds r = mssm_split_bounds(mssm_split4(mssm_make_kernel4(p, z[i])));
+        lower[i] = r.lower;
+        upper[i] = r.upper;
+    }
+}
+
+void mssm_visibility6_array(int count, const float *const b[6], const float *MSSM__RESTRICT z,
+                            float *MSSM__RESTRICT lower, float *MSSM__RESTRICT upper)
+{
+    const float *b1 = b[0], *b2 = b[1], *b3 = b[2], *b4 = b[3], *b5 = b[4], *b6 = b[5];
+    for (int i = 0; i < count; i++) {
+        struct mssm_pivots p = mssm_factorise6(b1[i], b2[i], b3[i], b4[i], b5[i], b6[i]);
+        mssm_bounds r = mssm_split_bounds(mssm_split6(mssm_make_kernel6(p, z[i])));
+        lower[i] = r.lower;
+        upper[i] = r.upper;
+    }
+}
+
+// ---- Lights ----
+
+const char *mssm_result_string(mssm_result r)
+{
+    switch (r) {
+    case MSSM_OK: return "no error";
+    case MSSM_ERROR_ARGUMENT: return "an argument is null, not finite or out of its range";
+    case MSSM_ERROR_MEMORY: return "the memory passed in is too small";
+    }
+    return "unknown result";
+}
+
+// By bit pattern: -ffast-math may fold comparisons with NaN away.
+static int mssm__is_finite(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7f800000u) != 0x7f800000u;
+}
+
+static int mssm__all_finite(const float *x, int count)
+{
+    for (int i = 0; i < count; i++) {
+        if (!mssm__is_finite(x[i])) return 0;
+    }
+    return 1;
+}
+
+static double mssm__dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void mssm__cross(const double a[3], const double b[3], double r[3])
+{
+    r[0] = a[1] * b[2] - a[2] * b[1];
+    r[1] = a[2] * b[0] - a[0] * b[2];
+    r[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static int mssm__normalise(double a[3])
+{
+    double length = sqrt(mssm__dot(a, a));
+    if (!(length > 1e-30)) return 0;
+    for (int i = 0; i < 3; i++) a[i] /= length;
+    return 1;
+}
+
+// Casters get depths up to here: texels where nothing is hit, depth 1, must be told from the casters'
+// far end by receivers behind it, whose depth is taken as halfway in between (measured: a gap of .05
+// instead doubles the error of scenes with one layer, .2 gains nothing).
+#define MSSM__FAR 0.8f
+
+// The light's frame: rows u, v, direction, right-handed (u x v = direction). 0 for a zero direction.
+static int mssm__frame(const float direction[3], const float axis_u[3], double frame[3][3])
+{
+    double *u = frame[0], *v = frame[1], *w = frame[2];
+    for (int i = 0; i < 3; i++) w[i] = direction[i];
+    if (!mssm__normalise(w)) return 0;
+    for (int i = 0; i < 3; i++) u[i] = axis_u[i];
+    int usable = mssm__normalise(u);
+    mssm__cross(w, u, v);
+    if (!usable || mssm__dot(v, v) < 1e-12) {  // no direction of its own: take the least aligned axis
+        int least = fabs(w[0]) < fabs(w[1]) ? (fabs(w[0]) < fabs(w[2]) ? 0 : 2)
+                                            : (fabs(w[1]) < fabs(w[2]) ? 1 : 2);
+        for (int i = 0; i < 3; i++) u[i] = i == least;
+        mssm__cross(w, u, v);
+    }
+    mssm__normalise(v);
+    mssm__cross(v, w, u);
+    return 1;
+}
+
+static void mssm__set_row(float m[16], int row, const double axis[3], double scale, double offset)
+{
+    for (int i = 0; i < 3; i++) m[4 * i + row] = (float)(scale * axis[i]);
+    m[12 + row] = (float)offset;
+}
+
+mssm_result mssm_light_directional(mssm_light *light, const float direction[3], const float axis_u[3],
+                                   float tan_half_u, float tan_half_v, const float box_min[3],
+                                   const float box_max[3])
+{
+    double frame[3][3], low[3], high[3];
+    if (!light || !direction || !axis_u || !box_min || !box_max || !mssm__all_finite(direction, 3) ||
+        !mssm__all_finite(axis_u, 3) || !mssm__all_finite(box_min, 3) ||
+        !mssm__all_finite(box_max, 3) || !mssm__is_finite(tan_half_u) ||
+        !mssm__is_finite(tan_half_v) || tan_half_u < 0 || tan_half_v < 0 ||
+        !mssm__frame(direction, axis_u, frame)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    double largest = 0;
+    for (int a = 0; a < 3; a++) {
+        if (box_min[a] > box_max[a]) return MSSM_ERROR_ARGUMENT;
+        low[a] = high[a] = 0;
+        for (int i = 0; i < 3; i++) {
+            double p = frame[a][i] * box_min[i], q = frame[a][i] * box_max[i];
+            low[a] += p < q ? p : q;
+            high[a] += p < q ? q : p;
+        }
+        if (high[a] - low[a] > largest) largest = high[a] - low[a];
+    }
+    // A flat box, or a point, still needs a frustum with an inside.
+    double least = largest > 0 ? 1e-3 * largest : 1e-3;
+
+    mssm_light r;
+    memset(&r, 0, sizeof r);
+    double half[3], centre[3];
+    for (int a = 0; a < 3; a++) {
+        half[a] = 0.5 * (high[a] - low[a] > least ? high[a] - low[a] : least);
+        centre[a] = 0.5 * (high[a] + low[a]);
+    }
+    // Casters get depths from -1 + 0.01 to MSSM__FAR: see there.
+    double range = 2 * half[2] / (MSSM__FAR + 0.99);  // world units per unit of depth
+    double nearest = centre[2] + half[2] + 0.01 * range;
+    for (int a = 0; a < 2; a++) {
+        mssm__set_row(r.world_to_shadow, a, frame[a], 1 / half[a], -centre[a] / half[a]);
+    }
+    mssm__set_row(r.world_to_shadow, 2, frame[2], -1 / range, nearest / range - 1);
+    r.world_to_shadow[15] = 1;
+    r.half_u = tan_half_u;
+    r.half_v = tan_half_v;
+    r.extent_u = (float)half[0];
+    r.extent_v = (float)half[1];
+    r.z_near = 0;
+    r.z_far = (float)(2 * range);
+    if (!mssm__all_finite(r.world_to_shadow, 16) || !mssm__is_finite(r.z_far)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    *light = r;
+    return MSSM_OK;
+}
+
+mssm_result mssm_light_spot(mssm_light *light, const float position[3], const float direction[3],
+                            const float axis_u[3], float tan_half_fov, float z_near, float z_far,
+                            float half_width_u, float half_width_v)
+{
+    double frame[3][3], eye[3];
+    if (!light || !position || !direction || !axis_u || !mssm__all_finite(position, 3) ||
+        !mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3) ||
+        !mssm__is_finite(tan_half_fov) || !mssm__is_finite(z_near) || !mssm__is_finite(z_far) ||
+        !mssm__is_finite(half_width_u) || !mssm__is_finite(half_width_v) || tan_half_fov <= 0 ||
+        z_near <= 0 || z_far <= z_near || half_width_u < 0 || half_width_v < 0 ||
+        !mssm__frame(direction, axis_u, frame)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    mssm_light r;
+    memset(&r, 0, sizeof r);
+    for (int i = 0; i < 3; i++) eye[i] = position[i];
+    double f = z_far, n = z_near, depth = mssm__dot(frame[2], eye);
+    for (int a = 0; a < 2; a++) {
+        mssm__set_row(r.world_to_shadow, a, frame[a], 1 / (double)tan_half_fov,
+                      -mssm__dot(frame[a], eye) / tan_half_fov);
+    }
+    double scale = (f + n) / (f - n);
+    mssm__set_row(r.world_to_shadow, 2, frame[2], -scale, scale * depth - 2 * f * n / (f - n));
+    mssm__set_row(r.world_to_shadow, 3, frame[2], -1, depth);
+    r.perspective = 1;
+    r.half_u = half_width_u;
+    r.half_v = half_width_v;
+    r.extent_u = r.extent_v = tan_half_fov;
+    r.z_near = z_near;
+    r.z_far = z_far;
+    if (!mssm__all_finite(r.world_to_shadow, 16)) return MSSM_ERROR_ARGUMENT;
+    *light = r;
+    return MSSM_OK;
+}
+
+int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3])
+{
+    const float *m = light->world_to_shadow;
+    float c[4];
+    for (int i = 0; i < 4; i++) {
+        c[i] = m[i] * point[0] + m[4 + i] * point[1] + m[8 + i] * point[2] + m[12 + i];
+    }
+    if (light->perspective) {
+        if (!(c[3] > 0)) return 0;
+        c[0] /= c[3];
+        c[1] /= c[3];
+        c[2] = -1 + 2 * (c[3] - light->z_near) / (light->z_far - light->z_near);
+    }
+    if (!mssm__all_finite(c, 3)) return 0;
+    memcpy(shadow, c, 3 * sizeof *c);
+    return 1;
+}
+
+// ---- Tables (docs/moments.md, "Tables") ----
+
+// A kernel of up to this many texels is served by level 0; level l, where texels are 2^l times as
+// wide, serves kernels up to 2^l times as wide. One query of such a kernel reads whole texels of at
+// most MSSM__KERNEL^2, so floor((2^31 - 1) / 27^2) is the largest scale that cannot overflow a signed
+// difference. 5 less leave room for T_k that rounding takes an ulp or two beyond 1.
+#define MSSM__KERNEL 27
+#define MSSM__SCALE 2945788
+#define MSSM__INVERSE_SCALE ((1.0f - 2.4e-7f) / (float)MSSM__SCALE)  // weights that round to more than 1 stay below
+#define MSSM__LEVELS 11      // of a map of 16384^2
+#define MSSM__SIDE 16384
+
+// Level l holds (size + 1)^2 sums of moments channels, with a first row and column of zeros. An entry
+// is the sum of round(T_k(depth) * MSSM__SCALE) over all texels left of and below it, modulo 2^32:
+// differences are exact as long as what they stand for fits 32 bits.
+struct mssm_map {
+    int side, moments, levels;
+    int averaged;  // made of front and back faces
+    int size[MSSM__LEVELS];
+    uint32_t *table[MSSM__LEVELS];
+};
+
+// The number of levels, and in *words the number of table entries; 0 for arguments out of range.
+static int mssm__layout(int side, int moments, uint64_t *words)
+{
+    *words = 0;
+    if (side < 1 || side > MSSM__SIDE || (moments != 4 && moments != 6)) return 0;
+    int levels = 0, size = side;
+    for (;;) {
+        *words += (uint64_t)(size + 1) * (uint64_t)(size + 1) * (uint64_t)moments;
+        levels++;
+        if (size <= MSSM__KERNEL) return levels;
+        size = (size + 1) / 2;
+    }
+}
+
+size_t mssm_map_bytes(int side, int moments)
+{
+    uint64_t words;
+    if (!mssm__layout(side, moments, &words)) return 0;
+    uint64_t bytes = words * sizeof(uint32_t) + sizeof(mssm_map) + 63;
+    return bytes <= SIZE_MAX ? (size_t)bytes : 0;
+}
+
+static float mssm__depth(float z)
+{
+    return mssm__is_finite(z) ? mssm_clamp(z, -1.0f, 1.0f) : 1.0f;
+}
+
+// A row is made in blocks of this many texels: a constant that lets compilers vectorise.
+#define MSSM__BLOCK 32
+
+// Adds the Chebyshev polynomials of one sample of each texel to sum[k][texel].
+MSSM_SHARED void mssm__add_samples(const float z[MSSM__BLOCK], float sum[6][MSSM__BLOCK])
+{
+    for (int i = 0; i < MSSM__BLOCK; i++) {
+        const float t1 = z[i], twice = t1 + t1;
+        const float t2 = twice * t1 - 1.0f, t3 = twice * t2 - t1, t4 = twice * t3 - t2;
+        const float t5 = twice * t4 - t3, t6 = twice * t5 - t4;
+        sum[0][i] += t1;
+        sum[1][i] += t2;
+        sum[2][i] += t3;
+        sum[3][i] += t4;
+        sum[4][i] += t5;
+        sum[5][i] += t6;
+    }
+}
+
+// The table values of count texels of a row; front and back hold samples depths for each of them.
+MSSM_SHARED void mssm__make_values(const float *front, const float *back, int count, int samples,
+                              int32_t value[6][MSSM__BLOCK])
+{
+    float sum[6][MSSM__BLOCK] = {{0}}, z[MSSM__BLOCK] = {0};
+    for (int s = 0; s < samples; s++) {
+        for (int i = 0; i < count; i++) {
+            const int at = i * samples + s;
+            z[i] = mssm__depth(front[at]);
+            if (back) z[i] = 0.5f * (z[i] + mssm__depth(back[at]));
+        }
+        mssm__add_samples(z, sum);
+    }
+    const float one = (float)MSSM__SCALE, scale = one / (float)samples;
+    for (int k = 0; k < 6; k++) {
+        for (int i = 0; i < MSSM__BLOCK; i++) {
+            // Made positive, truncation rounds to nearest.
+            value[k][i] = (int32_t)(sum[k][i] * scale + (one + 1.5f)) - (MSSM__SCALE + 1);
+        }
+    }
+}
+
+// Appends count texels to the row above `below`, whose sums so far are run.
+MSSM_SHARED void mssm__append(uint32_t *MSSM__RESTRICT row, const uint32_t *MSSM__RESTRICT below,
+                              int32_t value[6][MSSM__BLOCK], int count, uint32_t run[6],
+                              int moments)
+{
+    // In registers: run could be a part of the row for all that the compiler knows.
+    uint32_t s0 = run[0], s1 = run[1], s2 = run[2], s3 = run[3], s4 = run[4], s5 = run[5];
+    for (int i = 0; i < count; i++) {
+        row[0] = below[0] + (s0 += (uint32_t)value[0][i]);
+        row[1] = below[1] + (s1 += (uint32_t)value[1][i]);
+        row[2] = below[2] + (s2 += (uint32_t)value[2][i]);
+        row[3] = below[3] + (s3 += (uint32_t)value[3][i]);
+        if (moments == 6) {
+            row[4] = below[4] + (s4 += (uint32_t)value[4][i]);
+            row[5] = below[5] + (s5 += (uint32_t)value[5][i]);
+        }
+        row += moments;
+        below += moments;
+    }
+    run[0] = s0;
+    run[1] = s1;
+    run[2] = s2;
+    run[3] = s3;
+    run[4] = s4;
+    run[5] = s5;
+}
+
+// count texels of a row from the level below: each is the mean of four, read off their table as one
+// difference; what lies outside of an odd size counts as depth 1, T_k = 1.
+static void mssm__halve_values(const mssm_map *map, int finer, int x, int y, int count,
+                               int32_t value[6][MSSM__BLOCK])
+{
+    const int size = map->size[finer], moments = map->moments;
+    const int y1 = 2 * y + 2 < size ? 2 * y + 2 : size;
+    const size_t stride = (size_t)(size + 1) * (size_t)moments;
+    const uint32_t *low = map->table[finer] + (size_t)(2 * y) * stride;
+    const uint32_t *high = map->table[finer] + (size_t)y1 * stride;
+    for (int i = 0; i < count; i++) {
+        const int x0 = 2 * (x + i), x1 = x0 + 2 < size ? x0 + 2 : size;
+        const int outside = 4 - (x1 - x0) * (y1 - 2 * y);
+        for (int k = 0; k < moments; k++) {
+            const int a = x0 * moments + k, b = x1 * moments + k;
+            value[k][i] = ((int32_t)(high[b] - high[a] - low[b] + low[a]) +
+                           outside * MSSM__SCALE + 2) >> 2;
+        }
+    }
+}
+
+// One level: from depth, or without any as if all were empty; coarser ones from the one below.
+static void mssm__fill_level(mssm_map *map, int level, const float *front, const float *back,
+                             int samples)
+{
+    const int size = map->size[level], moments = map->moments;
+    const size_t stride = (size_t)(size + 1) * (size_t)moments;
+    int32_t value[6][MSSM__BLOCK];
+    for (int k = 0; k < 6; k++) {
+        for (int i = 0; i < MSSM__BLOCK; i++) value[k][i] = MSSM__SCALE;
+    }
+    for (int y = 0; y < size; y++) {
+        uint32_t run[6] = {0};
+        uint32_t *below = map->table[level] + (size_t)y * stride + moments;
+        for (int x = 0; x < size; x += MSSM__BLOCK) {
+            const int count = size - x < MSSM__BLOCK ? size - x : MSSM__BLOCK;
+            const size_t first = ((size_t)y * (size_t)size + (size_t)x) * (size_t)samples;
+            if (level > 0) {
+                mssm__halve_values(map, level - 1, x, y, count, value);
+            } else if (front) {
+                mssm__make_values(front + first, back ? back + first : NULL, count, samples, value);
+            }
+            uint32_t *at = below + x * moments;
+            if (moments == 6) mssm__append(at + stride, at, value, count, run, 6);
+            else mssm__append(at + stride, at, value, count, run, 4);
+        }
+    }
+}
+
+static void mssm__fill(mssm_map *map, const float *front, const float *back, int samples)
+{
+    for (int level = 0; level < map->levels; level++) {
+        mssm__fill_level(map, level, front, back, samples);
+    }
+}
+
+mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments)
+{
+    uint64_t words;
+    const size_t needed = mssm_map_bytes(side, moments);
+    const int levels = mssm__layout(side, moments, &words);
+    if (!map || !memory || !needed) return MSSM_ERROR_ARGUMENT;
+    if (bytes < needed) return MSSM_ERROR_MEMORY;
+    const size_t misfit = (size_t)((uintptr_t)memory % 16);
+    mssm_map *m = (mssm_map *)(void *)((unsigned char *)memory + (misfit ? 16 - misfit : 0));
+    memset(m, 0, sizeof *m);
+    m->side = side;
+    m->moments = moments;
+    m->levels = levels;
+    uint32_t *table = (uint32_t *)(void *)(m + 1);
+    memset(table, 0, (size_t)words * sizeof *table);
+    for (int level = 0, size = side; level < levels; level++, size = (size + 1) / 2) {
+        m->size[level] = size;
+        m->table[level] = table;
+        table += (size_t)(size + 1) * (size_t)(size + 1) * (size_t)moments;
+    }
+    mssm__fill(m, NULL, NULL, 1);
+    *map = m;
+    return MSSM_OK;
+}
+
+mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples)
+{
+    if (!map || !front || samples < 1 || samples > 64) return MSSM_ERROR_ARGUMENT;
+    mssm__fill(map, front, back, samples);
+    map->averaged = back != NULL;
+    return MSSM_OK;
+}
+
+// One axis of an interpolated query: four table columns (or rows), and the weights of the three strips
+// between them: a part of the first texel, whole texels, a part of the last one.
+typedef struct mssm__strips {
+    int edge[4];
+    float weight[3];
+    float whole, inside;  // length of all, and of what lies inside of the map
+} mssm__strips;
+
+static mssm__strips mssm__cut(float from, float to, int size)
+{
+    mssm__strips r;
+    const float low = mssm_clamp(from, 0.0f, (float)size), high = mssm_clamp(to, 0.0f, (float)size);
+    const int first = (int)low < size ? (int)low : size - 1;
+    const int last = (int)high > first ? (int)high : first + 1;
+    r.edge[0] = first;
+    r.edge[1] = first + 1;
+    r.edge[2] = last;
+    r.edge[3] = last < size ? last + 1 : size;
+    r.weight[0] = ((float)(first + 1) < high ? (float)(first + 1) : high) - low;
+    r.weight[1] = 1.0f;
+    r.weight[2] = high > (float)last ? high - (float)last : 0.0f;
+    r.whole = to - from;
+    r.inside = high - low;
+    return r;
+}
+
+// Larger coordinates and kernels, in texels, are clamped: half a texel is still told apart there.
+#define MSSM__FAR_AWAY 1e6f
+
+// Chebyshev moments of the rectangle around (x, y) with the given half-sizes, all in texels of level 0
+// and at least half a texel, as if depth were 1 outside of the map. Nine rectangles of whole texels,
+// each an exact integer, are summed with the share of the query that covers them.
+static mssm_moments6 mssm__query(const mssm_map *map, int moments, float x, float y, float half_x,
+                                 float half_y)
+{
+    float widest = 2.0f * (half_x > half_y ? half_x : half_y), scale = 1.0f;
+    int level = 0;
+    while (widest * scale > (float)MSSM__KERNEL && level < map->levels - 1) {
+        scale *= 0.5f;
+        level++;
+    }
+    const int size = map->size[level];
+    const mssm__strips sx = mssm__cut((x - half_x) * scale, (x + half_x) * scale, size);
+    const mssm__strips sy = mssm__cut((y - half_y) * scale, (y + half_y) * scale, size);
+    const size_t channels = (size_t)map->moments, stride = (size_t)(size + 1) * channels;
+    const uint32_t *row[4];
+    size_t at[4];
+    for (int i = 0; i < 4; i++) {
+        row[i] = map->table[level] + (size_t)sy.edge[i] * stride;
+        at[i] = (size_t)sx.edge[i] * channels;
+    }
+    // Partial strips first, whole ones last: the rounding that MSSM_BIAS*_TABLE was proved for.
+    float strip[3][6] = {{0}};
+    for (int j = 0; j < 3; j++) {
+        const uint32_t *low = row[j], *high = row[j + 1];
+        for (int k = 0; k < moments; k++) {
+            uint32_t edge[4];
+            for (int i = 0; i < 4; i++) edge[i] = high[at[i] + (size_t)k] - low[at[i] + (size_t)k];
+            const float first = (float)(int32_t)(edge[1] - edge[0]);
+            const float whole = (float)(int32_t)(edge[2] - edge[1]);
+            const float last = (float)(int32_t)(edge[3] - edge[2]);
+            strip[j][k] = (sx.weight[0] * first + sx.weight[2] * last) + whole;
+        }
+    }
+    const float area = sx.whole * sy.whole;
+    const float inverse = MSSM__INVERSE_SCALE / area;
+    const float outside = (area - sx.inside * sy.inside) / area;  // exactly 0 where nothing is
+    mssm_moments6 t;
+    for (int k = 0; k < 6; k++) {
+        const float sum = (sy.weight[0] * strip[0][k] + sy.weight[2] * strip[2][k]) + strip[1][k];
+        t.b[k] = sum * inverse + outside;
+    }
+    return t;
+}
+
+// ---- Estimators (docs/moments.md, "Layers") ----
+
+// A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width in
+// texels is kernel * (spread(z) - spread(zb)). Spread is depth itself for directional lights; for
+// perspective ones it is -1/distance, which makes similar triangles out of the same formula.
+typedef struct mssm__receiver {
+    float x, y;                // texels of level 0
+    float z_test;              // depth less the bias, and never behind the empty texels
+    float z_own, fade;         // depths from z_own - fade to z_own belong in part to the receiver's surface
+    float kernel_u, kernel_v;  // half-width of the kernel in texels per unit of spread
+    float spread, d_max;       // of the receiver, and its distance from the near plane, in spread
+    float to_distance[2];      // perspective: distance from the light = [0] z + [1]
+    int perspective, moments;  // 4, 6, or 0: not decided yet
+    float alpha4, alpha6, tolerance, max_half;
+} mssm__receiver;
+
+static float mssm__spread(const mssm__receiver *r, float z)
+{
+    return r->perspective ? -1.0f / (r->to_distance[0] * z + r->to_distance[1]) : z;
+}
+
+// Distance in spread from the receiver to a blocker, which is at the near plane or behind it.
+static float mssm__distance_to(const mssm__receiver *r, float z)
+{
+    return mssm_clamp(r->spread - mssm__spread(r, mssm_clamp(z, -1.0f, 1.0f)), 0.0f, r->d_max);
+}
+
+// Chebyshev moments of the kernel for blockers at distance d.
+static mssm_moments6 mssm__look(const mssm_map *map, const mssm__receiver *r, int moments, float d)
+{
+    return mssm__query(map, moments, r->x, r->y, mssm_clamp(r->kernel_u * d, 0.5f, r->max_half),
+                       mssm_clamp(r->kernel_v * d, 0.5f, r->max_half));
+}
+
+static struct mssm_pivots mssm__pivots4(mssm_moments6 t, float alpha)
+{
+    const mssm_moments4 t4 = {{t.b[0], t.b[1], t.b[2], t.b[3]}};
+    return mssm_factorise_stored4(t4, alpha);
+}
+
+// The depths that the kernel for blockers at distance d holds; z[0] is the receiver's.
+static mssm_points4 mssm__layers(const mssm_map *map, const mssm__receiver *r, int moments, float d)
+{
+    const mssm_moments6 t = mssm__look(map, r, moments, d);
+    if (moments == 6) {
+        return mssm_points_of6(mssm_make_kernel6(mssm_factorise_stored6(t, r->alpha6), r->z_test));
+    }
+    const mssm_points3 p =
+        mssm_points_of4(mssm_make_kernel4(mssm__pivots4(t, r->alpha4), r->z_test));
+    const mssm_points4 q = {{p.z[0], p.z[1], p.z[2], 1}, {p.w[0], p.w[1], p.w[2], 0}};
+    return q;
+}
+
+// What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.
+static float mssm__blocked(const mssm__receiver *r, float z, float w)
+{
+    return z < r->z_test ? w * mssm_clamp((r->z_own - z) / r->fade, 0.0f, 1.0f) : 0.0f;
+}
+
+// Distances of the three kernels of the layered estimator: from the mean distance of all blockers in
+// the search region to the least that can matter. Returns 0 where the answer is known: *occlusion.
+static int mssm__plan_layers(const mssm__receiver *r, mssm_points4 seen, float d[3],
+                             float *occlusion)
+{
+    float nearer = 0, blocked = 0, sum = 1e-3f, first = 1e-3f * r->d_max;
+    for (int j = 1; j < 4; j++) {
+        if (seen.z[j] >= r->z_test) continue;
+        nearer += seen.w[j];
+        blocked += mssm__blocked(r, seen.z[j], seen.w[j]);
+        sum += seen.w[j];
+        first += seen.w[j] * mssm__distance_to(r, seen.z[j]);
+    }
+    *occlusion = nearer + seen.w[0] < r->tolerance ? 0.0f : 1.0f;
+    if (*occlusion == 0.0f || 1.0f - blocked < r->tolerance) return 0;
+    const float behind = r->spread - mssm__spread(r, MSSM__FAR);
+    d[2] = mssm_clamp(behind, 0.03f * r->d_max, r->d_max);
+    d[0] = mssm_clamp(first / sum, 0.1f * r->d_max, r->d_max);
+    d[0] = d[0] > d[2] ? d[0] : d[2];
+    d[1] = d[2] + 0.35f * (d[0] - d[2]);
+    return 1;
+}
+
+// Occlusion is the integral over depth of the share of texels at that depth, each in the kernel that
+// this depth asks for. Three nested kernels are looked at, and a blocker at a distance in between
+// counts in the two around it in proportion to their area: a quadrature that needs no limits between
+// layers, and changes continuously with all of its inputs.
+static float mssm__layered(const mssm_map *map, const mssm__receiver *r)
+{
+    int moments = r->moments == 6 ? 6 : 4;
+    mssm_points4 p = mssm__layers(map, r, moments, r->d_max);
+    // Four moments will do where they leave little to the receiver itself (measured: rms error + .3%).
+    if (r->moments == 0 && p.w[0] * p.w[0] > r->tolerance) {
+        moments = 6;
+        p = mssm__layers(map, r, moments, r->d_max);
+    }
+    float d[3], occlusion;
+    if (!mssm__plan_layers(r, p, d, &occlusion)) return 1.0f - occlusion;
+
+    const float a0 = d[0] * d[0], a1 = d[1] * d[1], a2 = d[2] * d[2];
+    const float kernel = r->kernel_u > r->kernel_v ? r->kernel_u : r->kernel_v;
+    float fullest = 0, emptiest = 1;
+    occlusion = 0;
+    for (int i = 0; i < 3; i++) {
+        if (i == 0 || kernel * d[i - 1] > 0.5f) p = mssm__layers(map, r, moments, d[i]);
+        float share = 0;
+        for (int j = 1; j < 4; j++) {
+            const float w = mssm__blocked(r, p.z[j], p.w[j]);
+            const float distance = mssm__distance_to(r, p.z[j]), a = distance * distance;
+            const float wide = mssm_clamp((a - a1) / (a0 - a1 + 1e-20f), 0.0f, 1.0f);
+            const float slim = mssm_clamp((a1 - a) / (a1 - a2 + 1e-20f), 0.0f, 1.0f);
+            occlusion += w * (i == 0 ? wide : i == 1 ? 1.0f - wide - slim : slim);
+            share += w;
+        }
+        fullest = share > fullest ? share : fullest;
+        emptiest = share < emptiest ? share : emptiest;
+    }
+    // No more than the kernel that sees most, which a surface through all kernels would pass; no less
+    // than the one that sees least, which closes the gap between a far and a near blocker.
+    return 1.0f - mssm_clamp(mssm_clamp(occlusion, emptiest, fullest), 0.0f, 1.0f);
+}
+
+// Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.
+static struct mssm_split mssm__split(const mssm_map *map, const mssm__receiver *r, float d)
+{
+    const mssm_moments6 t = mssm__look(map, r, r->moments == 4 ? 4 : map->moments, d);
+    if (r->moments != 6) {
+        const struct mssm_split s =
+            mssm_split4(mssm_make_kernel4(mssm__pivots4(t, r->alpha4), r->z_test));
+        if (r->moments == 4 || s.self <= r->tolerance) return s;
+    }
+    return mssm_split6(mssm_make_kernel6(mssm_factorise_stored6(t, r->alpha6), r->z_test));
+}
+
+// The published pipeline: one mean blocker depth, one kernel.
+static float mssm__single(const mssm_map *map, const mssm__receiver *r, float self_max)
+{
+    struct mssm_split s = mssm__split(map, r, r->d_max);
+    if (s.nearer + s.self < r->tolerance) return 1.0f;
+    const float depth = mssm_split_depth(s, r->z_test, 1e-3f, self_max);
+    return mssm_split_bounds(mssm__split(map, r, mssm__distance_to(r, depth))).upper;
+}
+
+static float mssm__or_default(float value, float otherwise)
+{
+    return value > 0 && mssm__is_finite(value) ? value : otherwise;
+}
+
+static void mssm__set_kernel(mssm__receiver *r, const mssm_light *light, float side)
+{
+    const float range = light->z_far - light->z_near;
+    const float scale = 0.5f * side * (light->perspective ? 1.0f : 0.5f * range);
+    r->perspective = light->perspective;
+    r->kernel_u = scale * light->half_u / light->extent_u;
+    r->kernel_v = scale * light->half_v / light->extent_v;
+    r->to_distance[0] = 0.5f * range;
+    r->to_distance[1] = 0.5f * range + light->z_near;
+}
+
+// 0 where the point is lit whatever the map holds.
+static int mssm__receive(mssm__receiver *r, const mssm_map *map, const mssm_light *light,
+                         const mssm_settings *settings, const float point[3])
+{
+    static const mssm_settings defaults = {0, MSSM_LAYERED, 0, 0, 0, 0};
+    const mssm_settings *set = settings ? settings : &defaults;
+    float shadow[3];
+    if (!mssm_light_project(light, point, shadow) || !(shadow[2] > -1)) return 0;
+    const float side = (float)map->side;
+    r->x = mssm_clamp((0.5f + 0.5f * shadow[0]) * side, -MSSM__FAR_AWAY, MSSM__FAR_AWAY);
+    r->y = mssm_clamp((0.5f + 0.5f * shadow[1]) * side, -MSSM__FAR_AWAY, MSSM__FAR_AWAY);
+    r->moments = set->moments == 4 || map->moments == 4 ? 4 : set->moments == 6 ? 6 : 0;
+    r->tolerance = mssm__or_default(set->tolerance, 1.0f / 256.0f);
+    r->alpha4 = mssm__or_default(set->moment_bias, MSSM_BIAS4_TABLE);
+    r->alpha6 = mssm__or_default(set->moment_bias, MSSM_BIAS6_TABLE);
+    r->max_half = set->max_kernel > 0 ? 0.5f * (float)set->max_kernel : MSSM__FAR_AWAY;
+    mssm__set_kernel(r, light, side);
+    r->spread = mssm__spread(r, shadow[2]);
+    r->d_max = r->spread - mssm__spread(r, -1.0f);
+
+    // One texel in units of z, as wide as it is at the receiver.
+    const float extent = light->extent_u > light->extent_v ? light->extent_u : light->extent_v;
+    const float width = r->perspective ? r->to_distance[0] * shadow[2] + r->to_distance[1] : 1.0f;
+    const float texel = 2.0f * extent * width / (side * r->to_distance[0]);
+    const float bias = mssm__or_default(set->depth_bias, map->averaged ? 0.0f : 0.5f * texel);
+    r->fade = mssm__or_default(4.0f * set->depth_bias, map->averaged ? texel : 2.0f * texel);
+    r->z_own = shadow[2] - bias;
+    r->z_test = mssm_clamp(shadow[2], -1.0f, 0.5f * (1.0f + MSSM__FAR)) - bias;
+    return mssm__all_finite(&r->x, (int)(offsetof(mssm__receiver, perspective) / sizeof(float)));
+}
+
+float mssm_map_visibility(const mssm_map *map, const mssm_light *light, const mssm_settings *settings,
+                          const float point[3])
+{
+    mssm__receiver r;
+    if (!map || !light || !point || !mssm__receive(&r, map, light, settings, point)) return 1;
+    const mssm_estimator estimator = settings ? settings->estimator : MSSM_LAYERED;
+    if (estimator == MSSM_LAYERED) return mssm__layered(map, &r);
+    return mssm__single(map, &r, estimator == MSSM_UPPER_BLOCKER ? 1.0f : 1e-3f);
+}
+
+mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y)
+{
+    mssm_moments6 m = mssm_moments6_of_depth(1.0f);
+    if (!map) return m;
+    const float scale = 0.5f * (float)map->side, far_away = MSSM__FAR_AWAY;
+    const mssm_moments6 t =
+        mssm__query(map, map->moments, mssm_clamp((x + 1.0f) * scale, -far_away, far_away),
+                    mssm_clamp((y + 1.0f) * scale, -far_away, far_away),
+                    mssm_clamp(half_x * scale, 0.5f, far_away),
+                    mssm_clamp(half_y * scale, 0.5f, far_away));
+    for (int k = 0; k < 6; k++) m.b[k] = k < map->moments ? 0.5f + 0.5f * t.b[k] : 0.0f;
+    m = mssm_moments6_decode(m);
+    if (map->moments == 4) m.b[4] = m.b[5] = 0.0f;
+    return m;
+}
+
+// ---- GLSL text ----
+
+#if defined __GNUC__
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Woverlength-strings"
+#endif
+static const char mssm__glsl_text[] =
+    "#define MSSM_SHARED\n"
+    "#define sqrtf sqrt\n"
+    "#define fabsf abs\n"
+    "#define powf pow\n"
+    // [glsl text begin] made by "make glsl", do not edit
+    "struct mssm_moments4 { float b[4]; };\n"
+    "struct mssm_moments6 { float b[6]; };\n"
+    "struct mssm_points3 { float z[3], w[3]; };\n"
+    "struct mssm_points4 { float z[4], w[4]; };\n"
+    "struct mssm_bounds { float lower, upper; };\n"
+    "struct mssm_roots3 { float x[3]; int count; };\n"
+    "\n"
+    "// Written so that NaN gives high.\n"
+    "MSSM_SHARED float mssm_clamp(float x, float low, float high)\n"
+    "{\n"
+    "    return x < high ? (x > low ? x : low) : high;\n"
+    "}\n"
+    "\n"
+    "// ---- Moments and their storage ----\n"
+    "\n"
+    "mssm_moments4 mssm_moments4_of_depth(float z)\n"
+    "{\n"
+    "    float d = mssm_clamp(z, -1.0f, 1.0f);\n"
+    "    mssm_moments4 m;\n"
+    "    m.b[0] = d;\n"
+    "    m.b[1] = d * d;\n"
+    "    m.b[2] = d * d * d;\n"
+    "    m.b[3] = (d * d) * (d * d);\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "mssm_moments6 mssm_moments6_of_depth(float z)\n"
+    "{\n"
+    "    float d = mssm_clamp(z, -1.0f, 1.0f);\n"
+    "    mssm_moments6 m;\n"
+    "    m.b[0] = d;\n"
+    "    m.b[1] = d * d;\n"
+    "    m.b[2] = d * d * d;\n"
+    "    m.b[3] = (d * d) * (d * d);\n"
+    "    m.b[4] = (d * d) * (d * d) * d;\n"
+    "    m.b[5] = (d * d) * (d * d) * (d * d);\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "// Odd entries of all bias vectors are zero: the best vector is symmetric. 4 is beyond all entries.\n"
+    "MSSM_SHARED float mssm_pull(float b, float alpha, float target)\n"
+    "{\n"
+    "    float a = mssm_clamp(alpha, 0.0f, 1.0f);\n"
+    "    float from = mssm_clamp(b, -4.0f, 4.0f);\n"
+    "    return from - a * (from - target);\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_moments4 mssm_pull4(mssm_moments4 m, float alpha, float b2, float b4)\n"
+    "{\n"
+    "    mssm_moments4 r;\n"
+    "    r.b[0] = mssm_pull(m.b[0], alpha, 0.0f);\n"
+    "    r.b[1] = mssm_pull(m.b[1], alpha, b2);\n"
+    "    r.b[2] = mssm_pull(m.b[2], alpha, 0.0f);\n"
+    "    r.b[3] = mssm_pull(m.b[3], alpha, b4);\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_moments6 mssm_pull6(mssm_moments6 m, float alpha, float b2, float b4, float b6)\n"
+    "{\n"
+    "    mssm_moments6 r;\n"
+    "    r.b[0] = mssm_pull(m.b[0], alpha, 0.0f);\n"
+    "    r.b[1] = mssm_pull(m.b[1], alpha, b2);\n"
+    "    r.b[2] = mssm_pull(m.b[2], alpha, 0.0f);\n"
+    "    r.b[3] = mssm_pull(m.b[3], alpha, b4);\n"
+    "    r.b[4] = mssm_pull(m.b[4], alpha, 0.0f);\n"
+    "    r.b[5] = mssm_pull(m.b[5], alpha, b6);\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha)\n"
+    "{\n"
+    "    return mssm_pull4(m, alpha, 0.920f, 3.804f);\n"
+    "}\n"
+    "\n"
+    "mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha)\n"
+    "{\n"
+    "    return mssm_pull6(m, alpha, 0.421f, 0.511f, 1.913f);\n"
+    "}\n"
+    "\n"
+    "mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha)\n"
+    "{\n"
+    "    return mssm_pull4(m, alpha, 1.120f, 2.884f);\n"
+    "}\n"
+    "\n"
+    "mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha)\n"
+    "{\n"
+    "    return mssm_pull6(m, alpha, 0.657f, 0.734f, 1.197f);\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED float mssm_to_unit(float t)\n"
+    "{\n"
+    "    return mssm_clamp(0.5f + 0.5f * t, 0.0f, 1.0f);\n"
+    "}\n"
+    "\n"
+    "// T1 = z, T2 = 2z^2 - 1, T3 = 4z^3 - 3z, T4 = 8z^4 - 8z^2 + 1, ...\n"
+    "mssm_moments4 mssm_moments4_encode(mssm_moments4 m)\n"
+    "{\n"
+    "    mssm_moments4 q;\n"
+    "    q.b[0] = mssm_to_unit(m.b[0]);\n"
+    "    q.b[1] = mssm_clamp(m.b[1], 0.0f, 1.0f);\n"
+    "    q.b[2] = mssm_to_unit(4.0f * m.b[2] - 3.0f * m.b[0]);\n"
+    "    q.b[3] = mssm_to_unit(8.0f * (m.b[3] - m.b[1]) + 1.0f);\n"
+    "    return q;\n"
+    "}\n"
+    "\n"
+    "mssm_moments6 mssm_moments6_encode(mssm_moments6 m)\n"
+    "{\n"
+    "    mssm_moments6 q;\n"
+    "    q.b[0] = mssm_to_unit(m.b[0]);\n"
+    "    q.b[1] = mssm_clamp(m.b[1], 0.0f, 1.0f);\n"
+    "    q.b[2] = mssm_to_unit(4.0f * m.b[2] - 3.0f * m.b[0]);\n"
+    "    q.b[3] = mssm_to_unit(8.0f * (m.b[3] - m.b[1]) + 1.0f);\n"
+    "    q.b[4] = mssm_to_unit(16.0f * m.b[4] - 20.0f * m.b[2] + 5.0f * m.b[0]);\n"
+    "    q.b[5] = mssm_to_unit(32.0f * m.b[5] - 48.0f * m.b[3] + 18.0f * m.b[1] - 1.0f);\n"
+    "    return q;\n"
+    "}\n"
+    "\n"
+    "// Straight from the stored values, without going through T = 2q - 1: fewer roundings.\n"
+    "mssm_moments4 mssm_moments4_decode(mssm_moments4 q)\n"
+    "{\n"
+    "    float q1 = mssm_clamp(q.b[0], 0.0f, 1.0f);\n"
+    "    float q2 = mssm_clamp(q.b[1], 0.0f, 1.0f);\n"
+    "    float q3 = mssm_clamp(q.b[2], 0.0f, 1.0f);\n"
+    "    float q4 = mssm_clamp(q.b[3], 0.0f, 1.0f);\n"
+    "    mssm_moments4 m;\n"
+    "    m.b[0] = 2.0f * q1 - 1.0f;\n"
+    "    m.b[1] = q2;\n"
+    "    m.b[2] = 1.5f * q1 + (0.5f * q3 - 1.0f);\n"
+    "    m.b[3] = q2 + (0.25f * q4 - 0.25f);\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "mssm_moments6 mssm_moments6_decode(mssm_moments6 q)\n"
+    "{\n"
+    "    float q1 = mssm_clamp(q.b[0], 0.0f, 1.0f);\n"
+    "    float q2 = mssm_clamp(q.b[1], 0.0f, 1.0f);\n"
+    "    float q3 = mssm_clamp(q.b[2], 0.0f, 1.0f);\n"
+    "    float q4 = mssm_clamp(q.b[3], 0.0f, 1.0f);\n"
+    "    float q5 = mssm_clamp(q.b[4], 0.0f, 1.0f);\n"
+    "    float q6 = mssm_clamp(q.b[5], 0.0f, 1.0f);\n"
+    "    mssm_moments6 m;\n"
+    "    m.b[0] = 2.0f * q1 - 1.0f;\n"
+    "    m.b[1] = q2;\n"
+    "    m.b[2] = 1.5f * q1 + (0.5f * q3 - 1.0f);\n"
+    "    m.b[3] = q2 + (0.25f * q4 - 0.25f);\n"
+    "    m.b[4] = 1.25f * q1 + (0.625f * q3 + (0.125f * q5 - 1.0f));\n"
+    "    m.b[5] = 0.9375f * q2 + (0.375f * q4 + (0.0625f * q6 - 0.375f));\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "// ---- Bounds without the roots (docs/moments.md, \"Bounds\") ----\n"
+    "//\n"
+    "// Notation: u = depth - mean. D1, D2, D3 are the pivots of the moment matrix (squared norms of the\n"
+    "// monic orthogonal polynomials p1 = u, p2 = (u - a1) p1 - D1, p3 = (u - a2) p2 - D2/D1 p1), u0 is the\n"
+    "// receiver. The kernel K(u) = 1 + p1(u) p1(u0)/D1 + p2(u) p2(u0)/D2 + ... vanishes at all other depths\n"
+    "// of the canonical representation. With v = 1/(u - u0) it reads k0 v^n + k1 v^(n-1) + ... + kn, where\n"
+    "// k0 > 0 is 1/w0, the inverse share of the receiver, times a positive factor. All roots are real, so\n"
+    "// Descartes' rule is exact: the number of sign changes is the number of depths beyond the receiver.\n"
+    "// The share of any depth x is 1/K(x,x) (Christoffel number).\n"
+    "\n"
+    "// Floors: pivots below half of alpha times those of the bias vector (D1 = b2, D2 = b4 - b2^2,\n"
+    "// D3 = b6 - b4^2/b2) do not come from rounding of safely biased moments, for the smaller of the two\n"
+    "// biases that fit a function. The moments are then those of no distribution, and the longest valid part\n"
+    "// of them is used: 6, 4 or 2, and for none a single surface of the variance D1's floor. That cuts false\n"
+    "// shadows 90 times where a user's bias is too small.\n"
+    "\n"
+    "// Factorised moment matrix (L D L^T): pivots d and the entries c of L that the polynomials need. d2 or\n"
+    "// d3 is 0 where the moments are valid only up to there; d1 is never below its floor.\n"
+    "struct mssm_pivots {\n"
+    "    float mean, d1, c21, d2, c32, d3;\n"
+    "};\n"
+    "\n"
+    "struct mssm_kernel4 {\n"
+    "    float mean, u0, i1, i2, f1, q2;  // i = 1/d; q, f, e = values and slopes of the polynomials at u0\n"
+    "    float k0, k1, k2, w0;\n"
+    "};\n"
+    "\n"
+    "struct mssm_kernel6 {\n"
+    "    float mean, u0, i1, i2, i3, f1, q2, q3, e1, e2;\n"
+    "    float k0, k1, k2, k3, w0;\n"
+    "};\n"
+    "\n"
+    "// nearer: share of what is surely nearer than the receiver; self: the share that its own depth can\n"
+    "// hold; first: sum of share times depth over what is nearer.\n"
+    "struct mssm_split {\n"
+    "    float nearer, self, first;\n"
+    "};\n"
+    "\n"
+    "// The clamps (moments to [-4,4], depth to [-1000,1000]) keep every product below finite.\n"
+    "MSSM_SHARED mssm_pivots mssm_factorise4(float m1, float m2, float m3, float m4)\n"
+    "{\n"
+    "    float b1 = mssm_clamp(m1, -4.0f, 4.0f);\n"
+    "    float b2 = mssm_clamp(m2, -4.0f, 4.0f);\n"
+    "    float b3 = mssm_clamp(m3, -4.0f, 4.0f);\n"
+    "    float b4 = mssm_clamp(m4, -4.0f, 4.0f);\n"
+    "    float d1 = b2 - b1 * b1;\n"
+    "    int valid = d1 > 2.2e-7f ? 1 : 0;\n"
+    "    mssm_pivots p;\n"
+    "    p.mean = b1;\n"
+    "    p.d1 = valid == 1 ? d1 : 2.2e-7f;\n"
+    "    float l21 = b3 - b1 * b2;\n"
+    "    float c21 = l21 / p.d1;\n"
+    "    p.c21 = valid == 1 ? c21 : 0.0f;\n"
+    "    // This form loses 9 times fewer digits than (b2 b4 - b3^2 ...) / d1.\n"
+    "    float d2 = (b4 - b2 * b2) - l21 * p.c21;\n"
+    "    valid = d2 > 7.1e-7f ? valid : 0;\n"
+    "    p.d2 = valid == 1 ? d2 : 0.0f;\n"
+    "    p.c32 = 0.0f;\n"
+    "    p.d3 = 0.0f;\n"
+    "    return p;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_pivots mssm_factorise6(float m1, float m2, float m3, float m4, float m5,\n"
+    "                                               float m6)\n"
+    "{\n"
+    "    float b1 = mssm_clamp(m1, -4.0f, 4.0f);\n"
+    "    float b2 = mssm_clamp(m2, -4.0f, 4.0f);\n"
+    "    float b3 = mssm_clamp(m3, -4.0f, 4.0f);\n"
+    "    float b4 = mssm_clamp(m4, -4.0f, 4.0f);\n"
+    "    float b5 = mssm_clamp(m5, -4.0f, 4.0f);\n"
+    "    float b6 = mssm_clamp(m6, -4.0f, 4.0f);\n"
+    "    float d1 = b2 - b1 * b1;\n"
+    "    int valid = d1 > 4.6e-7f ? 1 : 0;\n"
+    "    mssm_pivots p;\n"
+    "    p.mean = b1;\n"
+    "    p.d1 = valid == 1 ? d1 : 4.6e-7f;\n"
+    "    float i1 = 1.0f / p.d1;\n"
+    "    float l21 = b3 - b1 * b2;\n"
+    "    float c21 = l21 * i1;\n"
+    "    p.c21 = valid == 1 ? c21 : 0.0f;\n"
+    "    float d2 = (b4 - b2 * b2) - l21 * p.c21;\n"
+    "    valid = d2 > 3.7e-7f ? valid : 0;\n"
+    "    p.d2 = valid == 1 ? d2 : 0.0f;\n"
+    "    float i2 = 1.0f / (valid == 1 ? d2 : 1.0f);\n"
+    "    float l31 = b4 - b1 * b3;\n"
+    "    float c31 = l31 * i1;\n"
+    "    float l32 = (b5 - b2 * b3) - l21 * c31;\n"
+    "    float c32 = l32 * i2;\n"
+    "    float d3 = (b6 - b3 * b3) - (l31 * c31 + l32 * c32);\n"
+    "    valid = d3 > 7.5e-7f ? valid : 0;\n"
+    "    p.c32 = valid == 1 ? c32 : 0.0f;\n"
+    "    p.d3 = valid == 1 ? d3 : 0.0f;\n"
+    "    return p;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_kernel4 mssm_make_kernel4(mssm_pivots p, float z)\n"
+    "{\n"
+    "    float u0 = mssm_clamp(z, -1000.0f, 1000.0f) - p.mean;\n"
+    "    float a1 = p.c21 - 2.0f * p.mean;\n"
+    "    float d2 = p.d2 > 0.0f ? p.d2 : 1.0f;\n"
+    "    float i2 = 1.0f / d2;\n"
+    "    float q2 = (u0 - a1) * u0 - p.d1;\n"
+    "    mssm_kernel4 k;\n"
+    "    k.mean = p.mean;\n"
+    "    k.u0 = u0;\n"
+    "    k.i1 = 1.0f / p.d1;\n"
+    "    k.i2 = p.d2 > 0.0f ? i2 : 0.0f;\n"
+    "    k.f1 = 2.0f * u0 - a1;\n"
+    "    k.q2 = p.d2 > 0.0f ? q2 : 0.0f;\n"
+    "    float s1 = 1.0f + u0 * u0 * k.i1;\n"
+    "    k.k0 = d2 * s1 + k.q2 * k.q2;\n"
+    "    k.k1 = d2 * k.i1 * u0 + k.q2 * k.f1;\n"
+    "    k.k2 = k.q2;\n"
+    "    k.w0 = 1.0f / (s1 + k.q2 * k.q2 * k.i2);\n"
+    "    return k;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_kernel6 mssm_make_kernel6(mssm_pivots p, float z)\n"
+    "{\n"
+    "    float u0 = mssm_clamp(z, -1000.0f, 1000.0f) - p.mean;\n"
+    "    float a1 = p.c21 - 2.0f * p.mean;\n"
+    "    float a2 = p.d3 > 0.0f ? p.c32 - p.c21 - p.mean : 0.0f;\n"
+    "    float d2 = p.d2 > 0.0f ? p.d2 : 1.0f;\n"
+    "    float d3 = p.d3 > 0.0f ? p.d3 : 1.0f;\n"
+    "    float i2 = 1.0f / d2;\n"
+    "    float i3 = 1.0f / d3;\n"
+    "    mssm_kernel6 k;\n"
+    "    k.mean = p.mean;\n"
+    "    k.u0 = u0;\n"
+    "    k.i1 = 1.0f / p.d1;\n"
+    "    k.i2 = p.d2 > 0.0f ? i2 : 0.0f;\n"
+    "    k.i3 = p.d3 > 0.0f ? i3 : 0.0f;\n"
+    "    float r2 = d2 * k.i1;\n"
+    "    float r3 = p.d3 > 0.0f ? d3 * i2 : 1.0f;\n"
+    "    float q2 = (u0 - a1) * u0 - p.d1;\n"
+    "    k.f1 = 2.0f * u0 - a1;\n"
+    "    k.q2 = p.d2 > 0.0f ? q2 : 0.0f;\n"
+    "    float q3 = (u0 - a2) * k.q2 - r2 * u0;\n"
+    "    k.q3 = p.d3 > 0.0f ? q3 : 0.0f;\n"
+    "    k.e1 = k.q2 + (u0 - a2) * k.f1 - r2;\n"
+    "    k.e2 = k.f1 + (u0 - a2);\n"
+    "    float s1 = 1.0f + u0 * u0 * k.i1;\n"
+    "    k.k0 = r3 * (d2 * s1 + k.q2 * k.q2) + k.q3 * k.q3;\n"
+    "    k.k1 = r3 * (r2 * u0 + k.q2 * k.f1) + k.q3 * k.e1;\n"
+    "    k.k2 = r3 * k.q2 + k.q3 * k.e2;\n"
+    "    k.k3 = k.q3;\n"
+    "    k.w0 = 1.0f / (s1 + k.q2 * k.q2 * k.i2 + k.q3 * k.q3 * k.i3);\n"
+    "    return k;\n"
+    "}\n"
+    "\n"
+    "// Share of a depth at distance t from the receiver.\n"
+    "MSSM_SHARED float mssm_share4(mssm_kernel4 k, float t)\n"
+    "{\n"
+    "    float p1 = k.u0 + t;\n"
+    "    float p2 = k.q2 + (k.f1 + t) * t;\n"
+    "    return 1.0f / (1.0f + p1 * p1 * k.i1 + p2 * p2 * k.i2);\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED float mssm_share6(mssm_kernel6 k, float t)\n"
+    "{\n"
+    "    float p1 = k.u0 + t;\n"
+    "    float p2 = k.q2 + (k.f1 + t) * t;\n"
+    "    float p3 = k.q3 + ((t + k.e2) * t + k.e1) * t;\n"
+    "    return 1.0f / (1.0f + p1 * p1 * k.i1 + p2 * p2 * k.i2 + p3 * p3 * k.i3);\n"
+    "}\n"
+    "\n"
+    "// Two other depths: one on each side of the receiver (k2 < 0), or both on one side.\n"
+    "MSSM_SHARED mssm_split mssm_split4(mssm_kernel4 k)\n"
+    "{\n"
+    "    float disc = k.k1 * k.k1 - 4.0f * k.k0 * k.k2;\n"
+    "    float root = sqrtf(disc > 0.0f ? disc : 0.0f);\n"
+    "    float v_a = (-k.k1 - root) / (2.0f * k.k0);\n"
+    "    float v_b = 2.0f * k.k2 / (root - k.k1);\n"
+    "    float v = k.k1 >= 0.0f ? v_a : v_b;\n"
+    "    float t = 1.0f / (v < -1e-3f ? v : -1e-3f);\n"
+    "    float lit = 1.0f - k.w0;\n"
+    "    float share = mssm_share4(k, t);\n"
+    "    share = share < lit ? share : lit;\n"
+    "    // The centred first moment is zero: what is nearer, the receiver and the rest add up to it.\n"
+    "    float first_one = share * (k.u0 + t);\n"
+    "    float first_all = -k.w0 * k.u0;\n"
+    "    float nearer_same = k.k1 > 0.0f ? lit : 0.0f;\n"
+    "    float first_same = k.k1 > 0.0f ? first_all : 0.0f;\n"
+    "    mssm_split r;\n"
+    "    r.nearer = k.k2 < 0.0f ? share : nearer_same;\n"
+    "    r.self = k.w0;\n"
+    "    r.first = (k.k2 < 0.0f ? first_one : first_same) + k.mean * r.nearer;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its side;\n"
+    "// its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d < 0.\n"
+    "MSSM_SHARED mssm_split mssm_split6(mssm_kernel6 k)\n"
+    "{\n"
+    "    int falling = k.k1 < 0.0f ? 1 : 0;\n"
+    "    int three = k.k2 > 0.0f ? falling : 0;  // beyond, where their number is odd\n"
+    "    int two = k.k2 < 0.0f ? 1 : falling;    // beyond, where it is even\n"
+    "    float side_odd = three == 1 ? -1.0f : 1.0f;\n"
+    "    float side = k.k3 < 0.0f ? side_odd : -1.0f;\n"
+    "\n"
+    "    float inverse = 1.0f / k.k0;\n"
+    "    float b = side * k.k1 * inverse;\n"
+    "    float c = k.k2 * inverse;\n"
+    "    float d = side * k.k3 * inverse;\n"
+    "    // Start above the root: the Laguerre-Samuelson bound, or the root without the cubic term.\n"
+    "    float h = b * b - 3.0f * c;\n"
+    "    float y = (2.0f * sqrtf(h > 0.0f ? h : 0.0f) - b) * (1.0f / 3.0f);\n"
+    "    float e = c * c - 4.0f * b * d;\n"
+    "    float root = sqrtf(e > 0.0f ? e : 0.0f);\n"
+    "    float y_a = -2.0f * d / (c + root);\n"
+    "    float y_b = (root - c) / (2.0f * b);\n"
+    "    float y_c = c >= 0.0f ? y_a : y_b;\n"
+    "    y_c = b > 0.0f ? y_c : y;\n"
+    "    y = y_c < y ? y_c : y;\n"
+    "    for (int i = 0; i < 3; i++) {  // Halley: from there monotone, error below 1e-6 after three steps\n"
+    "        float f = ((y + b) * y + c) * y + d;\n"
+    "        float f1 = (3.0f * y + 2.0f * b) * y + c;\n"
+    "        float f2 = 6.0f * y + 2.0f * b;\n"
+    "        float below = 2.0f * f1 * f1 - f * f2;\n"
+    "        y = y - 2.0f * f * f1 / (below > 1e-37f ? below : 1e-37f);\n"
+    "    }\n"
+    "    float t = side / (y > 1e-3f ? y : 1e-3f);\n"
+    "    float rest = 1.0f - k.w0;\n"
+    "    float share = mssm_share6(k, t);\n"
+    "    share = share < rest ? share : rest;\n"
+    "    float first_one = share * (k.u0 + t);\n"
+    "    float first_all = -k.w0 * k.u0;\n"
+    "    float first_two = first_all - first_one;\n"
+    "    float nearer_odd = three == 1 ? 0.0f : rest - share;\n"
+    "    float first_odd = three == 1 ? 0.0f : first_two;\n"
+    "    float nearer_even = two == 1 ? share : rest;\n"
+    "    float first_even = two == 1 ? first_one : first_all;\n"
+    "    mssm_split r;\n"
+    "    r.nearer = k.k3 < 0.0f ? nearer_odd : nearer_even;\n"
+    "    r.self = k.w0;\n"
+    "    r.first = (k.k3 < 0.0f ? first_odd : first_even) + k.mean * r.nearer;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_bounds mssm_split_bounds(mssm_split s)\n"
+    "{\n"
+    "    mssm_bounds r;\n"
+    "    r.upper = mssm_clamp(1.0f - s.nearer, 0.0f, 1.0f);\n"
+    "    r.lower = mssm_clamp(r.upper - s.self, 0.0f, 1.0f);\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_kernel4 mssm_kernel4_of(mssm_moments4 m, float z)\n"
+    "{\n"
+    "    return mssm_make_kernel4(mssm_factorise4(m.b[0], m.b[1], m.b[2], m.b[3]), z);\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_kernel6 mssm_kernel6_of(mssm_moments6 m, float z)\n"
+    "{\n"
+    "    return mssm_make_kernel6(\n"
+    "        mssm_factorise6(m.b[0], m.b[1], m.b[2], m.b[3], m.b[4], m.b[5]), z);\n"
+    "}\n"
+    "\n"
+    "mssm_bounds mssm_visibility4(mssm_moments4 m, float z)\n"
+    "{\n"
+    "    return mssm_split_bounds(mssm_split4(mssm_kernel4_of(m, z)));\n"
+    "}\n"
+    "\n"
+    "mssm_bounds mssm_visibility6(mssm_moments6 m, float z)\n"
+    "{\n"
+    "    return mssm_split_bounds(mssm_split6(mssm_kernel6_of(m, z)));\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED float mssm_split_depth(mssm_split s, float z, float self_min, float self_max)\n"
+    "{\n"
+    "    float depth = mssm_clamp(z, -1.0f, 1.0f);\n"
+    "    float low = mssm_clamp(self_min, 0.0f, 1.0f);\n"
+    "    float self = mssm_clamp(s.self, low, mssm_clamp(self_max, low, 1.0f));\n"
+    "    float sum = s.nearer + self;\n"
+    "    float mean = (s.first + self * depth) / (sum > 1e-7f ? sum : 1e-7f);\n"
+    "    return sum > 1e-7f ? mssm_clamp(mean, -1.0f, depth) : depth;\n"
+    "}\n"
+    "\n"
+    "float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max)\n"
+    "{\n"
+    "    mssm_split s = mssm_split4(mssm_kernel4_of(m, z));\n"
+    "    return mssm_split_depth(s, z, self_weight_min, self_weight_max);\n"
+    "}\n"
+    "\n"
+    "float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max)\n"
+    "{\n"
+    "    mssm_split s = mssm_split6(mssm_kernel6_of(m, z));\n"
+    "    return mssm_split_depth(s, z, self_weight_min, self_weight_max);\n"
+    "}\n"
+    "\n"
+    "// ---- Roots and the full reconstruction ----\n"
+    "\n"
+    "// One real root of a cubic and the quadratic x^2 + b x + c that is left of it.\n"
+    "struct mssm_deflated {\n"
+    "    float root, b, c;\n"
+    "};\n"
+    "\n"
+    "// Real roots of x^2 + b x + c, or the real part twice: x, ascending.\n"
+    "struct mssm_pair {\n"
+    "    float x0, x1;\n"
+    "};\n"
+    "\n"
+    "MSSM_SHARED mssm_pair mssm_quadratic(float b, float c)\n"
+    "{\n"
+    "    float middle = -0.5f * b;\n"
+    "    float disc = middle * middle - c;\n"
+    "    float root = sqrtf(disc > 0.0f ? disc : 0.0f);\n"
+    "    float x = middle < 0.0f ? middle - root : middle + root;\n"
+    "    float y = disc > 0.0f ? c / x : middle;  // no cancellation; x is not 0 where disc is not\n"
+    "    mssm_pair r;\n"
+    "    r.x0 = x < y ? x : y;\n"
+    "    r.x1 = x < y ? y : x;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// x^3 + b x^2 + c x + d with its coefficients of a size that keeps b^3 finite. Newton's method from\n"
+    "// outside towards the root that lies furthest from the inflection point (start after Kahan, \"To solve a\n"
+    "// real cubic equation\", 1986): that root is simple unless all three coincide, so it converges fast,\n"
+    "// and deflation by it is stable.\n"
+    "MSSM_SHARED mssm_deflated mssm_deflate(float b, float c, float d)\n"
+    "{\n"
+    "    float inflection = b * (-1.0f / 3.0f);\n"
+    "    float x = inflection;\n"
+    "    float f = ((x + b) * x + c) * x + d;\n"
+    "    float f1 = (3.0f * x + 2.0f * b) * x + c;\n"
+    "    float side = f < 0.0f ? -1.0f : 1.0f;\n"
+    "    float size = f == 0.0f ? 0.0f : powf(fabsf(f), 1.0f / 3.0f);\n"
+    "    float spread = f1 < 0.0f ? sqrtf(-f1) : 0.0f;\n"
+    "    if (f1 < 0.0f) size = 1.324718f * (size > spread ? size : spread);\n"
+    "    x = x - side * size;\n"
+    "    size = size * 1.01f;\n"
+    "    for (int i = 0; i < 12; i++) {\n"
+    "        f = ((x + b) * x + c) * x + d;\n"
+    "        f1 = (3.0f * x + 2.0f * b) * x + c;\n"
+    "        float step = f1 > 0.0f ? side * f / f1 : -size;\n"
+    "        if (fabsf(step) > size) break;  // steps shrink, except where all is rounding: three equal roots\n"
+    "        size = fabsf(step);\n"
+    "        x = x - side * step;\n"
+    "        if (step >= 0.0f) break;\n"
+    "    }\n"
+    "    mssm_deflated r;\n"
+    "    r.root = x;\n"
+    "    r.b = b + x;\n"
+    "    r.c = c + r.b * x;\n"
+    "    // Forwards or backwards, whichever divides by the larger part.\n"
+    "    if (x * x * fabsf(x) > fabsf(d)) {\n"
+    "        r.c = -d / x;\n"
+    "        r.b = (r.c - c) / x;\n"
+    "    }\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// All three roots of a cubic that is known to have only real ones.\n"
+    "MSSM_SHARED mssm_roots3 mssm_sort3(float single, mssm_pair p)\n"
+    "{\n"
+    "    mssm_roots3 r;\n"
+    "    r.count = 3;\n"
+    "    r.x[0] = single < p.x0 ? single : p.x0;\n"
+    "    r.x[1] = single < p.x0 ? p.x0 : (single < p.x1 ? single : p.x1);\n"
+    "    r.x[2] = single < p.x1 ? p.x1 : single;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_roots3 mssm_no_roots()\n"
+    "{\n"
+    "    mssm_roots3 r;\n"
+    "    r.x[0] = 0.0f;\n"
+    "    r.x[1] = 0.0f;\n"
+    "    r.x[2] = 0.0f;\n"
+    "    r.count = 0;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// |c| <= 1. Roots beyond 1e18 count as infinite: so small a leading coefficient lowers the degree.\n"
+    "MSSM_SHARED mssm_roots3 mssm_solve_quadratic(float c0, float c1, float c2)\n"
+    "{\n"
+    "    mssm_roots3 r = mssm_no_roots();\n"
+    "    float a1 = fabsf(c1);\n"
+    "    float a2 = fabsf(c2);\n"
+    "    if (a2 > 1e-36f && a1 <= 1e18f * a2) {\n"
+    "        float b = c1 / c2;\n"
+    "        float c = c0 / c2;\n"
+    "        mssm_pair p = mssm_quadratic(b, c);\n"
+    "        // Rounding of b and c alone moves the discriminant by this much.\n"
+    "        if (0.25f * b * b - c >= -4.8e-7f * (0.75f * b * b + fabsf(c))) {\n"
+    "            r.x[0] = p.x0;\n"
+    "            r.x[1] = p.x1;\n"
+    "            r.count = 2;\n"
+    "        }\n"
+    "    } else if (a1 > 1e-36f && fabsf(c0) <= 1e18f * a1) {\n"
+    "        r.x[0] = -c0 / c1;\n"
+    "        r.count = 1;\n"
+    "    }\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)\n"
+    "{\n"
+    "    float e0 = mssm_clamp(c0, -3e38f, 3e38f);\n"
+    "    float e1 = mssm_clamp(c1, -3e38f, 3e38f);\n"
+    "    float e2 = mssm_clamp(c2, -3e38f, 3e38f);\n"
+    "    float e3 = mssm_clamp(c3, -3e38f, 3e38f);\n"
+    "    float m01 = fabsf(e0) > fabsf(e1) ? fabsf(e0) : fabsf(e1);\n"
+    "    float m23 = fabsf(e2) > fabsf(e3) ? fabsf(e2) : fabsf(e3);\n"
+    "    float largest = m01 > m23 ? m01 : m23;\n"
+    "    float scale = largest > 1e18f ? 1e-18f : (largest < 1e-18f ? 1e18f : 1.0f);\n"
+    "    largest = largest * scale;\n"
+    "    if (largest <= 0.0f) return mssm_no_roots();\n"
+    "    e0 = e0 * scale / largest;\n"
+    "    e1 = e1 * scale / largest;\n"
+    "    e2 = e2 * scale / largest;\n"
+    "    e3 = e3 * scale / largest;\n"
+    "    float a3 = fabsf(e3);\n"
+    "    if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);\n"
+    "\n"
+    "    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2.\n"
+    "    float b = e2 / e3;\n"
+    "    float c = e1 / e3;\n"
+    "    float d = e0 / e3;\n"
+    "    float size = fabsf(b);\n"
+    "    size = sqrtf(fabsf(c)) > size ? sqrtf(fabsf(c)) : size;\n"
+    "    float size_d = d == 0.0f ? 0.0f : powf(fabsf(d), 1.0f / 3.0f);\n"
+    "    size = size_d > size ? size_d : size;\n"
+    "    mssm_roots3 r = mssm_no_roots();\n"
+    "    r.count = 3;\n"
+    "    if (size <= 0.0f) return r;\n"
+    "    b = b / size;\n"
+    "    c = c / size / size;\n"
+    "    d = d / size / size / size;\n"
+    "    mssm_deflated left = mssm_deflate(b, c, d);\n"
+    "    // A complex pair counts as a double root where rounding of the coefficients can have made it: where\n"
+    "    // the cubic at its real part m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which\n"
+    "    // it is next to a triple root, where m is the root itself.\n"
+    "    float m = -0.5f * left.b;\n"
+    "    float am = fabsf(m);\n"
+    "    float disc = left.c - m * m;\n"
+    "    float apart = fabsf(m - left.root);\n"
+    "    float imaginary = sqrtf(disc > 0.0f ? disc : 0.0f);\n"
+    "    float noise = 2e-6f * (((am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));\n"
+    "    if (disc * (apart > imaginary ? apart : imaginary) <= noise) {\n"
+    "        r = mssm_sort3(left.root, mssm_quadratic(left.b, left.c));\n"
+    "    } else {\n"
+    "        r.x[0] = left.root;\n"
+    "        r.count = 1;\n"
+    "    }\n"
+    "    r.x[0] = r.x[0] * size;\n"
+    "    r.x[1] = r.x[1] * size;\n"
+    "    r.x[2] = r.x[2] * size;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// Distance of a depth whose inverse is v; at most 1000, on the same side.\n"
+    "MSSM_SHARED float mssm_distance(float v)\n"
+    "{\n"
+    "    float v_safe = v < 0.0f ? (v < -1e-3f ? v : -1e-3f) : (v > 1e-3f ? v : 1e-3f);\n"
+    "    return 1.0f / v_safe;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_points3 mssm_points_of4(mssm_kernel4 k)\n"
+    "{\n"
+    "    mssm_pair v = mssm_quadratic(k.k1 / k.k0, k.k2 / k.k0);\n"
+    "    float ta = mssm_distance(v.x0);\n"
+    "    float tb = mssm_distance(v.x1);\n"
+    "    float t1 = ta < tb ? ta : tb;\n"
+    "    float t2 = ta < tb ? tb : ta;\n"
+    "    float s1 = mssm_share4(k, t1);\n"
+    "    float s2 = mssm_share4(k, t2);\n"
+    "    float rest = (1.0f - k.w0) / (s1 + s2);\n"
+    "    mssm_points3 r;\n"
+    "    r.z[0] = k.mean + k.u0;\n"
+    "    r.z[1] = k.mean + (k.u0 + t1);\n"
+    "    r.z[2] = k.mean + (k.u0 + t2);\n"
+    "    r.w[0] = k.w0;\n"
+    "    r.w[1] = s1 * rest;\n"
+    "    r.w[2] = s2 * rest;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_points4 mssm_points_of6(mssm_kernel6 k)\n"
+    "{\n"
+    "    float inverse = 1.0f / k.k0;\n"
+    "    mssm_deflated left = mssm_deflate(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);\n"
+    "    mssm_pair v = mssm_quadratic(left.b, left.c);\n"
+    "    float ta = mssm_distance(left.root);\n"
+    "    mssm_pair tb;\n"
+    "    tb.x0 = mssm_distance(v.x0);\n"
+    "    tb.x1 = mssm_distance(v.x1);\n"
+    "    float t_low = tb.x0 < tb.x1 ? tb.x0 : tb.x1;\n"
+    "    tb.x1 = tb.x0 < tb.x1 ? tb.x1 : tb.x0;\n"
+    "    tb.x0 = t_low;\n"
+    "    mssm_roots3 t = mssm_sort3(ta, tb);\n"
+    "    float s1 = mssm_share6(k, t.x[0]);\n"
+    "    float s2 = mssm_share6(k, t.x[1]);\n"
+    "    float s3 = mssm_share6(k, t.x[2]);\n"
+    "    float rest = (1.0f - k.w0) / (s1 + s2 + s3);\n"
+    "    mssm_points4 r;\n"
+    "    r.z[0] = k.mean + k.u0;\n"
+    "    r.z[1] = k.mean + (k.u0 + t.x[0]);\n"
+    "    r.z[2] = k.mean + (k.u0 + t.x[1]);\n"
+    "    r.z[3] = k.mean + (k.u0 + t.x[2]);\n"
+    "    r.w[0] = k.w0;\n"
+    "    r.w[1] = s1 * rest;\n"
+    "    r.w[2] = s2 * rest;\n"
+    "    r.w[3] = s3 * rest;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z)\n"
+    "{\n"
+    "    return mssm_points_of4(mssm_kernel4_of(m, z));\n"
+    "}\n"
+    "\n"
+    "mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)\n"
+    "{\n"
+    "    return mssm_points_of6(mssm_kernel6_of(m, z));\n"
+    "}\n"
+    "// ---- Stored moments: factorised in the Chebyshev basis, without decoding ----\n"
+    "//\n"
+    "// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2 make\n"
+    "// the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16. Skipping\n"
+    "// the conversion to powers skips its rounding, which the safe bias would have to pay for (4e-6\n"
+    "// instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197, floors as above.\n"
+    "\n"
+    "MSSM_SHARED mssm_pivots mssm_factorise_stored4(mssm_moments4 t, float alpha)\n"
+    "{\n"
+    "    float t1 = t.b[0] - alpha * t.b[0];\n"
+    "    float t2 = t.b[1] - alpha * (t.b[1] - 1.24f);\n"
+    "    float t3 = t.b[2] - alpha * t.b[2];\n"
+    "    float t4 = t.b[3] - alpha * (t.b[3] - 15.112f);\n"
+    "    float d1 = (0.5f + 0.5f * t2) - t1 * t1;\n"
+    "    int valid = d1 > 3.9e-7f ? 1 : 0;\n"
+    "    mssm_pivots p;\n"
+    "    p.mean = t1;\n"
+    "    p.d1 = valid == 1 ? d1 : 3.9e-7f;\n"
+    "    float l21 = 0.5f * (t1 + t3) - t1 * t2;\n"
+    "    float c21 = l21 / p.d1;\n"
+    "    float d2 = ((0.5f + 0.5f * t4) - t2 * t2) - l21 * c21;\n"
+    "    p.c21 = valid == 1 ? 0.5f * c21 : 0.0f;\n"
+    "    valid = d2 > 2.3e-6f ? valid : 0;\n"
+    "    p.d2 = valid == 1 ? 0.25f * d2 : 0.0f;\n"
+    "    p.c32 = 0.0f;\n"
+    "    p.d3 = 0.0f;\n"
+    "    return p;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_pivots mssm_factorise_stored6(mssm_moments6 t, float alpha)\n"
+    "{\n"
+    "    float t1 = t.b[0] - alpha * t.b[0];\n"
+    "    float t2 = t.b[1] - alpha * (t.b[1] - 0.314f);\n"
+    "    float t3 = t.b[2] - alpha * t.b[2];\n"
+    "    float t4 = t.b[3] - alpha * (t.b[3] - 1.616f);\n"
+    "    float t5 = t.b[4] - alpha * t.b[4];\n"
+    "    float t6 = t.b[5] - alpha * (t.b[5] - 13.898f);\n"
+    "    float d1 = (0.5f + 0.5f * t2) - t1 * t1;\n"
+    "    int valid = d1 > 4.3e-7f ? 1 : 0;\n"
+    "    mssm_pivots p;\n"
+    "    p.mean = t1;\n"
+    "    p.d1 = valid == 1 ? d1 : 4.3e-7f;\n"
+    "    float i1 = 1.0f / p.d1;\n"
+    "    float l21 = 0.5f * (t1 + t3) - t1 * t2;\n"
+    "    float c21 = l21 * i1;\n"
+    "    float d2 = ((0.5f + 0.5f * t4) - t2 * t2) - l21 * c21;\n"
+    "    p.c21 = valid == 1 ? 0.5f * c21 : 0.0f;\n"
+    "    valid = d2 > 7.9e-7f ? valid : 0;\n"
+    "    p.d2 = valid == 1 ? 0.25f * d2 : 0.0f;\n"
+    "    float l31 = 0.5f * (t2 + t4) - t1 * t3;\n"
+    "    float c31 = l31 * i1;\n"
+    "    float l32 = (0.5f * (t1 + t5) - t2 * t3) - l21 * c31;\n"
+    "    float c32 = l32 / (valid == 1 ? d2 : 1.0f);\n"
+    "    float d3 = ((0.5f + 0.5f * t6) - t3 * t3) - (l31 * c31 + l32 * c32);\n"
+    "    valid = d3 > 3.9e-6f ? valid : 0;\n"
+    "    p.c32 = valid == 1 ? 0.5f * c32 : 0.0f;\n"
+    "    p.d3 = valid == 1 ? 0.0625f * d3 : 0.0f;\n"
+    "    return p;\n"
+    "}\n"
+    // [glsl text end]
+    "#undef MSSM_SHARED\n"
+    "#undef sqrtf\n"
+    "#undef fabsf\n"
+    "#undef powf\n";
+#if defined __GNUC__
+#pragma GCC diagnostic pop
+#endif
+
+const char *mssm_glsl_math(void)
+{
+    return mssm__glsl_text;
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif  // MSSM_IMPLEMENTATION_DONE
+#endif  // MSSM_IMPLEMENTATION

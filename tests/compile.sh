@@ -1,0 +1,246 @@
+#!/bin/sh
+# Do the headers, the code in their comments, the README and the examples compile everywhere?
+#
+#     sh tests/compile.sh
+#
+# One line a check: "ok   name", "FAIL name" with the compiler's words below it, or
+# "skip name: what is missing". Exit 1 if anything failed.
+
+set -u
+cd "$(dirname "$0")/.." || exit 1
+
+root=$PWD
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+trap 'exit 1' HUP INT TERM
+
+warnings="-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror"
+
+have() { command -v "$1" > /dev/null 2>&1; }
+
+# check NAME COMMAND...: passes if the command succeeds and is silent.
+check()
+{
+    name=$1
+    shift
+    if "$@" > "$lane/log" 2>&1 && [ ! -s "$lane/log" ]; then
+        echo "ok   $name"
+    else
+        echo "FAIL $name"
+        echo "     $*"
+        sed 's/^/     /' "$lane/log"
+        echo failed >> "$work/failed"
+    fi
+}
+
+# builds COMPILER... -- SOURCES...: compiles, links and runs (unless the program is for elsewhere).
+builds()
+{
+    "$@" -o "$lane/program" -lm && "$lane/program"
+}
+
+# two_units COMMAND-A COMMAND-B LINKER: one file is compiled by each command.
+two_units()
+{
+    one=$1
+    other=$2
+    linker=$3
+    $one -c tests/compile/two_units_a.c -o "$lane/a.o" &&
+        $other -c tests/compile/two_units_b.c -o "$lane/b.o" &&
+        $linker "$lane/a.o" "$lane/b.o" -o "$lane/program" -lm && "$lane/program"
+}
+
+# Every file under one compiler and standard. $1: what to call it, $2: the command with its flags,
+# $3: what links objects.
+all_files()
+{
+    check "$1: mssm.h alone" builds $2 tests/compile/alone_mssm.c
+    check "$1: lightprobe.h alone" builds $2 tests/compile/alone_lightprobe.c
+    check "$1: both" builds $2 tests/compile/together.c
+    check "$1: both, the other way round" builds $2 -DLIGHTPROBE_FIRST tests/compile/together.c
+    check "$1: two source files" two_units "$2" "$2" "$3"
+}
+
+# One compiler family: C compiler, C++ compiler, their Debian package.
+family()
+{
+    cc=$1 cxx=$2 package=$3
+    lane=$work/$cc
+    mkdir "$lane"
+    if have "$cc"; then
+        for std in c99 c11; do
+            all_files "$cc -std=$std" "$cc -std=$std -O2 $warnings -I." $cc
+        done
+        no_gl="-std=c99 -O2 $warnings -I. -DMSSM_NO_GL -DLIGHTPROBE_NO_GL"
+        check "$cc: without the GL halves" builds $cc $no_gl tests/compile/together.c
+    else
+        echo "skip $cc: no compiler, apt-get install ${package%% *}"
+    fi
+    if have "$cxx"; then
+        all_files "$cxx -std=c++11" "$cxx -x c++ -std=c++11 -O2 $warnings -I." $cxx
+    else
+        echo "skip $cxx: no compiler, apt-get install ${package##* }"
+    fi
+    if have "$cc" && have "$cxx"; then
+        check "$cc and $cxx: implementation in C, use in C++" two_units \
+            "$cc -std=c99 -O2 $warnings -I." "$cxx -x c++ -std=c++11 -O2 $warnings -I." $cxx
+    fi
+}
+
+# -m32 counts as present if it can compile and link a program that includes <math.h>.
+other_targets()
+{
+    lane=$work/targets
+    mkdir "$lane"
+    printf '#include <math.h>\nint main(void) { return 0; }\n' > "$lane/empty.c"
+    if ! have gcc; then
+        echo "skip 32 bits: no compiler, apt-get install gcc gcc-multilib"
+    elif gcc -m32 "$lane/empty.c" -o "$lane/program" -lm > /dev/null 2>&1; then
+        all_files "gcc -m32" "gcc -m32 -std=c99 -O2 $warnings -I." "gcc -m32"
+    else
+        echo "skip 32 bits: gcc -m32 cannot link, apt-get install gcc-multilib"
+    fi
+    mingw=x86_64-w64-mingw32-gcc
+    if have $mingw; then
+        for file in alone_mssm alone_lightprobe together; do
+            check "$mingw: $file.c" $mingw -std=c99 -O2 $warnings -I. tests/compile/$file.c \
+                -o "$lane/program.exe"
+        done
+    else
+        echo "skip Windows: no $mingw, apt-get install gcc-mingw-w64-x86-64"
+    fi
+}
+
+# glslangValidator prints the file's name in any case; what is left then is a warning or an error.
+validate_glsl()
+{
+    cc -I. tests/compile/print_glsl.c -o "$lane/print_glsl" -lm || return 1
+    "$lane/print_glsl" > "$lane/math.comp"
+    glslangValidator "$lane/math.comp" > "$lane/glslang" 2>&1
+    result=$?
+    grep -v '^[^ ]*math.comp$' "$lane/glslang"
+    return $result
+}
+
+second_glsl_compiler()
+{
+    if have glslangValidator; then
+        check "glslangValidator: GLSL text of both headers" validate_glsl
+    else
+        echo "skip glslangValidator: not there, apt-get install glslang-tools"
+    fi
+}
+
+# The code of a header's quick start: the indented comment lines up to the next title in capitals.
+quick_start()
+{
+    awk '
+    /^\/\/ *(QUICK START|Quick start)/ { inside = 1; next }
+    inside && (!/^\/\// || /^\/\/ [A-Z][A-Z][A-Z][A-Z]/) { exit }
+    inside && sub(/^\/\/     ?/, "") { print; next }
+    inside { print "" }' "$1"
+}
+
+# Code from a page into a program. Preprocessor lines go first; statements are wrapped in a function;
+# a main is added where there is none. $1: the code, $2: the program, $3: lines to begin with.
+complete()
+{
+    {
+        printf '%s\n' "$3"
+        grep '^ *#' "$1"
+        if grep -q '^}' "$1"; then
+            grep -v '^ *#' "$1"
+        else
+            echo 'void fragment(void);'
+            echo 'void fragment(void)'
+            echo '{'
+            grep -v '^ *#' "$1"
+            echo '}'
+        fi
+        grep -q 'main *(' "$1" || echo 'int main(void) { return 0; }'
+    } > "$2"
+}
+
+quick_starts()
+{
+    for header in mssm lightprobe; do
+        quick_start $header.h > "$lane/code"
+        name="$header.h: quick start ($(grep -c '[^ ]' "$lane/code") lines)"
+        if [ ! -s "$lane/code" ]; then
+            check "$name" echo "no quick start found in the header's comment"
+            continue
+        fi
+        complete "$lane/code" "$lane/quick_$header.c" ''
+        check "$name" cc -std=c99 -O2 -Wall -Wextra -Werror -I. "$lane/quick_$header.c" \
+            -o "$lane/program" -lm
+    done
+}
+
+# Every ```c block of the README, as README_1.c, README_2.c ... in the lane's directory.
+readme_blocks()
+{
+    awk -v stem="$lane/README_" '
+    /^ *```/ && file == "" { if ($0 ~ /^ *```c *$/) file = stem (++n) ".code"; else file = "-"; next }
+    /^ *```/ { if (file != "-") close(file); file = ""; next }
+    file != "" && file != "-" { print > file }' README.md
+    number=1
+    while [ -f "$lane/README_$number.code" ]; do
+        code=$lane/README_$number.code
+        prelude=$(printf '#include "mssm.h"\n#include "lightprobe.h"')
+        grep -q 'main *(' "$code" && prelude=
+        grep -q '_IMPLEMENTATION' "$code" && prelude=
+        complete "$code" "$lane/README_$number.c" "$prelude"
+        objects=
+        if ! grep -q '_IMPLEMENTATION' "$code"; then
+            printf '#define MSSM_IMPLEMENTATION\n#include "mssm.h"\n' > "$lane/rest.c"
+            printf '#define LIGHTPROBE_IMPLEMENTATION\n#include "lightprobe.h"\n' >> "$lane/rest.c"
+            objects=$lane/rest.c
+        fi
+        check "README.md: code block $number" cc -std=c99 -Wall -Wextra -Werror -Wno-unused -I. \
+            "$lane/README_$number.c" $objects -o "$lane/program" -lm
+        number=$((number + 1))
+    done
+}
+
+# The README's command for one example, run where its output does not disturb.
+example()
+{
+    command=$(awk -v file="examples/$1" '
+    { line = line $0; if (sub(/\\$/, "", line)) next
+      sub(/^[ \t]*(\$ )?/, "", line)
+      if (line ~ /^(cc|gcc|clang) / && index(line, file)) { print line; exit }
+      line = "" }' README.md)
+    if [ -z "$command" ]; then
+        echo "README.md has no line \"cc ... examples/$1 ...\""
+        return 1
+    fi
+    command=$(printf '%s\n' "$command" | sed 's/ *&& .*//; s/ *#.*//')
+    (cd "$lane/tree" && eval "$command")
+}
+
+pages()
+{
+    lane=$work/pages
+    mkdir "$lane" "$lane/tree"
+    for name in mssm.h lightprobe.h examples tests; do
+        ln -s "$root/$name" "$lane/tree/$name"
+    done
+    second_glsl_compiler
+    quick_starts
+    if [ ! -r README.md ]; then
+        check "README.md" echo "not there"
+        return
+    fi
+    readme_blocks
+    for file in examples/*.c; do
+        [ -e "$file" ] || continue
+        check "$file: the README's command" example "${file#examples/}"
+    done
+}
+
+# Two lanes, as most machines have two cores; each lane prints its lines in order.
+{ family gcc g++ "gcc g++"; pages; } > "$work/first" 2>&1 &
+{ family clang clang++ "clang clang"; other_targets; } > "$work/second" 2>&1 &
+wait
+cat "$work/first" "$work/second"
+[ ! -e "$work/failed" ]

@@ -1,0 +1,89 @@
+#include "test.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int failures, skipped;  // of the running test
+
+void test_fail(const char *file, int line, const char *format, ...)
+{
+    if (failures++ >= 5) return;  // the first few say enough
+    va_list list;
+    va_start(list, format);
+    printf("    %s:%d: ", file, line);
+    vprintf(format, list);
+    printf("\n");
+    va_end(list);
+}
+
+void test_note(const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    printf("    ");
+    vprintf(format, list);
+    printf("\n");
+    va_end(list);
+}
+
+void test_skip(const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    printf("    skipped: ");
+    vprintf(format, list);
+    printf("\n");
+    va_end(list);
+    skipped = 1;
+}
+
+int test_trials(int n)
+{
+    const char *text = getenv("TEST_SCALE");
+    const int scale = text ? atoi(text) : 1;
+    return scale > 1 ? (n / scale > 0 ? n / scale : 1) : n;
+}
+
+uint64_t test_random(uint64_t *state)
+{
+    uint64_t x = *state;
+    x ^= x >> 12;
+    x ^= x << 25;
+    x ^= x >> 27;
+    *state = x;
+    return x * UINT64_C(2685821657736338717);
+}
+
+double test_uniform(uint64_t *state)
+{
+    return (double)(test_random(state) >> 11) * (1.0 / 9007199254740992.0);
+}
+
+double test_range(uint64_t *state, double low, double high)
+{
+    return low + (high - low) * test_uniform(state);
+}
+
+int main(int argc, char **argv)
+{
+    const test_case *suites[] = {moments_tests,    map_tests,   visibility_tests,
+                                 lightprobe_tests, files_tests, glsl_tests};
+    int passed = 0, failed = 0, left_out = 0;
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    for (size_t s = 0; s < sizeof suites / sizeof *suites; s++) {
+        for (const test_case *test = suites[s]; test->name; test++) {
+            if (argc > 1 && !strstr(test->name, argv[1])) continue;
+            failures = skipped = 0;
+            test->run();
+            printf("%s  %s\n", failures ? "FAIL" : skipped ? "skip" : "ok  ", test->name);
+            if (failures) failed++;
+            else if (skipped) left_out++;
+            else passed++;
+        }
+    }
+    if (passed + failed + left_out == 0) printf("no test is named like \"%s\"\n", argv[1]);
+    printf("%d passed, %d failed, %d skipped\n", passed, failed, left_out);
+    return failed || passed + left_out == 0;
+}

@@ -1,0 +1,158 @@
+#!/bin/sh
+# Writes the GLSL text of a header from the C source of the same header (one source for both).
+#
+#     sh tests/make_glsl.sh mssm.h lightprobe.h            rewrite where stale
+#     sh tests/make_glsl.sh --check mssm.h lightprobe.h    exit 1 where stale, write nothing
+#
+# The pieces between "// [glsl begin]" and "// [glsl end]" are quoted, one C string a line, between
+#     // [glsl text begin] made by "make glsl", do not edit
+#     // [glsl text end]
+# GLSL has no typedef, so "typedef struct NAME { ... } NAME;" becomes "struct NAME { ... };"; and it
+# names a struct without the word, so "struct NAME x" becomes "NAME x".
+# Comments stay: a driver's error message then names a line that a reader finds in the C source.
+
+set -u
+
+check=0
+if [ "${1-}" = "--check" ]; then
+    check=1
+    shift
+fi
+if [ $# -eq 0 ]; then
+    echo "usage: sh tests/make_glsl.sh [--check] HEADER..." >&2
+    exit 1
+fi
+
+fresh=$(mktemp) || exit 1
+trap 'rm -f "$fresh"' EXIT
+trap 'exit 1' HUP INT TERM
+
+# Prints the whole header with a fresh block; on bad input, one message and exit 1.
+rewrite()
+{
+    LC_ALL=C awk '
+    function stop(line, message)
+    {
+        printf "%s:%d: %s\n", FILENAME, line, message > "/dev/stderr"
+        failed = 1
+        exit 1
+    }
+
+    # Without the word "struct" before a name; a comment at the end of the line stays as it is.
+    function drop_struct(text,    comment, at)
+    {
+        at = index(text, "//")
+        comment = at ? substr(text, at) : ""
+        if (at) text = substr(text, 1, at - 1)
+        gsub(/struct +/, "", text)
+        return text comment
+    }
+
+    # One line of C as GLSL. open_struct is the name of the typedef that is still open.
+    function to_glsl(text, line,    name)
+    {
+        if (text ~ /^[ \t]*#/) stop(line, "the C preprocessor would act on this line of a piece")
+        if (text ~ /\\$/) stop(line, "GLSL text cannot continue a line with a backslash")
+        if (text ~ /[^\t -~]/) stop(line, "only ASCII passes every GLSL compiler, also in comments")
+        if (text ~ /^[ \t]*typedef struct [A-Za-z_][A-Za-z_0-9]*[ \t]*([{].*)?$/) {
+            name = text
+            sub(/^[ \t]*typedef struct /, "", name)
+            sub(/[^A-Za-z_0-9].*$/, "", name)
+            sub(/typedef /, "", text)
+            open_struct = name
+            open_line = line
+        }
+        if (open_struct != "" && match(text, "}[ \t]*" open_struct "[ \t]*;")) {
+            text = substr(text, 1, RSTART) ";" substr(text, RSTART + RLENGTH)
+            open_struct = ""
+        }
+        # "struct NAME", followed by anything but what opens its body, is NAME.
+        if (text !~ /^[ \t]*struct [A-Za-z_][A-Za-z_0-9]*[ \t]*([{;].*)?$/) text = drop_struct(text)
+        if (text ~ /^[ \t]*typedef[ \t]/)
+            stop(line, "GLSL knows no typedef but \"typedef struct NAME { ... } NAME;\"")
+        return text
+    }
+
+    # The text as a C string literal; "??" is kept from being a trigraph.
+    function quote(text,    out, i, c, last)
+    {
+        out = ""
+        for (i = 1; i <= length(text); i++) {
+            c = substr(text, i, 1)
+            if (c == "\\" || c == "\"") out = out "\\" c
+            else if (c == "\t") out = out "\\t"
+            else if (c == "?" && last == "?") out = out "\\?"
+            else out = out c
+            last = c
+        }
+        return "\"" out "\\n\""
+    }
+
+    { source[NR] = $0 }
+
+    END {
+        if (failed) exit 1
+        piece = block = lines = pieces = 0
+        for (i = 1; i <= NR; i++) {
+            text = source[i]
+            sub(/^[ \t]+/, "", text)
+            sub(/[ \t]+$/, "", text)
+            if (text == "// [glsl begin]") {
+                if (piece) stop(i, "a piece begins inside the piece of line " piece)
+                if (block && !block_end) stop(i, "a piece begins inside the quoted text")
+                piece = i
+                pieces++
+                if (lines) blanks = 1
+            } else if (text == "// [glsl end]") {
+                if (!piece) stop(i, "a piece ends that did not begin")
+                if (open_struct != "")
+                    stop(open_line, "struct " open_struct " is not closed in its piece")
+                piece = 0
+            } else if (text == "// [glsl text begin] made by \"make glsl\", do not edit") {
+                if (piece) stop(i, "the quoted text begins inside the piece of line " piece)
+                if (block) stop(i, "a second block of quoted text; the first is at line " block)
+                block = i
+                indent = source[i]
+                sub(/[^ \t].*$/, "", indent)
+            } else if (text == "// [glsl text end]") {
+                if (!block || block_end) stop(i, "the quoted text ends where it did not begin")
+                block_end = i
+            } else if (text ~ /^\/\/ *\[ *glsl/) {
+                stop(i, "not a marker: " text)
+            } else if (piece && text == "") {
+                if (i > piece + 1) blanks++
+            } else if (piece) {
+                for (; blanks > 0; blanks--) glsl[++lines] = ""
+                glsl[++lines] = to_glsl(source[i], i)
+            }
+        }
+        if (piece) stop(piece, "this piece is not closed by // [glsl end]")
+        if (!pieces) stop(NR, "no piece between // [glsl begin] and // [glsl end]")
+        if (!lines) stop(NR, "the pieces are empty")
+        if (!block) stop(NR, "no line // [glsl text begin] made by \"make glsl\", do not edit")
+        if (!block_end) stop(block, "the quoted text is not closed by // [glsl text end]")
+
+        for (i = 1; i <= block; i++) print source[i]
+        for (i = 1; i <= lines; i++) print indent quote(glsl[i])
+        for (i = block_end; i <= NR; i++) print source[i]
+    }' "$1"
+}
+
+status=0
+for header in "$@"; do
+    if [ ! -r "$header" ]; then
+        echo "$header: cannot be read" >&2
+        status=1
+    elif ! rewrite "$header" > "$fresh"; then
+        status=1
+    elif cmp -s "$fresh" "$header"; then
+        :
+    elif [ $check -eq 1 ]; then
+        echo "$header: its quoted GLSL is stale; mend it with: sh tests/make_glsl.sh $header" >&2
+        status=1
+    else
+        cat "$fresh" > "$header" || status=1
+        echo "$header: GLSL text renewed"
+    fi
+done
+exit $status

@@ -1,0 +1,92 @@
+#!/bin/sh
+# Runs everything that CI checks and ends with one line of counts. Called by `make test`.
+# What this machine lacks is skipped, with the line that installs it; TEST_REQUIRE_GL=1 turns the skip
+# of the GL half into a failure, TEST_REQUIRE_ALL=1 every skip (.ci/run sets both).
+
+set -u
+cd "$(dirname "$0")/.." || exit 1
+MAKE=${MAKE:-make}
+passed=0 failed=0 skipped=0
+log=$(mktemp) || exit 1
+trap 'rm -f "$log" "$log.run"' EXIT
+
+# section NAME COMMAND...: shows what the command prints and adds its counts: its last line
+# "N passed, N failed, N skipped", or else its lines that start with ok, FAIL or skip.
+section()
+{
+    echo "== $1"
+    shift
+    "$@" >"$log" 2>&1
+    status=$?
+    cat "$log"
+    counts=$(sed -n 's/^\([0-9]*\) passed, \([0-9]*\) failed, \([0-9]*\) skipped$/\1 \2 \3/p' "$log" |
+        tail -n 1)
+    [ -n "$counts" ] ||
+        counts="$(grep -c '^ok ' "$log") $(grep -c '^FAIL ' "$log") $(grep -c '^skip ' "$log")"
+    # shellcheck disable=SC2086
+    set -- $counts
+    passed=$((passed + $1)) failed=$((failed + $2)) skipped=$((skipped + $3))
+    # A command that died without counting a failure is one itself.
+    if [ "$2" -eq 0 ] && { [ "$status" -ne 0 ] || [ $(($1 + $3)) -eq 0 ]; }; then
+        echo "FAIL  (exit code $status)"
+        failed=$((failed + 1))
+    fi
+}
+
+# Whether the compiler can make, and this machine run, a program with these flags.
+can()
+{
+    printf '#include <math.h>\n#include <stdio.h>\nint main(void) { return printf("%%g", sqrt(4.0)) != 1; }\n' |
+        ${CC:-cc} "$@" -x c - -o "$log.run" -lm 2>/dev/null && "$log.run" >/dev/null 2>&1
+}
+
+# suite CONFIG [WRAPPER...]: the whole test program, built with that configuration.
+suite()
+{
+    config=$1
+    shift
+    $MAKE -s -j2 config="$config" test-binary && "$@" "build/$config/test"
+}
+
+fresh_glsl()
+{
+    for header in mssm.h lightprobe.h; do
+        if sh tests/make_glsl.sh --check $header; then
+            echo "ok    GLSL text of $header is what its C source says"
+        else
+            echo "FAIL  GLSL text of $header is stale"
+        fi
+    done
+}
+
+section "GLSL text" fresh_glsl
+section "compile" sh tests/compile.sh
+section "tests, release" suite release
+if can -O3 -march=native; then
+    section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=4
+else
+    echo "skip  native: the compiler knows no -march=native" && skipped=$((skipped + 1))
+fi
+if can -fsanitize=address,undefined; then
+    section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=10
+else
+    echo "skip  sanitizers: apt-get install libasan8 libubsan1" && skipped=$((skipped + 1))
+fi
+if can -m32; then
+    section "tests, 32 bits" suite m32 env TEST_SCALE=10
+else
+    echo "skip  32 bits: apt-get install gcc-multilib" && skipped=$((skipped + 1))
+fi
+if command -v valgrind >/dev/null; then
+    section "tests, valgrind" suite release env TEST_SCALE=200 \
+        valgrind -q --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
+else
+    echo "skip  valgrind: apt-get install valgrind" && skipped=$((skipped + 1))
+fi
+
+if [ -n "${TEST_REQUIRE_ALL-}" ] && [ "$skipped" -gt 0 ]; then
+    echo "FAIL  $skipped skipped where nothing may be"
+    failed=$((failed + 1))
+fi
+echo "$passed passed, $failed failed, $skipped skipped"
+[ "$failed" -eq 0 ]

@@ -1,0 +1,931 @@
+// What the examples build on: picture and mesh files, probes, the rasterizer and the ray tracer.
+#include "test.h"
+
+#include "../examples/common/image.h"
+#include "../examples/common/png.h"
+#include "../examples/common/probe.h"
+#include "../examples/common/raster.h"
+#include "../examples/common/raytrace.h"
+#include "../examples/common/scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PI 3.14159265358979323846
+
+// A growing string of bytes to build files in.
+typedef struct bytes {
+    unsigned char at[1 << 16];
+    size_t size;
+} bytes;
+
+static void put(bytes *b, int byte) { b->at[b->size++] = (unsigned char)byte; }
+
+static void put_text(bytes *b, const char *text)
+{
+    while (*text) put(b, *text++);
+}
+
+// Decodes from a block of exactly that size, so that a sanitizer sees every read past the end.
+static bool decode_exact(image *im, const unsigned char *data, size_t size, message *why)
+{
+    unsigned char *copy = malloc(size ? size : 1);
+    memcpy(copy, data, size);
+    const bool decoded = image_decode(im, size ? copy : copy + 1, size, why);
+    free(copy);
+    return decoded;
+}
+
+// ---- Pictures in
+
+static void put_float(bytes *b, float value, bool little)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    for (int i = 0; i < 4; i++) put(b, (int)(bits >> (little ? 8 * i : 24 - 8 * i) & 255));
+}
+
+static void pfm_keeps_values(void)
+{
+    static bytes b;
+    const float value[4] = {-1.5f, INFINITY, NAN, 3e-42f};
+    for (int kind = 0; kind < 4; kind++) {
+        const bool little = kind & 1, grey = kind & 2;
+        const int channels = grey ? 1 : 3;
+        image im;
+        message why = {{0}};
+        b.size = 0;
+        put_text(&b, grey ? "Pf\n" : "PF\n");
+        put_text(&b, little ? "3 2\n-1.0\n" : "3 2\n1.0\n");
+        for (int i = 0; i < 6 * channels; i++) {
+            put_float(&b, i % 5 == 4 ? (float)i : value[i % 5], little);
+        }
+        CHECK(decode_exact(&im, b.at, b.size, &why), "kind %d: %s", kind, why.text);
+        if (!im.rgb) return;
+        for (int i = 0; i < 18; i++) {
+            // The file's first row is the lowest.
+            const int x = i / 3 % 3, y = 1 - i / 9, k = grey ? (y * 3 + x) : (y * 3 + x) * 3 + i % 3;
+            const float want = k % 5 == 4 ? (float)k : value[k % 5];
+            CHECK(!memcmp(&im.rgb[i], &want, sizeof want), "kind %d, value %d: %g for %g", kind, i,
+                  (double)im.rgb[i], (double)want);
+        }
+        image_free(&im);
+    }
+}
+
+enum { HDR_WIDTH = 19, HDR_HEIGHT = 5 };
+
+static void hdr_pixel(int x, int y, unsigned char p[4])
+{
+    // Runs of equal pixels, none of which looks like a mark of the run-length codings.
+    p[0] = (unsigned char)(40 + x / 6 * 13 + y);
+    p[1] = (unsigned char)(x > 11 ? 200 : 3 * x);
+    p[2] = (unsigned char)(y * 50);
+    p[3] = (unsigned char)(y == 4 ? 0 : 120 + y * 4 + x / 10);
+}
+
+static void put_row_old(bytes *b, int y)
+{
+    unsigned char p[4], last[4] = {1, 1, 1, 0};
+    for (int x = 0; x < HDR_WIDTH; x++) {
+        hdr_pixel(x, y, p);
+        int run = 0;
+        while (x > 0 && x + run < HDR_WIDTH && !memcmp(p, last, 4)) {
+            if (x + ++run < HDR_WIDTH) hdr_pixel(x + run, y, p);
+        }
+        if (run) {
+            for (int i = 0; i < 3; i++) put(b, 1);
+            put(b, run);
+            x += run - 1;
+            continue;
+        }
+        for (int i = 0; i < 4; i++) put(b, last[i] = p[i]);
+    }
+}
+
+static void put_row_new(bytes *b, int y)
+{
+    put_text(b, "\2\2");
+    put(b, 0);
+    put(b, HDR_WIDTH);
+    for (int c = 0; c < 4; c++) {
+        for (int x = 0; x < HDR_WIDTH;) {
+            unsigned char p[4], q[4];
+            int run = 1;
+            hdr_pixel(x, y, p);
+            while (x + run < HDR_WIDTH && (hdr_pixel(x + run, y, q), q[c] == p[c])) run++;
+            put(b, run > 2 ? 128 + run : 1);
+            put(b, p[c]);
+            x += run > 2 ? run : 1;
+        }
+    }
+}
+
+// coding 0: flat, 1: old runs, 2: new runs.
+static void make_hdr(bytes *b, int coding, const char *sizes)
+{
+    b->size = 0;
+    put_text(b, "#?RADIANCE\n# made by a test\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=1\n\n");
+    put_text(b, sizes);
+    for (int y = 0; y < HDR_HEIGHT; y++) {
+        if (coding == 1) put_row_old(b, y);
+        else if (coding == 2) put_row_new(b, y);
+        for (int x = 0; coding == 0 && x < HDR_WIDTH; x++) {
+            unsigned char p[4];
+            hdr_pixel(x, y, p);
+            for (int i = 0; i < 4; i++) put(b, p[i]);
+        }
+    }
+}
+
+static void hdr_codings_agree(void)
+{
+    static bytes b;
+    for (int kind = 0; kind < 5; kind++) {
+        const bool flip_x = kind == 3, flip_y = kind == 4;
+        image im;
+        message why = {{0}};
+        make_hdr(&b, kind < 3 ? kind : 2, flip_x   ? "-Y 5 -X 19\n"
+                                          : flip_y ? "+Y 5 +X 19\n"
+                                                   : "-Y 5 +X 19\n");
+        CHECK(decode_exact(&im, b.at, b.size, &why), "kind %d: %s", kind, why.text);
+        if (!im.rgb) continue;
+        CHECK(im.width == HDR_WIDTH && im.height == HDR_HEIGHT, "%d x %d", im.width, im.height);
+        for (int i = 0; i < HDR_WIDTH * HDR_HEIGHT; i++) {
+            const int x = i % HDR_WIDTH, y = i / HDR_WIDTH;
+            unsigned char p[4];
+            hdr_pixel(flip_x ? HDR_WIDTH - 1 - x : x, flip_y ? HDR_HEIGHT - 1 - y : y, p);
+            const double unit = p[3] ? pow(2, p[3] - 136) : 0;
+            for (int c = 0; c < 3; c++) {
+                CHECK((double)im.rgb[3 * i + c] == p[c] * unit, "kind %d, pixel %d,%d", kind, x, y);
+            }
+        }
+        image_free(&im);
+    }
+}
+
+static void truncated_pictures_are_refused(void)
+{
+    static bytes b;
+    for (int kind = 0; kind < 4; kind++) {
+        image im;
+        message why;
+        if (kind < 3) {
+            make_hdr(&b, kind, "-Y 5 +X 19\n");
+        } else {
+            b.size = 0;
+            put_text(&b, "PF\n4 3\n-1.0\n");
+            for (int i = 0; i < 36; i++) put_float(&b, 1, true);
+        }
+        for (size_t size = 0; size < b.size; size++) {
+            why.text[0] = 0;
+            const bool decoded = decode_exact(&im, b.at, size, &why);
+            CHECK(!decoded && !im.rgb, "kind %d of %d bytes passed", kind, (int)size);
+            CHECK(why.text[0] && !strchr(why.text, '\n'), "kind %d: \"%s\"", kind, why.text);
+        }
+        CHECK(decode_exact(&im, b.at, b.size, &why), "kind %d whole: %s", kind, why.text);
+        image_free(&im);
+    }
+}
+
+static void hostile_headers_are_refused(void)
+{
+    const char *text[] = {
+        "", "P", "PF", "PF\n", "P6\n2 2\n255\nabcdefghijkl", "PF\n-1 2\n-1\n", "PF\n0 1\n-1\n",
+        "PF\n2147483647 2147483647\n-1\n", "PF\n99999999999999999999 1\n-1\n", "PF\n1 1\n0\nabcdefghijkl",
+        "PF\n1 1\nnan\nabcdefghijkl", "PF\n1 1\nx\nabcdefghijkl", "PF\n1x 1\n-1\nabcdefghijkl",
+        "PF\n32768 32768\n-1\nabc", "#?", "#?RADIANCE\n", "#?RADIANCE\n\n", "#?RADIANCE\n\n-Y\n",
+        "#?RADIANCE\n\n-Y 1 +X 99999999\n", "#?RADIANCE\n\n-Y 32768 +X 32768\n\1\1\1\377",
+        "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd", "#?RADIANCE\n\n+X 1 -Y 1\nabcd",
+        "#?RADIANCE\n\n-Y 1 +X 1\n\1\1\1\1", "#?RADIANCE\n\n-Y 1 +X 9\nabcd\1\1\1\377",
+        "#?RADIANCE\n\n-Y 1 +X 8\n\2\2\1\1", "#?RADIANCE\n\n?Y 1 ?X 1\nabcd",
+    };
+    for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
+        image im;
+        message why = {{0}};
+        const bool decoded = decode_exact(&im, (const unsigned char *)text[i], strlen(text[i]), &why);
+        CHECK(!decoded && !im.rgb && why.text[0], "header %d passed", (int)i);
+        if (decoded) image_free(&im);
+    }
+}
+
+static void damaged_files_do_no_harm(void)
+{
+    static bytes b;
+    const char obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1e3\nf 1 2 3\nf -1/2/3 -2//1 1/1 4\n# end\n";
+    const uint64_t seed = 20;
+    uint64_t random = seed;
+    int passed = 0;
+    const int trials = test_trials(30000);
+    for (int trial = 0; trial < trials; trial++) {
+        const int kind = trial % 4;
+        message why;
+        if (kind < 3) make_hdr(&b, kind, "-Y 5 +X 19\n");
+        else memcpy(b.at, obj, b.size = sizeof obj - 1);
+        for (int i = 0; i < 1 + trial / 4 % 6; i++) {
+            b.at[test_random(&random) % b.size] = (unsigned char)test_random(&random);
+        }
+        b.size -= test_random(&random) % 4;
+        if (kind < 3) {
+            image im;
+            if (!decode_exact(&im, b.at, b.size, &why)) continue;
+            passed++;
+            image_free(&im);
+        } else {
+            mesh m;
+            if (!mesh_parse_obj(&m, (const char *)b.at, b.size, &why)) continue;
+            passed++;
+            for (int i = 0; i < 3 * m.triangles; i++) {
+                const int index = m.triangle[i / 3][i % 3];
+                CHECK(index >= 0 && index < m.vertices, "trial %d: index %d", trial, index);
+            }
+            mesh_free(&m);
+        }
+    }
+    CHECK(passed < trials, "all of %d damaged files passed", trials);
+}
+
+static void missing_files_are_named(void)
+{
+    image im;
+    mesh m;
+    probe p;
+    message why = {{0}};
+    CHECK(!image_load(&im, "/nowhere/at.hdr", &why), "loaded");
+    CHECK(strstr(why.text, "/nowhere/at.hdr") != NULL, "\"%s\"", why.text);
+    CHECK(!image_load(&im, ".", &why), "a directory was loaded");
+    CHECK(!mesh_load_obj(&m, "/nowhere/at.obj", &why), "loaded");
+    CHECK(strstr(why.text, "/nowhere/at.obj") != NULL, "\"%s\"", why.text);
+    CHECK(!probe_load(&p, "/nowhere/at.pfm", 0, &why), "loaded");
+    CHECK(!image_save_png(&(image){1, 1, (float[3]){0}}, 1, "/nowhere/at.png", &why), "saved");
+    CHECK(strstr(why.text, "/nowhere/at.png") != NULL, "\"%s\"", why.text);
+}
+
+// ---- Pictures out: a decoder of its own as the oracle
+
+typedef struct bits {
+    const unsigned char *at, *end;
+    unsigned hold;
+    int count;
+    bool failed;
+} bits;
+
+static unsigned take(bits *in, int count)
+{
+    while (in->count < count) {
+        if (in->at == in->end) in->failed = true;
+        in->hold |= (in->at < in->end ? *in->at++ : 0u) << in->count;
+        in->count += 8;
+    }
+    const unsigned value = in->hold & ((1u << count) - 1);
+    in->hold >>= count;
+    in->count -= count;
+    return value;
+}
+
+static unsigned take_code(bits *in, unsigned code, int count)
+{
+    for (int i = 0; i < count; i++) code = code << 1 | take(in, 1);
+    return code;
+}
+
+// RFC 1951, 3.2.6.
+static unsigned take_symbol(bits *in)
+{
+    unsigned code = take_code(in, 0, 7);
+    if (code <= 0x17) return code + 256;
+    code = take_code(in, code, 1);
+    if (code >= 0x30 && code <= 0xbf) return code - 0x30;
+    if (code >= 0xc0 && code <= 0xc7) return code - 0xc0 + 280;
+    return take_code(in, code, 1) - 0x190 + 144;
+}
+
+static size_t inflate_fixed(bits *in, unsigned char *out, size_t room)
+{
+    static const unsigned length_base[29] = {3,  4,  5,  6,  7,  8,  9,  10, 11,  13,  15,  17,  19,  23, 27,
+                                             31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258};
+    static const int length_bits[29] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2,
+                                        2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 0};
+    static const unsigned distance_base[30] = {1,   2,   3,   4,   5,   7,    9,    13,   17,   25,
+                                               33,  49,  65,  97,  129, 193,  257,  385,  513,  769,
+                                               1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385, 24577};
+    size_t size = 0;
+    if (take(in, 3) != 3) in->failed = true;
+    while (!in->failed) {
+        const unsigned symbol = take_symbol(in);
+        if (symbol == 256) return size;
+        if (symbol < 256) {
+            if (size == room) break;
+            out[size++] = (unsigned char)symbol;
+            continue;
+        }
+        if (symbol > 285) break;
+        const unsigned length = length_base[symbol - 257] + take(in, length_bits[symbol - 257]);
+        const unsigned code = take_code(in, 0, 5);
+        if (code > 29) break;
+        const unsigned distance = distance_base[code] + take(in, code < 4 ? 0 : (int)code / 2 - 1);
+        if (distance > size || length > room - size) break;
+        for (unsigned i = 0; i < length; i++, size++) out[size] = out[size - distance];
+    }
+    in->failed = true;
+    return size;
+}
+
+static uint32_t word_at(const unsigned char *p)
+{
+    return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
+}
+
+// Polynomial division bit by bit, highest first on reflected bytes: another way than the encoder's.
+static uint32_t crc_of(const unsigned char *data, size_t size)
+{
+    uint32_t crc = 0xffffffffu, mirrored = 0;
+    for (size_t i = 0; i < 8 * size; i++) {
+        const uint32_t bit = (crc >> 31) ^ (data[i / 8] >> (i % 8) & 1u);
+        crc = crc << 1 ^ (bit ? 0x04c11db7u : 0);
+    }
+    for (int i = 0; i < 32; i++) mirrored |= (~crc >> i & 1u) << (31 - i);
+    return mirrored;
+}
+
+static int unfilter(int filter, int left, int up, int corner)
+{
+    const int p = left + up - corner, a = abs(p - left), b = abs(p - up), c = abs(p - corner);
+    if (filter == 1) return left;
+    if (filter == 2) return up;
+    if (filter == 3) return (left + up) / 2;
+    if (filter == 4) return a <= b && a <= c ? left : b <= c ? up : corner;
+    return 0;
+}
+
+// The pixels of a PNG with these sizes, or NULL.
+static unsigned char *decode_png(const unsigned char *png, size_t size, int width, int height)
+{
+    static const unsigned char signature[8] = {137, 'P', 'N', 'G', 13, 10, 26, 10};
+    const size_t row = 3 * (size_t)width, raw = (row + 1) * (size_t)height;
+    unsigned char *lines = calloc(raw, 1), *pixels = calloc(row, (size_t)height);
+    bool right = size > 8 && !memcmp(png, signature, 8), ended = false;
+    for (size_t at = 8; right && at + 12 <= size && !ended;) {
+        const size_t length = word_at(png + at);
+        const unsigned char *data = png + at + 8;
+        right = length <= size - at - 12 && crc_of(data - 4, length + 4) == word_at(data + length);
+        if (right && !memcmp(data - 4, "IHDR", 4)) {
+            right = (int)word_at(data) == width && (int)word_at(data + 4) == height &&
+                    !memcmp(data + 8, "\10\2\0\0\0", 5);
+        } else if (right && !memcmp(data - 4, "IDAT", 4)) {
+            bits in = {data + 2, data + length - 4, 0, 0, false};
+            uint32_t a = 1, b = 0;
+            right = (data[0] * 256 + data[1]) % 31 == 0 && inflate_fixed(&in, lines, raw) == raw;
+            for (size_t i = 0; i < raw; i++) {
+                a = (a + lines[i]) % 65521;
+                b = (b + a) % 65521;
+            }
+            right = right && !in.failed && in.at == in.end && (b << 16 | a) == word_at(data + length - 4);
+        }
+        ended = !memcmp(data - 4, "IEND", 4);
+        at += length + 12;
+        if (ended) right = right && at == size;
+    }
+    for (size_t i = 0; i < row * (size_t)height; i++) {
+        const size_t x = i % row, y = i / row;
+        const int left = x >= 3 ? pixels[i - 3] : 0, up = y ? pixels[i - row] : 0;
+        const int corner = x >= 3 && y ? pixels[i - row - 3] : 0;
+        pixels[i] = (unsigned char)(lines[y * (row + 1) + 1 + x] +
+                                    unfilter(lines[y * (row + 1)], left, up, corner));
+    }
+    free(lines);
+    if (right && ended) return pixels;
+    free(pixels);
+    return NULL;
+}
+
+static unsigned char sample_pixel(int kind, int x, int y, int c, uint64_t *random)
+{
+    if (kind == 0) return 77;
+    if (kind == 1) return (unsigned char)(x + 2 * y + 40 * c);
+    if (kind == 2) return (unsigned char)test_random(random);
+    if (kind == 3) return (unsigned char)((x / 7 + y / 5) % 2 * 255);
+    return (unsigned char)(128 + 100 * sin(0.05 * x * (c + 1)) * cos(0.03 * y));
+}
+
+static void png_decodes_to_its_pixels(void)
+{
+    const int sizes[4][2] = {{1, 1}, {3, 200}, {257, 2}, {320, 240}};
+    uint64_t random = 5;
+    for (int trial = 0; trial < 20; trial++) {
+        const int kind = trial % 5, width = sizes[trial / 5][0], height = sizes[trial / 5][1];
+        const size_t count = 3 * (size_t)width * (size_t)height;
+        unsigned char *pixels = malloc(count);
+        size_t size = 0;
+        for (size_t i = 0; i < count; i++) {
+            const int at = (int)(i / 3);
+            pixels[i] = sample_pixel(kind, at % width, at / width, (int)(i % 3), &random);
+        }
+        unsigned char *png = png_encode(pixels, width, height, &size);
+        unsigned char *back = png ? decode_png(png, size, width, height) : NULL;
+        CHECK(back && !memcmp(back, pixels, count), "kind %d, %d x %d", kind, width, height);
+        // Noise grows, by a ninth bit for half its bytes; everything else must shrink.
+        const size_t most = kind == 2 ? count * 11 / 10 : count * 2 / 5;
+        CHECK(count < 100000 || size < most, "kind %d: %d of %d bytes", kind, (int)size, (int)count);
+        free(pixels);
+        free(png);
+        free(back);
+    }
+}
+
+static void tone_curve_is_total(void)
+{
+    float rgb[18] = {0, -1, NAN, INFINITY, -INFINITY, 1e38f, 1e-38f, 0.18f, 1, 2, 4, 8, 1e6f, 0.5f};
+    unsigned char out[18];
+    const image im = {6, 1, rgb};
+    image_tonemap(&im, 1, out);
+    CHECK(out[0] == 0 && out[1] == 0 && out[2] == 0 && out[4] == 0 && out[6] == 0, "black is not black");
+    CHECK(out[3] == 255 && out[5] == 255, "infinity is %d, 1e38 is %d", out[3], out[5]);
+    for (int i = 7; i < 12; i++) CHECK(out[i] < out[i + 1] || out[i] == 255, "not monotone at %d", i);
+    for (int i = 14; i < 18; i++) rgb[i] = NAN;
+    CHECK(isfinite(image_exposure(&im)), "exposure is not finite");
+}
+
+// ---- Probes
+
+// DESIGN 2, written out.
+static vec3 convention(int face, float s, float t)
+{
+    switch (face) {
+    case 0: return vec(1, -t, -s);
+    case 1: return vec(-1, -t, s);
+    case 2: return vec(s, 1, t);
+    case 3: return vec(s, -1, -t);
+    case 4: return vec(s, -t, 1);
+    default: return vec(-s, -t, -1);
+    }
+}
+
+static void directions_follow_the_convention(void)
+{
+    uint64_t random = 3;
+    for (int i = 0; i < 6000; i++) {
+        const int face = i % 6;
+        const float s = (float)test_range(&random, -0.999, 0.999);
+        const float t = (float)test_range(&random, -0.999, 0.999);
+        float back_s, back_t;
+        const vec3 d = convention(face, s, t);
+        CHECK(vec_length(vec_sub(probe_direction(face, s, t), d)) == 0, "face %d", face);
+        const int back = probe_locate(vec_scale(d, (float)test_range(&random, 0.1, 10)), &back_s, &back_t);
+        CHECK(back == face && fabsf(back_s - s) < 1e-5f && fabsf(back_t - t) < 1e-5f,
+              "face %d %g %g came back as %d %g %g", face, (double)s, (double)t, back, (double)back_s,
+              (double)back_t);
+    }
+}
+
+static double density(double s, double t) { return pow(1 + s * s + t * t, -1.5); }
+
+// The integral of radiance, with 8 x 8 points a texel. moment, unless NULL, gets that of the direction.
+static double flux(const probe *p, int channel, double moment[3])
+{
+    double sum = 0;
+    if (moment) moment[0] = moment[1] = moment[2] = 0;
+    for (int i = 0; i < 6 * p->side * p->side; i++) {
+        const int face = i / p->side / p->side, y = i / p->side % p->side, x = i % p->side;
+        const double value = (double)p->texels[3 * i + channel];
+        for (int k = 0; k < 64 && value != 0; k++) {
+            const double s = 2 * (x + (k % 8 + 0.5) / 8) / p->side - 1;
+            const double t = 2 * (y + (k / 8 + 0.5) / 8) / p->side - 1;
+            const double w = value * density(s, t) / 16 / p->side / p->side;
+            const vec3 d = vec_unit(convention(face, (float)s, (float)t));
+            sum += w;
+            if (!moment) continue;
+            moment[0] += w * (double)d.x;
+            moment[1] += w * (double)d.y;
+            moment[2] += w * (double)d.z;
+        }
+    }
+    return sum;
+}
+
+static void lat_long_keeps_constants(void)
+{
+    const int sizes[4][2] = {{16, 16}, {64, 16}, {256, 32}, {1000, 24}};
+    for (int k = 0; k < 4; k++) {
+        image im;
+        probe p;
+        message why;
+        float worst = 0;
+        image_create(&im, sizes[k][0], sizes[k][0] / 2);
+        for (int i = 0; i < 3 * im.width * im.height; i++) im.rgb[i] = 2.5f;
+        CHECK(probe_from_image(&p, &im, sizes[k][1], &why), "%s", why.text);
+        for (int i = 0; i < 18 * p.side * p.side; i++) worst = fmaxf(worst, fabsf(p.texels[i] - 2.5f));
+        CHECK(worst < 1e-5f, "width %d: off by %g", im.width, (double)worst);
+        const double total = flux(&p, 1, NULL);
+        CHECK(fabs(total / (10 * PI) - 1) < 1e-4, "width %d: flux %g", im.width, total);
+        image_free(&im);
+        probe_free(&p);
+    }
+}
+
+// A single bright pixel, at poles, at the seam and elsewhere: where it is and how much it sends.
+static void lat_long_keeps_single_pixels(void)
+{
+    const int place[6][2] = {{0, 0}, {127, 63}, {0, 31}, {64, 20}, {96, 32}, {17, 50}};
+    for (int k = 0; k < 6; k++) {
+        image im;
+        probe p;
+        message why;
+        double moment[3];
+        image_create(&im, 128, 64);
+        image_set(&im, place[k][0], place[k][1], vec(0, 1000, 0));
+        CHECK(probe_from_image(&p, &im, 32, &why), "%s", why.text);
+        // Documented: the middle column looks along -Z, a quarter to its right is +X.
+        const double azimuth = 2 * PI * ((place[k][0] + 0.5) / 128 - 0.5);
+        const double polar = PI * (place[k][1] + 0.5) / 64;
+        const double want = 1000 * 2 * PI / 128 *
+                            (cos(PI * place[k][1] / 64) - cos(PI * (place[k][1] + 1) / 64));
+        const double got = flux(&p, 1, moment);
+        CHECK(fabs(got / want - 1) < 3e-3, "pixel %d: %g for %g", k, got, want);
+        const double along = (moment[0] * sin(polar) * sin(azimuth) + moment[1] * cos(polar) -
+                              moment[2] * sin(polar) * cos(azimuth)) /
+                             sqrt(moment[0] * moment[0] + moment[1] * moment[1] + moment[2] * moment[2]);
+        CHECK(along > 0.9995, "pixel %d is %.2f degrees off", k, acos(along) * 180 / PI);
+        image_free(&im);
+        probe_free(&p);
+    }
+}
+
+static void broken_pixels_are_counted(void)
+{
+    image im;
+    probe p;
+    message why;
+    image_create(&im, 32, 16);
+    for (int i = 0; i < 3 * 32 * 16; i++) im.rgb[i] = 1;
+    im.rgb[100] = NAN;
+    im.rgb[400] = INFINITY;
+    CHECK(probe_from_image(&p, &im, 0, &why), "%s", why.text);
+    CHECK(p.broken == 2, "%d broken", p.broken);
+    for (int i = 0; i < 18 * p.side * p.side; i++) CHECK(p.texels[i] <= 1.001f, "texel %d", i);
+    probe_free(&p);
+    im.height = 15;
+    CHECK(!probe_from_image(&p, &im, 0, &why) && why.text[0], "32 x 15 passed");
+    image_free(&im);
+}
+
+static void turning_moves_light(void)
+{
+    probe p, turned;
+    uint64_t random = 9;
+    probe_create(&p, 16);
+    probe_create(&turned, 16);
+    for (int i = 0; i < 3 * 6 * 256; i++) p.texels[i] = (float)pow(test_uniform(&random), 8);
+    for (int k = 0; k < 12; k++) {
+        const float angle = k < 4 ? 0.5f * (float)PI * (float)k : (float)test_range(&random, -7, 7);
+        double before[3], after[3];
+        const double sum = flux(&p, 0, before);
+        CHECK(probe_rotate(&turned, &p, angle), "no memory");
+        const double turned_sum = flux(&turned, 0, after);
+        CHECK(fabs(turned_sum / sum - 1) < 2e-3, "angle %g: flux times %g", (double)angle, turned_sum / sum);
+        const vec3 want = vec_turn(vec((float)before[0], (float)before[1], (float)before[2]), angle);
+        const vec3 off = vec_sub(vec((float)after[0], (float)after[1], (float)after[2]), want);
+        CHECK((double)vec_length(off) < 2e-3 * sum, "angle %g: off by %g of %g", (double)angle,
+              (double)vec_length(off), sum);
+    }
+    // A quarter turn takes +Z to +X, texel for texel.
+    probe_rotate(&turned, &p, 0.5f * (float)PI);
+    for (int i = 0; i < 256; i++) {
+        float s, t;
+        const float u = (float)(2 * (i % 16) + 1) / 16 - 1, v = (float)(2 * (i / 16) + 1) / 16 - 1;
+        const int face = probe_locate(vec_turn(convention(4, u, v), 0.5f * (float)PI), &s, &t);
+        const int x = (int)((s + 1) * 8), y = (int)((t + 1) * 8);
+        CHECK(face == 0, "face %d", face);
+        CHECK(fabsf(turned.texels[3 * ((face * 16 + y) * 16 + x)] - p.texels[3 * (4 * 256 + i)]) < 1e-4f,
+              "texel %d", i);
+    }
+    probe_free(&p);
+    probe_free(&turned);
+}
+
+static void strips_round_trip(void)
+{
+    probe p, back;
+    image im;
+    message why;
+    CHECK(probe_default(&p, 24) && probe_to_image(&p, &im), "no memory");
+    CHECK(probe_from_image(&back, &im, 0, &why), "%s", why.text);
+    CHECK(back.side == 24 && !memcmp(p.texels, back.texels, sizeof(float) * 18 * 24 * 24), "changed");
+    for (int i = 0; i < 18 * 24 * 24; i++) CHECK(p.texels[i] >= 0 && isfinite(p.texels[i]), "%d", i);
+    image_free(&im);
+    probe_free(&p);
+    probe_free(&back);
+}
+
+// ---- Meshes
+
+static void obj_edge_cases(void)
+{
+    const struct {
+        const char *text;
+        int vertices, triangles;  // 0 triangles: refused
+    } cases[] = {
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", 3, 1},
+        {"v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1/1/1 2//2 3/3\r\n", 3, 1},
+        {"v 0 0 0 1\nv 1 0 0 0.5 0.5 0.5\nv 0 1 0\nv 1 1 0\nv .5 2 0\nf -5 -4 -3 -2 -1\n", 5, 3},
+        {"f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", 3, 1},
+        {"  # c\n\tv 0 0 0\nvn 1 0 0\nvt 0 0\nv 1 0 0\no x\ng y\nusemtl z\nv 0 1e2 0\n f 3 2 1 # c\n", 3, 1},
+        {"", 0, 0},
+        {"v 0 0 0\n", 0, 0},
+        {"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+        {"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+        {"v 0 0 inf\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+        {"v 0 0 1e30\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -4 1 2\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 x 2\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 99999999999999999999 2 3\n", 0, 0},
+        {"v 0 0\n0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        mesh m;
+        message why = {{0}};
+        const bool parsed = mesh_parse_obj(&m, cases[i].text, strlen(cases[i].text), &why);
+        CHECK(parsed == (cases[i].triangles > 0), "case %d: %s", (int)i, why.text);
+        CHECK(m.vertices == cases[i].vertices && m.triangles == cases[i].triangles,
+              "case %d: %d vertices, %d triangles", (int)i, m.vertices, m.triangles);
+        CHECK(parsed || why.text[0], "case %d failed without a word", (int)i);
+        mesh_free(&m);
+    }
+}
+
+typedef struct edge {
+    vec3 from, to;
+} edge;
+
+static int compare_edges(const void *a, const void *b)
+{
+    const float *x = a, *y = b;
+    for (int i = 0; i < 6; i++) {
+        if (x[i] != y[i]) return x[i] < y[i] ? -1 : 1;
+    }
+    return 0;
+}
+
+static void default_scene_is_closed(void)
+{
+    scene s;
+    CHECK(scene_create(&s, 1.7f, NULL), "no memory");
+    const size_t count = 3 * (size_t)s.triangles;
+    edge *forth = malloc(count * sizeof *forth), *back = malloc(count * sizeof *back);
+    double volume[SCENE_OBJECTS] = {0};
+    for (size_t i = 0; i < count; i++) {
+        const int *t = s.triangle[i / 3];
+        forth[i].from = back[i].to = s.position[t[i % 3]];
+        forth[i].to = back[i].from = s.position[t[(i + 1) % 3]];
+        if (i % 3 == 0) {
+            const vec3 n = vec_cross(s.position[t[1]], s.position[t[2]]);
+            volume[s.object[i / 3]] += (double)vec_dot(s.position[t[0]], n) / 6;
+        }
+    }
+    qsort(forth, count, sizeof *forth, compare_edges);
+    qsort(back, count, sizeof *back, compare_edges);
+    // Every edge is walked once in each direction.
+    int open = 0, twice = 0;
+    for (size_t i = 0; i < count; i++) {
+        open += compare_edges(forth + i, back + i) != 0;
+        twice += i > 0 && !compare_edges(forth + i, forth + i - 1);
+    }
+    CHECK(open == 0 && twice == 0, "%d open edges, %d walked twice", open, twice);
+    for (int i = 0; i < s.objects; i++) CHECK(volume[i] > 1e-4, "object %d: %g m^3", i, volume[i]);
+    for (int i = 0; i < s.vertices; i++) {
+        CHECK(fabsf(vec_length(s.normal[i]) - 1) < 1e-4f, "normal %d is not a unit vector", i);
+    }
+    int backwards = 0;
+    for (int i = 0; i < s.triangles; i++) {
+        const int *t = s.triangle[i];
+        const vec3 n = vec_cross(vec_sub(s.position[t[1]], s.position[t[0]]),
+                                 vec_sub(s.position[t[2]], s.position[t[0]]));
+        const vec3 shading = vec_add(vec_add(s.normal[t[0]], s.normal[t[1]]), s.normal[t[2]]);
+        backwards += vec_dot(n, shading) <= 0;
+    }
+    CHECK(backwards == 0, "%d triangles face against their normals", backwards);
+    free(forth);
+    free(back);
+    scene_free(&s);
+}
+
+// ---- Rasterizer and ray tracer
+
+static vec3 random_direction(uint64_t *random)
+{
+    const double z = test_range(random, -1, 1), a = test_range(random, 0, 2 * PI), r = sqrt(1 - z * z);
+    return vec((float)(r * cos(a)), (float)(r * sin(a)), (float)z);
+}
+
+// An orthographic view along -towards that holds the scene.
+static void orthographic(const scene *s, vec3 towards, float m[16])
+{
+    const vec3 centre = vec_scale(vec_add(s->low, s->high), 0.5f);
+    const float size = 0.5f * vec_length(vec_sub(s->high, s->low));
+    const vec3 u = vec_unit(vec_cross(fabsf(towards.y) < 0.9f ? vec(0, 1, 0) : vec(1, 0, 0), towards));
+    const vec3 row[4] = {vec_scale(u, 1 / size), vec_scale(vec_cross(towards, u), 1 / size),
+                         vec_scale(towards, -1 / size), vec(0, 0, 0)};
+    for (int k = 0; k < 4; k++) {
+        m[k] = row[k].x;
+        m[4 + k] = row[k].y;
+        m[8 + k] = row[k].z;
+        m[12 + k] = k < 3 ? -vec_dot(row[k], centre) : 1;
+    }
+}
+
+// The nearest triangle of one facing by trying all: the oracle of oracles.
+static float nearest_of_all(const scene *s, vec3 origin, vec3 d, bool back)
+{
+    float nearest = HUGE_VALF;
+    for (int i = 0; i < s->triangles; i++) {
+        const vec3 a = s->position[s->triangle[i][0]], b = s->position[s->triangle[i][1]];
+        const vec3 c = s->position[s->triangle[i][2]];
+        const vec3 n = vec_cross(vec_sub(b, a), vec_sub(c, a));
+        const float slope = vec_dot(n, d), distance = vec_dot(n, vec_sub(a, origin)) / slope;
+        if (!(slope != 0) || (slope > 0) != back || !(distance > 0 && distance < nearest)) continue;
+        const vec3 p = vec_mad(origin, d, distance);
+        if (vec_dot(n, vec_cross(vec_sub(b, a), vec_sub(p, a))) >= 0 &&
+            vec_dot(n, vec_cross(vec_sub(c, b), vec_sub(p, b))) >= 0 &&
+            vec_dot(n, vec_cross(vec_sub(a, c), vec_sub(p, c))) >= 0) {
+            nearest = distance;
+        }
+    }
+    return nearest;
+}
+
+static void depth_maps_agree_with_rays(void)
+{
+    enum { SIDE = 64 };
+    static float depth[SIDE * SIDE * 8];
+    scene s;
+    uint64_t random = 77;
+    scene_create(&s, 0, NULL);
+    bvh *tree = bvh_create(&s);
+    for (int light = 0; light < 12; light++) {
+        float m[16];
+        const int samples = 1 << light % 4;
+        const bool back = light >= 8;
+        const vec3 d = random_direction(&random);
+        orthographic(&s, d, m);
+        const raster_frustum frustum = {m, false, 0, 0};
+        CHECK(raster_depth(&s, &frustum, back ? RASTER_BACK : RASTER_FRONT, SIDE, samples, depth), "memory");
+        const float size2 = 1 / (m[0] * m[0] + m[4] * m[4] + m[8] * m[8]);
+        const vec3 u = vec_scale(vec(m[0], m[4], m[8]), size2), v = vec_scale(vec(m[1], m[5], m[9]), size2);
+        const vec3 w = vec_scale(vec(m[2], m[6], m[10]), size2);
+        const vec3 centre = vec_scale(vec_add(s.low, s.high), 0.5f);
+        int off = 0, tried = 0;
+        for (int i = 0; i < SIDE * SIDE * samples; i += back ? 97 : 1, tried++) {
+            float px, py;
+            raster_sample_position(samples, i % samples, &px, &py);
+            const float x = 2 * ((float)(i / samples % SIDE) + px) / SIDE - 1;
+            const float y = 2 * ((float)(i / samples / SIDE) + py) / SIDE - 1;
+            const vec3 from = vec_sub(vec_mad(vec_mad(centre, u, x), v, y), w);
+            const float t = back ? nearest_of_all(&s, from, w, true) : bvh_hit_nearest(tree, from, w);
+            const float want = t < 2 ? -1 + t : 1;
+            off += fabsf(depth[i] - want) > 2e-4f;
+        }
+        // Samples within rounding of a silhouette may go either way.
+        CHECK(off <= 1 + tried / 2000, "light %d: %d of %d samples are off", light, off, tried);
+    }
+    bvh_free(tree);
+    scene_free(&s);
+}
+
+static void perspective_depth_is_linear(void)
+{
+    enum { SIDE = 96 };
+    static float depth[SIDE * SIDE];
+    const vec3 from = vec(2.5f, 3.2f, 1.5f), back = vec_unit(vec(0.6f, 0.7f, 0.3f));
+    const vec3 u = vec_unit(vec_cross(vec(0, 1, 0), back)), v = vec_cross(back, u);
+    const vec3 row[4] = {vec_scale(u, 1 / 0.8f), vec_scale(v, 1 / 0.8f), vec(0, 0, 0), vec_scale(back, -1)};
+    float m[16];
+    scene s;
+    scene_create(&s, 0, NULL);
+    bvh *tree = bvh_create(&s);
+    for (int k = 0; k < 4; k++) {
+        m[k] = row[k].x;
+        m[4 + k] = row[k].y;
+        m[8 + k] = row[k].z;
+        m[12 + k] = -vec_dot(row[k], from);
+    }
+    const raster_frustum frustum = {m, true, 0.5f, 9.0f};
+    int off = 0;
+    CHECK(raster_depth(&s, &frustum, RASTER_FRONT, SIDE, 1, depth), "memory");
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const float x = (2 * (float)(i % SIDE) + 1) / SIDE - 1, y = (2 * (float)(i / SIDE) + 1) / SIDE - 1;
+        const vec3 d = vec_mad(vec_mad(vec_scale(back, -1), u, 0.8f * x), v, 0.8f * y);
+        const float t = bvh_hit_nearest(tree, from, d);  // d advances by 1 along the axis
+        const float want = t < 9 ? -1 + 2 * (t - 0.5f) / 8.5f : 1;
+        off += fabsf(depth[i] - want) > 5e-4f;
+    }
+    CHECK(off <= SIDE * SIDE / 1000, "%d samples are off", off);
+    bvh_free(tree);
+    scene_free(&s);
+}
+
+static void camera_sees_what_rays_hit(void)
+{
+    const camera eye = camera_look(vec(1, 2.5f, 6), vec(0, 0.6f, 0), 0.7f, 1.5f);
+    scene s;
+    view v;
+    int off = 0, pixels = 0;
+    scene_create(&s, 0, NULL);
+    bvh *tree = bvh_create(&s);
+    CHECK(view_create(&v, &s, &eye, 150, 100), "memory");
+    for (int i = 0; i < 150 * 100; i++) {
+        surface piece[VIEW_SAMPLES];
+        const int pieces = view_surfaces(&v, &s, i % 150, i / 150, piece);
+        float share = 0;
+        for (int k = 0; k < pieces; k++) {
+            const vec3 d = vec_sub(piece[k].position, eye.position);
+            const float t = bvh_hit_nearest(tree, eye.position, d);
+            share += piece[k].share;
+            pixels++;
+            off += fabsf(t - 1) > 1e-3f;
+        }
+        CHECK(share <= 1 && (pieces > 0) == (share > 0), "pixel %d", i);
+    }
+    CHECK(off <= pixels / 500, "%d of %d surfaces are off", off, pixels);
+    view_free(&v);
+    bvh_free(tree);
+    scene_free(&s);
+}
+
+static void tree_agrees_with_trying_all(void)
+{
+    scene s;
+    uint64_t random = 31;
+    int off = 0;
+    scene_create(&s, 0, NULL);
+    bvh *tree = bvh_create(&s);
+    const int trials = test_trials(1000);
+    for (int i = 0; i < trials; i++) {
+        const vec3 from = vec((float)test_range(&random, -4, 4), (float)test_range(&random, 0.01, 3),
+                              (float)test_range(&random, -4, 4));
+        const vec3 d = i % 20 ? random_direction(&random) : vec(0, i % 40 ? 1.0f : -1.0f, 0);
+        const float a = nearest_of_all(&s, from, d, false), b = nearest_of_all(&s, from, d, true);
+        const float want = a < b ? a : b, got = bvh_hit_nearest(tree, from, d);
+        off += got != want && !(fabsf(got - want) < 1e-4f * want);
+        const bool any = bvh_hit_any(tree, from, d, HUGE_VALF);
+        CHECK(any == (got < HUGE_VALF), "ray %d: any says %d, nearest %g", i, any, (double)got);
+        if (got < HUGE_VALF) CHECK(!bvh_hit_any(tree, from, d, 0.999f * got), "ray %d is too short", i);
+    }
+    CHECK(off <= trials / 300, "%d of %d rays are off", off, trials);
+    bvh_free(tree);
+    scene_free(&s);
+}
+
+static void traced_light_has_known_values(void)
+{
+    scene s;
+    probe p;
+    probe_sampler sampler;
+    scene_create(&s, 0, NULL);
+    bvh *tree = bvh_create(&s);
+    probe_create(&p, 16);
+    for (int i = 0; i < 18 * 256; i++) p.texels[i] = 0.5f;
+    CHECK(probe_sampler_create(&sampler, &p), "memory");
+    // High above everything the ground fills the lower half, looking up there is only sky.
+    const vec3 open = trace_irradiance(tree, &sampler, vec(0, 50, 0), vec(0, 1, 0), 20000, 1);
+    CHECK(fabs((double)open.y / (0.5 * PI) - 1) < 0.02, "irradiance %g for pi / 2", (double)open.y);
+    const vec3 below = trace_irradiance(tree, &sampler, vec(0, -0.2f, 0), vec(0, 1, 0), 2000, 1);
+    CHECK(below.x < 0.02f, "irradiance %g under the ground", (double)below.x);
+    // Straight below the rim of the ground half of a light overhead is hidden.
+    const float half = trace_rectangle(tree, vec(4.4f, -5, 0), vec(0, 1, 0), vec(1, 0, 0), vec(0, 0, 1),
+                                       0.06f, 0.06f, 60, 1);
+    CHECK(half > 0.49f && half < 0.52f, "visibility %g", (double)half);
+    probe_sampler_free(&sampler);
+    probe_free(&p);
+    bvh_free(tree);
+    scene_free(&s);
+}
+
+const test_case files_tests[] = {
+    {"a PFM of either byte order keeps every value", pfm_keeps_values},
+    {"flat, old and new HDR coding give the same pixels", hdr_codings_agree},
+    {"pictures cut short anywhere are refused", truncated_pictures_are_refused},
+    {"hostile picture headers are refused", hostile_headers_are_refused},
+    {"damaged pictures and meshes do no harm", damaged_files_do_no_harm},
+    {"files that cannot be opened are named", missing_files_are_named},
+    {"a PNG decodes to its pixels and is small", png_decodes_to_its_pixels},
+    {"the tone curve is total and monotone", tone_curve_is_total},
+    {"texel directions follow the cube map convention", directions_follow_the_convention},
+    {"a constant lat-long picture becomes a constant cube", lat_long_keeps_constants},
+    {"a bright lat-long pixel keeps energy and direction", lat_long_keeps_single_pixels},
+    {"broken lat-long pixels are counted and black", broken_pixels_are_counted},
+    {"turning a probe moves its light and keeps its energy", turning_moves_light},
+    {"a probe survives the way through a strip of faces", strips_round_trip},
+    {"OBJ edge cases are read or refused", obj_edge_cases},
+    {"the default scene is closed and faces outwards", default_scene_is_closed},
+    {"depth maps agree with rays", depth_maps_agree_with_rays},
+    {"perspective depth is linear along the axis", perspective_depth_is_linear},
+    {"the camera sees what rays hit", camera_sees_what_rays_hit},
+    {"the tree of boxes finds what trying all finds", tree_agrees_with_trying_all},
+    {"traced light has known values", traced_light_has_known_values},
+    {NULL, NULL},
+};
