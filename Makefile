@@ -68,7 +68,7 @@ $(examples): $(out)/%: $(out)/examples/%.o $(common)
 $(out)/test: $(test_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-$(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(common)
+$(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 .PHONY: all demo test test-binary glsl bias bench clean

@@ -1,10 +1,11 @@
-// lightprobe.h - v0.1 - area lights from a light probe - MIT or public domain, at your choice (see the end)
+// lightprobe.h - v0.1 - area lights from a light probe - MIT or public domain (see the end)
 //
-// Turns an environment cube map into a few area lights: direction, rectangle, colour, and the opening
-// angle of a disc for shading. The lights hold all the energy of the probe, none is spent where the
-// scene does not need it, they do not care where the faces of the cube meet, and they follow a moving
-// probe without jumping. The header holds the extraction, the irradiance of a disc light that is cut by
-// the receiver's horizon, and that same function as GLSL text. No dependency but the C standard library.
+// Turns an environment cube map into a few area lights: direction, rectangle, colour, and the
+// opening angle of a disc for shading. The lights hold all the energy of the probe, none is spent
+// where the scene does not need it, they do not care where the faces of the cube meet, and they
+// follow a moving probe without jumping. The header holds the extraction, the irradiance of a disc
+// light that is cut by the receiver's horizon, and that same function as GLSL text. No dependency
+// but the C standard library.
 //
 // QUICK START
 //
@@ -17,12 +18,14 @@
 //
 //     int lights_of(const float *const faces[6], lightprobe_light lights[16])
 //     {
-//         lightprobe_cube cube = {{faces[0], faces[1], faces[2], faces[3], faces[4], faces[5]}, 128, 3};
+//         lightprobe_cube cube = {{0}, 128, 3};
+//         for (int i = 0; i < 6; i++) cube.face[i] = faces[i];
 //         lightprobe_settings settings = {0};
 //         settings.max_lights = 16;
 //         static unsigned char scratch[2 << 20];  // lightprobe_scratch_bytes(128, 16) is less
 //         int count = 0;
-//         if (lightprobe_extract(&cube, &settings, scratch, sizeof scratch, lights, &count, NULL)) return 0;
+//         if (lightprobe_extract(&cube, &settings, scratch, sizeof scratch, lights, &count, NULL))
+//             return 0;
 //         return count;
 //     }
 //
@@ -34,18 +37,19 @@
 //         for (int i = 0; i < count; i++) {
 //             const float *d = lights[i].direction;
 //             const float cosine = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
-//             sum += lights[i].irradiance[0] * lightprobe_disc_irradiance(lights[i].cos_alpha, cosine);
+//             sum += lights[i].irradiance[0] *
+//                    lightprobe_disc_irradiance(lights[i].cos_alpha, cosine);
 //         }
 //         return sum;  // times albedo / pi is the radiance of a diffuse surface
 //     }
 //
 // CONVENTIONS
 //
-//   cube maps     six faces in the order +X -X +Y -Y +Z -Z, oriented as in OpenGL, rows from top to bottom
-//                 as the faces are stored there: texel (column x, row y) at s = -1 + (2x+1)/side,
-//                 t = -1 + (2y+1)/side looks along +X (1,-t,-s)  -X (-1,-t,s)  +Y (s,1,t)  -Y (s,-1,-t)
-//                 +Z (s,-t,1)  -Z (-s,-t,-1). Faces are tightly packed: texel at (y*side + x)*channels.
-//   radiance      linear RGB, Rec. 709 primaries, any unit. Irradiance comes out in that unit times sr.
+//   cube maps     six faces in the order +X -X +Y -Y +Z -Z, oriented as in OpenGL, row by row:
+//                 texel (column x, row y) at s = -1 + (2x+1)/side, t = -1 + (2y+1)/side looks along
+//                 +X (1,-t,-s)  -X (-1,-t,s)  +Y (s,1,t)  -Y (s,-1,-t)  +Z (s,-t,1)  -Z (-s,-t,-1).
+//                 Tightly packed: its first float is at (y*side + x)*channels.
+//   radiance      linear RGB, Rec. 709 primaries, any unit. Irradiance has that unit times sr.
 //   luminance     0.2126 R + 0.7152 G + 0.0722 B. All decisions are made on it.
 //   directions    point from the scene to the light. Angles are given by their cosines or tangents.
 //
@@ -73,8 +77,8 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_NULL,      // a pointer that must be given is null
     LIGHTPROBE_ERROR_SIDE,      // side below 1 or above LIGHTPROBE_MAX_SIDE
     LIGHTPROBE_ERROR_CHANNELS,  // neither 3 nor 4
-    LIGHTPROBE_ERROR_LIGHTS,    // max_lights or previous_count below 0 or above LIGHTPROBE_MAX_LIGHTS
-    LIGHTPROBE_ERROR_SETTINGS,  // tolerance or min_share negative or NaN, or an unknown mode
+    LIGHTPROBE_ERROR_LIGHTS,    // max_lights, previous_count: below 0, above LIGHTPROBE_MAX_LIGHTS
+    LIGHTPROBE_ERROR_SETTINGS,  // tolerance or min_share negative or not finite, or an unknown mode
     LIGHTPROBE_ERROR_SCRATCH,   // scratch memory below lightprobe_scratch_bytes()
     LIGHTPROBE_ERROR_BLACK      // no light in the probe
 } lightprobe_result;
@@ -85,6 +89,7 @@ const char *lightprobe_result_string(lightprobe_result result);
 #define LIGHTPROBE_MAX_SIDE 8192
 #define LIGHTPROBE_MAX_LIGHTS 4096
 #define LIGHTPROBE_DEFAULT_LIGHTS 32
+#define LIGHTPROBE_DEFAULT_TOLERANCE 0.01f  // one disc of 11 degrees around its centre
 
 // The probe. The caller keeps the texels; they are read only.
 typedef struct lightprobe_cube {
@@ -94,13 +99,13 @@ typedef struct lightprobe_cube {
 } lightprobe_cube;
 
 typedef struct lightprobe_light {
-    float direction[3];              // unit; that of the region's vector irradiance
-    float axis_u[3], axis_v[3];      // unit, orthogonal to direction; u is the longer one
-    float tan_half_u, tan_half_v;    // half-size of the rectangle at distance 1, at most 4
-    float irradiance[3];             // integral of RGB radiance over the region's solid angle
-    float solid_angle;               // of the region; those of all lights sum to 4 pi
-    float cos_alpha;                 // opening angle of the disc that stands for it in shading, [-1,1]
-    int id;                          // survives from frame to frame, see lightprobe_settings.previous
+    float direction[3];            // unit; that of the region's vector irradiance
+    float axis_u[3], axis_v[3];    // unit, orthogonal to direction; the longer side is u
+    float tan_half_u, tan_half_v;  // half-size of the rectangle at distance 1, at most 4
+    float irradiance[3];           // integral of RGB radiance over the region's solid angle
+    float solid_angle;             // of the region; all of them sum to 4 pi less black regions
+    float cos_alpha;               // opening angle of the disc that stands for it in shading
+    int id;                        // survives from frame to frame: lightprobe_settings.previous
 } lightprobe_light;
 
 typedef enum lightprobe_mode {
@@ -110,60 +115,67 @@ typedef enum lightprobe_mode {
 
 // Zero means default everywhere.
 typedef struct lightprobe_settings {
-    int max_lights;    // 0: LIGHTPROBE_DEFAULT_LIGHTS
-    float tolerance;   // stop adding lights when stats.error is at most this; 0: use all lights
-    int mode;          // lightprobe_mode
-    float min_share;   // a light with a smaller share of the probe's luminance is left to the residual
-    // Lights of the previous frame, for a probe that moves: the new lights go on from them, keep their
-    // places in the array and their ids, and change in number or region only where that pays. May be
-    // the array that receives the new lights. NULL: start afresh, brightest light first. Both are
-    // ignored by LIGHTPROBE_MEDIAN_CUT.
+    int max_lights;   // 0: as many as the probe needs, at most LIGHTPROBE_DEFAULT_LIGHTS
+    float tolerance;  // no more lights once stats.error is at most this; 0: use all of max_lights
+                      // or, where that is 0 too, LIGHTPROBE_DEFAULT_TOLERANCE
+    int mode;         // lightprobe_mode
+    float min_share;  // what has a smaller share of the probe's luminance is left to the residual
+    // Lights of the previous frame, for a probe that moves: the new lights go on from them, keep
+    // their places in the array and their ids, and change in number or region only where that pays.
+    // May be the array that receives the new lights. NULL: start afresh, brightest light first.
+    // Both are ignored by LIGHTPROBE_MEDIAN_CUT.
     const lightprobe_light *previous;
     int previous_count;
-    void (*log)(void *user, const char *message);  // told why a call failed, one line; NULL: silence
+    void (*log)(void *user, const char *message);  // told in one line why a call failed; or NULL
     void *user;
 } lightprobe_settings;
 
 typedef struct lightprobe_stats {
-    float total[3];       // irradiance of the whole probe, bad texels counting as 0
-    float residual[3];    // what the lights do not carry: total - sum of their irradiance. Shade it as
-                          // ambient light. Rounding (1e-7 of total, of either sign) unless min_share
-                          // or LIGHTPROBE_MEDIAN_CUT with fewer than 6 lights left something out.
-    float error;          // sum over regions of flux (1 - R) / flux of the probe, R the length of the
-                          // region's mean direction: half the mean square angle to the light's centre
+    float total[3];       // irradiance[] of the whole probe, bad channels counting as 0
+    float residual[3];    // what the lights do not carry, total - their sum: shade it as ambient
+    float error;          // how wide the lights are: mean over the flux of half the square angle to
+                          // the light's centre (exactly: sum of flux (1 - R) over sum of flux)
     int lights;           // how many were written
-    int repaired_texels;  // texels with a negative, NaN or infinite channel; that channel counts as 0
+    int repaired_texels;  // with a negative, NaN or infinite channel; that channel counts as 0
 } lightprobe_stats;
 
-// Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default number):
-// about 2.4 side^2 floats and 600 bytes a light. 0 where side or max_lights is out of range.
+// Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default):
+// about 20 side^2, and 550 a light. 0 where side or max_lights is out of range.
 size_t lightprobe_scratch_bytes(int side, int max_lights);
 
-// Finds the lights of a probe. lights has room for settings->max_lights, settings may be NULL (all
-// defaults), stats may be NULL, scratch may have any alignment and holds nothing afterwards that is
-// needed. Deterministic: same input, same output. Scaling the radiance by a power of two scales
-// irradiance, total and residual, and changes nothing else. Any finite texel is fine; sums that leave the
-// range of float come out as FLT_MAX. Fewer lights come out where fewer do: a black region gets none,
-// and a texel is never shared between two. Whatever fails leaves lights, light_count and stats untouched.
-lightprobe_result lightprobe_extract(const lightprobe_cube *cube, const lightprobe_settings *settings,
-                                     void *scratch, size_t scratch_bytes, lightprobe_light *lights,
+// Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
+// defaults), stats too; scratch may have any alignment, and what it holds afterwards is of no use.
+//
+// The lights carry all of the probe: each texel belongs to exactly one, and the residual is
+// rounding (1e-7 of total, of either sign) unless min_share, or LIGHTPROBE_MEDIAN_CUT with fewer
+// than its six first regions, left something out. There may be fewer lights than asked for: where
+// texels run out, where the tolerance is met, and for black regions.
+//
+// Deterministic. Scaling the radiance by a power of two scales irradiance, total and residual and
+// changes nothing else, bit for bit. Any finite texel is fine; sums beyond the range of float come
+// out as FLT_MAX. Whatever fails leaves lights, light_count and stats untouched.
+lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
+                                     const lightprobe_settings *settings, void *scratch,
+                                     size_t scratch_bytes, lightprobe_light *lights,
                                      int *light_count, lightprobe_stats *stats);
 
-// Solid angle of a texel of any face, to 1e-7 relative at every side (van Oosterom and Strackee 1983).
-// The sum over six faces is 4 pi. 0 outside the face.
+// Solid angle of a texel of any face, to 1e-7 relative at every side (van Oosterom and Strackee
+// 1983). The sum over six faces is 4 pi. 0 outside the face.
 float lightprobe_texel_solid_angle(int side, int x, int y);
 
-// Unit direction of the point (s, t) in [-1,1]^2 of a face 0..5 (others count as the nearest of these).
+// Unit direction of the point (s, t) in [-1,1]^2 of a face 0..5 (others count as the nearest of
+// these).
 void lightprobe_texel_direction(int face, float s, float t, float direction[3]);
 
-// Irradiance of a surface under a disc light of uniform radiance with half-angle alpha whose centre is
-// theta away from the surface's normal, per unit of lightprobe_light.irradiance (the integral of radiance
-// over the disc). Exact, also where the horizon cuts the disc and where the disc is wider than a
-// hemisphere; above the horizon it is cos(theta) cos^2(alpha/2), the paper's Eq. 18. In [0,1], error
-// below 1e-6. Arguments outside [-1,1] count as the nearest number inside.
+// Irradiance of a surface under a disc light of uniform radiance with half-angle alpha whose centre
+// is theta away from the surface's normal, per unit of lightprobe_light.irradiance (the integral of
+// radiance over the disc). Exact, also where the horizon cuts the disc and where the disc is wider
+// than a hemisphere; above the horizon it is cos(theta) cos^2(alpha/2), the paper's Eq. 18. In
+// [0,1], error below 1e-6. Arguments outside [-1,1] count as the nearest number inside.
 float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
 
-// GLSL 4.50 text that defines the same lightprobe_disc_irradiance. Goes behind #version; static memory.
+// GLSL 4.50 text that defines the same lightprobe_disc_irradiance. Goes behind #version; static
+// memory.
 const char *lightprobe_glsl_math(void);
 
 #ifdef __cplusplus
@@ -193,14 +205,14 @@ extern "C" {
 // Disc irradiance, shared with GLSL
 // ------------------------------------------------------------------------------------------------
 
-// What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and is
-// quoted by `make glsl` into lightprobe__glsl_text further down.
+// What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and
+// is quoted by `make glsl` into lightprobe__glsl_text further down.
 #define LIGHTPROBE_SHARED static inline
 
 // [glsl begin]
 
-// The angle of the point (x, y) with y >= 0 to the x axis, in [0, pi], to 3e-7. Written out (Hastings'
-// polynomial) because GLSL lets its own atan be wrong by 4096 units in the last place.
+// The angle of the point (x, y) with y >= 0 to the x axis, in [0, pi], to 3e-7. Written out
+// (Hastings' polynomial) since GLSL allows its own atan 4096 units in the last place.
 LIGHTPROBE_SHARED float lightprobe_angle(float y, float x)
 {
     float ax = fabsf(x);
@@ -220,8 +232,8 @@ LIGHTPROBE_SHARED float lightprobe_angle(float y, float x)
     return x < 0.0f ? 3.14159265f - p : p;
 }
 
-// Half the line integral of r x dr around what the horizon leaves of the disc (docs/lightprobe.md): psi
-// is half the horizon's arc inside the disc, phi half the rim's part above the horizon.
+// Half the line integral of r x dr around what the horizon leaves of the disc: psi is half of the
+// arc of the horizon in the disc, phi half of the rim above it (docs/lightprobe.md).
 float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
 {
     float c = cos_alpha > -1.0f ? (cos_alpha < 1.0f ? cos_alpha : 1.0f) : -1.0f;
@@ -230,16 +242,18 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
     float sin_alpha = sqrtf(size * (1.0f + c));
     float chord2 = (sin_alpha - n) * (sin_alpha + n);
     if (chord2 <= 0.0f) {  // the horizon misses the rim
-        if (c >= 0.0f) return n > 0.0f ? 0.5f * (1.0f + c) * n : 0.0f;
-        return n > 0.0f ? 0.5f / size : 0.5f / size + 0.5f * (1.0f + c) * n;
+        float below = c < 0.0f ? 0.5f / size : 0.0f;  // of the disc opposite
+        float seen = c < 0.0f ? (n < 0.0f ? n : 0.0f) : (n > 0.0f ? n : 0.0f);
+        float whole = below + 0.5f * (1.0f + c) * seen;
+        return whole > 0.0f ? whole : 0.0f;
     }
     float chord = sqrtf(chord2);
     float sin_theta2 = (1.0f - n) * (1.0f + n);
     float s2 = chord2 / sin_theta2;  // sin^2 psi
     float arc;                       // psi - sin psi cos psi
     if (c > 0.0f && s2 < 0.0625f) {
-        // The difference would lose all digits: it is psi^3 2/3, and a disc of the sun's size has
-        // psi < 5e-3. Series of asin x - x sqrt(1 - x^2), first term left out 1e-7 of the sum.
+        // The difference would lose all digits: it is 2/3 psi^3, and a sun has psi < 5e-3.
+        // Series of asin x - x sqrt(1 - x^2); the first term left out is 1e-7 of the sum.
         arc = 0.03976073f;
         arc = arc * s2 + 0.04971591f;
         arc = arc * s2 + 0.06944444f;
@@ -277,11 +291,13 @@ static void lightprobe__to_world(int face, float m, float s, float t, float v[3]
 void lightprobe_texel_direction(int face, float s, float t, float direction[3])
 {
     const float scale = 1.0f / sqrtf(1.0f + s * s + t * t);
-    lightprobe__to_world(face < 0 ? 0 : face > 5 ? 5 : face, scale, scale * s, scale * t, direction);
+    if (face < 0) face = 0;
+    if (face > 5) face = 5;
+    lightprobe__to_world(face, scale, scale * s, scale * t, direction);
 }
 
-// Solid angle of the triangle whose corners have lengths a, b, c and these scalar products; n is their
-// triple product, twice the triangle's area in the plane of the face. Every term is far from
+// Solid angle of the triangle whose corners have lengths a, b, c and these scalar products; n is
+// their triple product, twice the triangle's area in the plane of the face. Every term is far from
 // cancellation, unlike in the usual difference of four atan (0.87% off in float at 256^2).
 static double lightprobe__triangle(double n, double a, double b, double c, double ab, double bc,
                                    double ca)
@@ -300,13 +316,6 @@ static double lightprobe__solid_angle(double s, double t, double s1, double t1)
     const double ac = ss + tt - 1;
     return lightprobe__triangle(n, a, b, c, ss + t * t, tt + s1 * s1, ac) +
            lightprobe__triangle(n, a, c, d, ac, ss + t1 * t1, tt + s * s);
-}
-
-// Of texels [x, x1) x [y, y1).
-static double lightprobe__texels_solid_angle(int side, int x, int y, int x1, int y1)
-{
-    const double h = 2.0 / side;
-    return lightprobe__solid_angle(x * h - 1, y * h - 1, x1 * h - 1, y1 * h - 1);
 }
 
 float lightprobe_texel_solid_angle(int side, int x, int y)
@@ -328,21 +337,22 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 
 #define LIGHTPROBE__TILE_LEVEL 2  // a tile has 4 x 4 texels
 #define LIGHTPROBE__LEVELS 14     // level 13 of the largest side is one cell
-// Leaves to make so many lights from. Fewer cost accuracy (3 per light: a third more error), more cost
-// time and gain little (64 per light: 10% less error at three times the time).
-#define LIGHTPROBE__LEAVES(lights) (2 * (lights) + 192)
+// Leaves to make so many lights from: a few per light, and enough that few lights have a choice. At
+// 32 lights three per light cost a third more error; 64 per light take off a tenth of it at three
+// times the time.
+#define LIGHTPROBE__LEAVES(lights) (3 * (lights) / 2 + 200)
 #define LIGHTPROBE__ROUNDS 2
 #define LIGHTPROBE__BINS 8
 #define LIGHTPROBE__REACH 2.0f
 #define LIGHTPROBE__NEAR 6
 
-// Sums over a square of 2^level texels: RGB radiance, and luminance times direction, in the face's own
-// axes (middle, s, t). Padded to twice four floats, for speed.
+// Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the
+// face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).
 typedef struct lightprobe__cell { float flux[4], vector[4]; } lightprobe__cell;
 
 // A cell that is not divided further. Leaves tile the sphere; clusters of them become lights.
 typedef struct lightprobe__leaf {
-    float flux[3], luminance;
+    float flux[3], solid_angle, luminance;
     float direction[3], strength;  // vector irradiance = strength * direction
     int face, level, x, y, cluster;
 } lightprobe__leaf;
@@ -402,7 +412,7 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
     const size_t leaves = (size_t)w->max_leaves, lights = (size_t)max_lights;
     w->omega = (float *)lightprobe__take(base, &used, quarter * sizeof(float));
     w->weight = (float *)lightprobe__take(base, &used, quarter * sizeof(float));
-    w->band = (float *)lightprobe__take(base, &used, tiles * (4 * 24 + 12) * sizeof(float));
+    w->band = (float *)lightprobe__take(base, &used, tiles * (4 * 24 + 12 + 1) * sizeof(float));
     for (int level = LIGHTPROBE__TILE_LEVEL;; level++) {
         const size_t n = (size_t)lightprobe__level_side(side, level);
         w->cells[level] =
@@ -410,7 +420,8 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
         w->top = level;
         if (n == 1) break;
     }
-    w->leaves = (lightprobe__leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe__leaf));
+    w->leaves =
+        (lightprobe__leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe__leaf));
     w->heap = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->order = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->clusters = (lightprobe__cluster *)lightprobe__take(base, &used,
@@ -447,29 +458,46 @@ static float lightprobe__dot(const float a[3], const float b[3])
 // In double: squares of float neither overflow nor underflow.
 static double lightprobe__length(const float v[3])
 {
-    return sqrt((double)v[0] * v[0] + (double)v[1] * v[1] + (double)v[2] * v[2]);
+    const double x = (double)v[0], y = (double)v[1], z = (double)v[2];
+    return sqrt(x * x + y * y + z * z);
 }
 
 // Returns the length; a null vector stays.
 static float lightprobe__normalize(float v[3])
 {
     const double length = lightprobe__length(v), scale = length > 0 ? 1 / length : 0;
-    for (int i = 0; i < 3; i++) v[i] = (float)(v[i] * scale);
+    for (int i = 0; i < 3; i++) v[i] = (float)((double)v[i] * scale);
     return (float)length;
+}
+
+// Finite. Looks at the bits: with -ffast-math a comparison need not see a NaN.
+static int lightprobe__is_number(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7fffffffu) < 0x7f800000u;
 }
 
 // ------------------------------------------------------------------------------------------------
 // Sums over tiles: the one pass over all texels
 // ------------------------------------------------------------------------------------------------
 
-// Four floats at a time, as all compilers for x86-64 and ARM64 can; gcc 12 -O2 makes scalar code twice
-// as slow out of the same sums.
-#if defined __GNUC__
+// Four floats at a time. gcc 12 -O2 makes code that takes twice as long out of plain loops.
+#if defined __GNUC__ && (defined __SSE2__ || defined __ARM_NEON)
 typedef float lightprobe__four __attribute__((vector_size(16)));
 typedef int32_t lightprobe__bits __attribute__((vector_size(16)));
-static inline lightprobe__four lightprobe__add4(lightprobe__four a, lightprobe__four b) { return a + b; }
-static inline lightprobe__four lightprobe__mul4(lightprobe__four a, lightprobe__four b) { return a * b; }
-static inline lightprobe__bits lightprobe__or4(lightprobe__bits a, lightprobe__bits b) { return a | b; }
+static inline lightprobe__four lightprobe__add4(lightprobe__four a, lightprobe__four b)
+{
+    return a + b;
+}
+static inline lightprobe__four lightprobe__mul4(lightprobe__four a, lightprobe__four b)
+{
+    return a * b;
+}
+static inline lightprobe__bits lightprobe__or4(lightprobe__bits a, lightprobe__bits b)
+{
+    return a | b;
+}
 #else
 typedef struct lightprobe__four { float v[4]; } lightprobe__four;
 typedef struct lightprobe__bits { int32_t v[4]; } lightprobe__bits;
@@ -537,8 +565,9 @@ static inline float lightprobe__sum4(lightprobe__four a)
 // Index of a texel's weights; they are the same in all quarters of all faces.
 static size_t lightprobe__quarter(const lightprobe__work *w, int x, int y)
 {
-    const int dx = 2 * x + 1 - w->side, dy = 2 * y + 1 - w->side;
-    return (size_t)((dy < 0 ? -dy : dy) >> 1) * (size_t)w->half + (size_t)((dx < 0 ? -dx : dx) >> 1);
+    const int right = 2 * x + 1 - w->side, down = 2 * y + 1 - w->side;
+    const int dx = (right < 0 ? -right : right) / 2, dy = (down < 0 ? -down : down) / 2;
+    return (size_t)dy * (size_t)w->half + (size_t)dx;
 }
 
 // Centre of a texel in [-1,1].
@@ -547,19 +576,20 @@ static float lightprobe__centre(int side, int x)
     return (float)(2 * x + 1 - side) / (float)side;
 }
 
-// A texel's vector irradiance is shorter than its solid angle by omega / 12, the mean half square angle
-// of a square: without it a face of one texel would count as a point (17% too long, now 0.7% too short).
+// A texel's vector irradiance is shorter than its solid angle by omega / 12, the mean half square
+// angle of a square: without it a face of one texel would count as a point (17% too long, now 0.7%
+// too short).
 static void lightprobe__make_tables(lightprobe__work *w)
 {
     const double h = 2.0 / w->side, first = w->side & 1 ? -0.5 * h : 0.0;
     const float area = (float)(h * h), bend = (float)(h * h / 24);
     for (int y = 0; y < w->half; y++) {
-        const float t = (float)(first + (y + 0.5) * h);
+        const float t = (float)first + ((float)y + 0.5f) * (float)h;
         for (int x = 0; x <= y; x++) {
-            const float s = (float)(first + (x + 0.5) * h);
+            const float s = (float)first + ((float)x + 0.5f) * (float)h;
             const float inverse = 1 / sqrtf(1 + s * s + t * t), i2 = inverse * inverse;
-            // The middle of the texel plus the second derivative: 4e-7 off at side 64, less beyond. The
-            // exact way for all would take a fifth of the whole extraction at side 128.
+            // The middle of the texel plus the second derivative: 4e-7 off at side 64, less beyond.
+            // The exact way for all would take a fifth of the whole extraction at side 128.
             float omega = area * i2 * inverse * (1 + bend * i2 * (9 - 15 * i2));
             if (w->side < 64)
                 omega = (float)lightprobe__solid_angle(first + x * h, first + y * h,
@@ -600,20 +630,21 @@ static int lightprobe__gather(const lightprobe__work *w, int face, int tx, int t
     memset(out, 0, 48 * sizeof *out);
     for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++) {
         for (int x = 4 * tx; x < 4 * tx + 4 && x < w->side; x++)
-            bad += lightprobe__read(lightprobe__texel(w, face, x, y), out + 12 * (y & 3) + 3 * (x & 3));
+            bad += lightprobe__read(lightprobe__texel(w, face, x, y),
+                                    out + 12 * (y & 3) + 3 * (x & 3));
     }
     return bad;
 }
 
-// texels and step: four rows of four RGB texels. band: four rows of weights, 12 floats of solid angle
-// and 12 of solid angle times luminance coefficient over distance per tile. s: of the 12 floats. t: of
-// the row behind the last, next to the one before it. Returns 0 where a texel was negative, NaN or
-// infinite (then the sums are worthless): the sign bits are gathered on the way, the rest shows in the
-// sums. Written out, three registers of four floats each: gcc -O2 keeps arrays of them in memory, at
-// twice the time.
+// texels and step: four rows of four RGB texels. band: four rows of weights, 12 floats of solid
+// angle and 12 of solid angle times luminance coefficient over distance per tile. s: of the 12
+// floats. t: of the row behind the last, next to the one before it. omega: of the tile. Returns 0 where a texel was
+// negative, NaN or infinite (then the sums are worthless): the sign bits are gathered on the way,
+// the rest shows in the sums. Written out, three registers of four floats each: gcc -O2 keeps
+// arrays of them in memory, at twice the time.
 static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, const float *band,
                                        ptrdiff_t stride, const float *s, const float t[2],
-                                       lightprobe__cell *cell)
+                                       float omega, lightprobe__cell *cell)
 {
     const lightprobe__four zero = lightprobe__set4(0);
     lightprobe__four f0 = zero, f1 = zero, f2 = zero, m0 = zero, m1 = zero, m2 = zero;
@@ -628,7 +659,7 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
         m0 = lightprobe__add4(m0, lightprobe__mul4(x0, lightprobe__band4(band + 12)));
         m1 = lightprobe__add4(m1, lightprobe__mul4(x1, lightprobe__band4(band + 16)));
         m2 = lightprobe__add4(m2, lightprobe__mul4(x2, lightprobe__band4(band + 20)));
-        n0 = lightprobe__add4(n0, m0);  // sums of sums: the first row counts four times, the last once
+        n0 = lightprobe__add4(n0, m0);  // sums of sums: the first row counts 4 times
         n1 = lightprobe__add4(n1, m1);
         n2 = lightprobe__add4(n2, m2);
         sign = lightprobe__or4(sign, lightprobe__or4(lightprobe__bits4(x0), lightprobe__bits4(x1)));
@@ -641,7 +672,7 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
     cell->flux[0] = (f[0] + f[3]) + (f[6] + f[9]);
     cell->flux[1] = (f[1] + f[4]) + (f[7] + f[10]);
     cell->flux[2] = (f[2] + f[5]) + (f[8] + f[11]);
-    cell->flux[3] = 0;
+    cell->flux[3] = omega;
     cell->vector[0] = lightprobe__sum4(lightprobe__add4(lightprobe__add4(m0, m1), m2));
     m0 = lightprobe__mul4(m0, lightprobe__band4(s));
     m1 = lightprobe__mul4(m1, lightprobe__band4(s + 4));
@@ -657,15 +688,14 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
            bits[1] < 0x7f800000u && bits[2] < 0x7f800000u;
 }
 
-// Weights of the texels in a row of tiles, behind them the s of the 12 floats of every tile.
+// Weights of the texels in a row of tiles. What lies beyond the side may hold anything finite.
 static void lightprobe__make_band(lightprobe__work *w, int ty)
 {
     const int stride = 24 * w->tiles;
-    float *s = w->band + 4 * stride;
-    memset(w->band, 0, (size_t)(4 * stride + 12 * w->tiles) * sizeof(float));
-    for (int x = 0; x < 3 * w->side; x++) s[x] = lightprobe__centre(w->side, x / 3);
+    float *tile_omega = w->band + (4 * 24 + 12) * w->tiles;
     for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++) {
         const size_t first = lightprobe__quarter(w, w->side / 2, y);
+        if (y == 4 * ty) memset(tile_omega, 0, (size_t)w->tiles * sizeof(float));
         for (int d = 0; d < w->half; d++) {  // from the middle to both sides
             const float omega = w->omega[first + (size_t)d], q = w->weight[first + (size_t)d];
             for (int x = w->side / 2 + d;; x = w->side - 1 - x) {
@@ -674,6 +704,7 @@ static void lightprobe__make_band(lightprobe__work *w, int ty)
                 to[12] = 0.2126f * q;
                 to[13] = 0.7152f * q;
                 to[14] = 0.0722f * q;
+                tile_omega[x >> 2] += omega;
                 if (2 * x < w->side) break;
             }
         }
@@ -686,23 +717,30 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
     const int flip = ty != band_ty;
     const ptrdiff_t stride = 24 * w->tiles, row = 3 * (ptrdiff_t)w->side;
     const ptrdiff_t step = flip ? -row : row, copy_step = flip ? -12 : 12;
-    const float *s = w->band + 4 * stride, *band = w->band;
+    const float *s = w->band + 4 * stride, *omega = s + 12 * w->tiles, *band = w->band;
     const float *texels = w->cube->face[face] + 4 * ty * row + (flip ? 3 * row : 0);
     const int plain = w->cube->channels == 3 && 4 * ty + 4 <= w->side ? w->side / 4 : 0;
     const float t[2] = {lightprobe__centre(w->side, 4 * ty + (flip ? -1 : 4)),
                         lightprobe__centre(w->side, 4 * ty + (flip ? 0 : 3))};
     lightprobe__cell *cell = w->cells[LIGHTPROBE__TILE_LEVEL] + (face * w->tiles + ty) * w->tiles;
     for (int tx = 0; tx < w->tiles; tx++, cell++, texels += 12, band += 24, s += 12) {
-        if (tx < plain && lightprobe__sum_tile(texels, step, band, stride, s, t, cell)) continue;
         float copy[48];
-        w->repaired += lightprobe__gather(w, face, tx, ty, copy);
-        lightprobe__sum_tile(copy + (flip ? 36 : 0), copy_step, band, stride, s, t, cell);
+        for (int copied = tx >= plain;; copied = 1) {
+            if (copied) w->repaired += lightprobe__gather(w, face, tx, ty, copy);
+            const float *from = copied ? copy + (flip ? 36 : 0) : texels;
+            const ptrdiff_t by = copied ? copy_step : step;
+            if (lightprobe__sum_tile(from, by, band, stride, s, t, omega[tx], cell)) break;
+            if (copied) break;
+        }
     }
 }
 
 static void lightprobe__sum_tiles(lightprobe__work *w)
 {
     const int symmetric = w->side % 4 == 0;
+    float *s = w->band + 4 * 24 * w->tiles;  // of the 12 floats of every tile, behind the weights
+    memset(w->band, 0, (size_t)(4 * 24 + 12) * (size_t)w->tiles * sizeof(float));
+    for (int x = 0; x < 3 * w->side; x++) s[x] = lightprobe__centre(w->side, x / 3);
     for (int ty = 0; ty < (symmetric ? (w->tiles + 1) / 2 : w->tiles); ty++) {
         const int mirror = w->tiles - 1 - ty;
         lightprobe__make_band(w, ty);
@@ -750,14 +788,14 @@ static float lightprobe__find_total(lightprobe__work *w)
     const int level = w->top > LIGHTPROBE__TILE_LEVEL ? LIGHTPROBE__TILE_LEVEL + 1 : w->top;
     const int n = lightprobe__level_side(w->side, level);
     for (int i = 0; i < 6 * n * n; i++)
-        for (int c = 0; c < 3; c++) w->total[c] += w->cells[level][i].flux[c];
+        for (int c = 0; c < 3; c++) w->total[c] += (double)w->cells[level][i].flux[c];
     const float rgb[3] = {(float)w->total[0], (float)w->total[1], (float)w->total[2]};
     return lightprobe__luminance(rgb);
 }
 
 // A cell smaller than a tile, straight from its texels.
-static lightprobe__cell lightprobe__small_cell(const lightprobe__work *w, int face, int level, int cx,
-                                               int cy)
+static lightprobe__cell lightprobe__small_cell(const lightprobe__work *w, int face, int level,
+                                               int cx, int cy)
 {
     const int size = 1 << level;
     lightprobe__cell sum;
@@ -772,14 +810,16 @@ static lightprobe__cell lightprobe__small_cell(const lightprobe__work *w, int fa
             texel.vector[0] = m;
             texel.vector[1] = m * lightprobe__centre(w->side, x);
             texel.vector[2] = m * lightprobe__centre(w->side, y);
-            texel.flux[3] = texel.vector[3] = 0;
+            texel.flux[3] = w->omega[i];
+            texel.vector[3] = 0;
             lightprobe__add_cell(&sum, &texel);
         }
     }
     return sum;
 }
 
-static lightprobe__cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x, int y)
+static lightprobe__cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
+                                            int y)
 {
     if (level < LIGHTPROBE__TILE_LEVEL) return lightprobe__small_cell(w, face, level, x, y);
     const int n = lightprobe__level_side(w->side, level);
@@ -830,6 +870,7 @@ static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int l
     lightprobe__leaf *leaf = w->leaves + index;
     memcpy(leaf->flux, cell.flux, sizeof leaf->flux);
     lightprobe__to_world(face, cell.vector[0], cell.vector[1], cell.vector[2], leaf->direction);
+    leaf->solid_angle = cell.flux[3];
     leaf->luminance = lightprobe__luminance(cell.flux);
     leaf->strength = lightprobe__normalize(leaf->direction);
     leaf->face = face;
@@ -917,8 +958,8 @@ static void lightprobe__sort_leaves(lightprobe__work *w)
 }
 
 // Direction of the largest variance: three squarings of the covariance matrix leave little but its
-// first eigenvector (ratio of eigenvalues to the 8th power), whose longest copy is a column. Returns
-// the standard deviation along it and gives the mean.
+// first eigenvector (ratio of eigenvalues to the 8th power), whose longest copy is a column.
+// Returns the standard deviation along it and gives the mean.
 static float lightprobe__find_axis(const lightprobe__work *w, lightprobe__cluster *c, float mean[3])
 {
     float m[3][3] = {{0}};
@@ -954,11 +995,12 @@ static float lightprobe__find_axis(const lightprobe__work *w, lightprobe__cluste
     memcpy(c->axis, m[k], sizeof c->axis);
     if (!(lightprobe__normalize(c->axis) > 0)) c->axis[1] = 1;
     const float x = c->axis[0], y = c->axis[1], z = c->axis[2];
-    return sqrtf(fabsf(x * (x * xx + 2 * y * xy) + y * (y * yy + 2 * z * yz) + z * (z * zz + 2 * x * zx)));
+    return sqrtf(fabsf(x * x * xx + y * y * yy + z * z * zz +
+                       2 * (x * y * xy + y * z * yz + z * x * zx)));
 }
 
-// Finds the plane across the axis that takes most off the error: of BINS - 1 planes, which is enough
-// since the clusters are relaxed afterwards.
+// Finds the plane across the axis that takes most off the error: of BINS - 1 planes, which is
+// enough since the clusters are relaxed afterwards.
 static void lightprobe__plan_split(lightprobe__work *w, lightprobe__cluster *c)
 {
     float bins[LIGHTPROBE__BINS][3] = {{0}}, left[3] = {0}, mean[3];
@@ -1017,6 +1059,18 @@ static void lightprobe__split(lightprobe__work *w, lightprobe__cluster *c, light
     c->planned = d->planned = 0;
 }
 
+static int lightprobe__largest_gain(const lightprobe__work *w)
+{
+    float top = w->gains[0];
+    int most = 0;
+    for (int k = 1; k < w->cluster_count; k++) {
+        if (w->gains[k] <= top) continue;
+        top = w->gains[k];
+        most = k;
+    }
+    return most;
+}
+
 // Splits whatever gains most until there are enough clusters or the error is small enough.
 static void lightprobe__divide(lightprobe__work *w, float total, float tolerance)
 {
@@ -1027,9 +1081,7 @@ static void lightprobe__divide(lightprobe__work *w, float total, float tolerance
         error += w->gains[k];
     }
     while (w->cluster_count < w->max_lights && error > tolerance * total) {
-        int most = 0;
-        for (int k = 1; k < w->cluster_count; k++)
-            if (w->gains[k] > w->gains[most]) most = k;
+        const int most = lightprobe__largest_gain(w);
         if (w->gains[most] <= 1e-7f * total) break;
         lightprobe__cluster *best = w->clusters + most, *fresh = w->clusters + w->cluster_count;
         if (!best->planned) {  // most small clusters never come to this, which saves half the time
@@ -1053,7 +1105,8 @@ static void lightprobe__find_near(lightprobe__work *w)
         int n = 0;
         for (int b = 0; b < w->cluster_count; b++) {
             const float s = lightprobe__dot(c->centre, w->clusters[b].centre);
-            if (b == a || (n == LIGHTPROBE__NEAR && s <= score[n - 1])) continue;
+            if (b == a || !(w->clusters[b].luminance > 0)) continue;
+            if (n == LIGHTPROBE__NEAR && s <= score[n - 1]) continue;
             int at = n < LIGHTPROBE__NEAR ? n++ : n - 1;
             for (; at > 0 && score[at - 1] < s; at--) {
                 score[at] = score[at - 1];
@@ -1089,14 +1142,83 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
     }
 }
 
+// The two neighbours that cost least to merge; returns the cost, or FLT_MAX. Leaves out what has
+// changed.
+static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this, int pair[2])
+{
+    float least = FLT_MAX;
+    for (int a = 0; a < w->cluster_count; a++) {
+        const lightprobe__cluster *c = w->clusters + a;
+        if (c->changed || a == not_this) continue;
+        for (int k = 0; k < c->near_count; k++) {
+            const lightprobe__cluster *d = w->clusters + c->near[k];
+            if (d->changed || c->near[k] == not_this) continue;
+            float sum[3];
+            for (int i = 0; i < 3; i++) sum[i] = c->vector[i] + d->vector[i];
+            const double apart = lightprobe__length(c->vector) + lightprobe__length(d->vector);
+            const float cost = (float)(apart - lightprobe__length(sum));
+            if (cost >= least) continue;
+            least = cost;
+            const int brighter = c->luminance >= d->luminance;  // keeps its id
+            pair[0] = brighter ? a : c->near[k];
+            pair[1] = brighter ? c->near[k] : a;
+        }
+    }
+    return least;
+}
+
+// Gives the leaves of b to a, and those of a third cluster behind its planned plane to b.
+static void lightprobe__swap(lightprobe__work *w, const int pair[2], int from)
+{
+    lightprobe__cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
+    lightprobe__cluster *c = w->clusters + from;
+    for (int k = b->first; k < b->first + b->count; k++) w->leaves[w->order[k]].cluster = pair[0];
+    for (int k = c->first; k < c->first + c->count; k++) {
+        lightprobe__leaf *leaf = w->leaves + w->order[k];
+        if (lightprobe__dot(leaf->direction, c->axis) >= c->threshold) leaf->cluster = pair[1];
+    }
+    a->changed = b->changed = c->changed = 1;
+    w->gains[pair[0]] = w->gains[pair[1]] = w->gains[from] = 0;
+    b->id = -1;
+}
+
+// For a moving probe: takes lights from where two do little more than one does, and spends them
+// where one is not enough. Only where that gains twice what it costs, since a light that changes
+// hands jumps. A light that the tolerance can spare by a margin is not spent again.
+static void lightprobe__respend(lightprobe__work *w, float total, float tolerance)
+{
+    float error = 0;
+    lightprobe__sort_leaves(w);
+    for (int k = 0; k < w->cluster_count; k++) {
+        w->clusters[k].changed = 0;
+        lightprobe__plan_split(w, w->clusters + k);
+        error += lightprobe__cluster_error(w->clusters + k);
+    }
+    for (int swaps = w->cluster_count / 4; swaps >= 0; swaps--) {
+        const int most = lightprobe__largest_gain(w);
+        int pair[2] = {0, 0};
+        const float cost = lightprobe__cheapest_merge(w, most, pair);
+        const int spare = error + cost < 0.8f * tolerance * total;
+        if (cost >= FLT_MAX || (!spare && w->gains[most] < 1e-5f * total + 2 * cost)) break;
+        if (spare) w->clusters[most].count = 0;  // nothing to split off
+        error += spare ? cost : cost - w->gains[most];
+        lightprobe__swap(w, pair, most);
+    }
+    lightprobe__sum_clusters(w);
+    lightprobe__find_near(w);
+}
+
 // One cluster of everything, or those of the previous frame's lights.
 static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previous, int count)
 {
     w->cluster_count = 0;
     for (int i = 0; i < count && w->cluster_count < w->max_lights; i++) {
         lightprobe__cluster *c = w->clusters + w->cluster_count;
+        const float *d = previous[i].direction;
         memset(c, 0, sizeof *c);
-        memcpy(c->centre, previous[i].direction, sizeof c->centre);
+        if (!lightprobe__is_number(d[0] + d[1] + d[2])) continue;
+        memcpy(c->centre, d, sizeof c->centre);
+        if (!(lightprobe__normalize(c->centre) > 0)) continue;
         c->id = previous[i].id;
         w->cluster_count++;
     }
@@ -1124,22 +1246,20 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
 
 // Adds a leaf whose light is spread evenly around its mean direction: the spread is known from the
 // length of the vector irradiance, only its shape is not.
-static void lightprobe__add_to_region(const lightprobe__work *w, const lightprobe__leaf *leaf,
-                                      lightprobe__region *r)
+static void lightprobe__add_to_region(const lightprobe__leaf *leaf, lightprobe__region *r)
 {
-    const double f = leaf->luminance, mean = f > 0 ? leaf->strength / f : 0;
+    const double f = (double)leaf->luminance, mean = f > 0 ? (double)leaf->strength / f : 0;
     const double spread = 0.5 * f * (1 - mean * mean), along = f * mean * mean - spread;
-    const float *d = leaf->direction;
+    const double d[3] = {(double)leaf->direction[0], (double)leaf->direction[1],
+                         (double)leaf->direction[2]};
     for (int i = 0; i < 3; i++) {
-        r->flux[i] += leaf->flux[i];
-        r->vector[i] += (double)leaf->strength * d[i];
+        r->flux[i] += (double)leaf->flux[i];
+        r->vector[i] += f * mean * d[i];
         r->second[i] += along * d[i] * d[i] + spread;
         r->second[3 + i] += along * d[i] * d[(i + 1) % 3];
     }
     r->luminance += f;
-    const int x = leaf->x << leaf->level, y = leaf->y << leaf->level, size = 1 << leaf->level;
-    const int x1 = x + size < w->side ? x + size : w->side, y1 = y + size < w->side ? y + size : w->side;
-    r->solid_angle += lightprobe__texels_solid_angle(w->side, x, y, x1, y1);
+    r->solid_angle += (double)leaf->solid_angle;
 }
 
 // a^T M b
@@ -1152,11 +1272,12 @@ static double lightprobe__form(const double m[6], const double a[3], const doubl
 
 static float lightprobe__to_float(double x)
 {
-    return x > FLT_MAX ? FLT_MAX : x < -FLT_MAX ? -FLT_MAX : (float)x;
+    const double most = (double)FLT_MAX;
+    return x > most ? FLT_MAX : x < -most ? -FLT_MAX : (float)x;
 }
 
-// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d / 3).
-// The variance is that of the sine of the angle.
+// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /
+// 3). The variance is that of the sine of the angle.
 static float lightprobe__half_size(double variance)
 {
     const double sine2 = 3 * variance;
@@ -1192,11 +1313,11 @@ static void lightprobe__make_light(const lightprobe__region *r, lightprobe_light
         light->direction[i] = (float)d[i];
         light->axis_u[i] = (float)(cosine * e[i] + sine * f[i]);
         light->axis_v[i] = (float)(cosine * f[i] - sine * e[i]);
-        light->irradiance[i] = lightprobe__to_float(r->flux[i] / LIGHTPROBE__SCALE);
+        light->irradiance[i] = lightprobe__to_float(r->flux[i] / (double)LIGHTPROBE__SCALE);
     }
     light->tan_half_u = lightprobe__half_size((middle + wide) / r->luminance);
     light->tan_half_v = lightprobe__half_size((middle - wide) / r->luminance);
-    light->solid_angle = (float)r->solid_angle;
+    light->solid_angle = (float)(r->solid_angle / (double)LIGHTPROBE__SCALE);
     // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.
     const double cos_alpha = 2 * length / r->luminance - 1;
     light->cos_alpha = cos_alpha < 1 ? (float)cos_alpha : 1;
@@ -1210,13 +1331,14 @@ static void lightprobe__make_light(const lightprobe__region *r, lightprobe_light
 typedef struct lightprobe__rectangle { int face, x0, y0, x1, y1; } lightprobe__rectangle;
 
 // Luminance of a texel times its solid angle; adds up RGB if asked.
-static double lightprobe__texel_flux(const lightprobe__work *w, int face, int x, int y, double *flux)
+static double lightprobe__texel_flux(const lightprobe__work *w, int face, int x, int y,
+                                     double *flux)
 {
     float rgb[3];
     lightprobe__read(lightprobe__texel(w, face, x, y), rgb);
     const float omega = w->omega[lightprobe__quarter(w, x, y)];
-    for (int i = 0; flux && i < 3; i++) flux[i] += rgb[i] * omega;
-    return (double)lightprobe__luminance(rgb) * omega;
+    for (int i = 0; flux && i < 3; i++) flux[i] += (double)(rgb[i] * omega);
+    return (double)(lightprobe__luminance(rgb) * omega);
 }
 
 // Cuts across the longer side where the luminance is halved; 0 for a single texel. The sums of the
@@ -1248,10 +1370,10 @@ static int lightprobe__cut(const lightprobe__work *w, double *profile, lightprob
     return 1;
 }
 
-// Breadth first: the rectangle that has waited longest is next. Returns how many there are; the queue is
-// a ring of max_lights places (at least 6).
-static int lightprobe__median_cut(const lightprobe__work *w, lightprobe__rectangle *ring, int capacity,
-                                  double *profile, int *ring_first)
+// Breadth first: the rectangle that has waited longest is next. Returns how many there are; the
+// queue is a ring of max_lights places (at least 6).
+static int lightprobe__median_cut(const lightprobe__work *w, lightprobe__rectangle *ring,
+                                  int capacity, double *profile, int *ring_first)
 {
     int count = 6, first = 0, stuck = 0;
     for (int face = 0; face < 6; face++) {
@@ -1270,8 +1392,9 @@ static int lightprobe__median_cut(const lightprobe__work *w, lightprobe__rectang
     return count;
 }
 
-// Eq. 9, 10 (with 4.1.2 mended: variance = d^2 / 3) and 11 of one rectangle; returns its error. The size
-// is also divided by the distance of the centroid from the origin, so that it is one at distance 1.
+// Eq. 9, 10 (with 4.1.2 mended: variance = d^2 / 3) and 11 of one rectangle; returns its error. The
+// size is also divided by the distance of the centroid from the origin, so that it is one at
+// distance 1.
 static double lightprobe__paper_light(const lightprobe__work *w, const lightprobe__rectangle *r,
                                       lightprobe_light *light, double *luminance)
 {
@@ -1279,7 +1402,8 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     for (int y = r->y0; y < r->y1; y++) {
         for (int x = r->x0; x < r->x1; x++) {
             const double l = lightprobe__texel_flux(w, r->face, x, y, flux);
-            const double s = lightprobe__centre(w->side, x), t = lightprobe__centre(w->side, y);
+            const double s = (double)lightprobe__centre(w->side, x);
+            const double t = (double)lightprobe__centre(w->side, y);
             const double d = l / sqrt(1 + s * s + t * t);
             f += l;
             m[0] += l * s;
@@ -1294,7 +1418,10 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     *luminance = f;
     if (!(f > 0)) return 0;
     for (int i = 0; i < 4; i++) m[i] /= f;
-    for (int i = 0; i < 2; i++) size[i] = sqrt(3 * (m[2 + i] > m[i] * m[i] ? m[2 + i] - m[i] * m[i] : 0));
+    for (int i = 0; i < 2; i++) {
+        const double variance = m[2 + i] - m[i] * m[i];
+        size[i] = variance > 0 ? sqrt(3 * variance) : 0;
+    }
     const double distance = sqrt(1 + m[0] * m[0] + m[1] * m[1]);
     lightprobe_texel_direction(r->face, (float)m[0], (float)m[1], light->direction);
     for (int i = 0; i < 2; i++) {
@@ -1302,14 +1429,18 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
         const float *side = lightprobe__axes[r->face][1 + i];
         const float along = lightprobe__dot(side, light->direction);
         for (int k = 0; k < 3; k++) axis[k] = side[k] - along * light->direction[k];
-        const double half = size[i] * lightprobe__normalize(axis) / distance;
+        const double half = size[i] * (double)lightprobe__normalize(axis) / distance;
         *(i ? &light->tan_half_v : &light->tan_half_u) = (float)(half < 4 ? half : 4);
     }
-    for (int i = 0; i < 3; i++) light->irradiance[i] = lightprobe__to_float(flux[i] / LIGHTPROBE__SCALE);
-    light->solid_angle = (float)lightprobe__texels_solid_angle(w->side, r->x0, r->y0, r->x1, r->y1);
-    // The paper does not say how its discs follow from its rectangles: same solid angle.
-    light->cos_alpha = (float)(1 - lightprobe__solid_angle(m[0] - size[0], m[1] - size[1], m[0] + size[0],
-                                                           m[1] + size[1]) / 6.283185307179586);
+    for (int i = 0; i < 3; i++)
+        light->irradiance[i] = lightprobe__to_float(flux[i] / (double)LIGHTPROBE__SCALE);
+    const double h = 2.0 / w->side;
+    light->solid_angle = (float)lightprobe__solid_angle(r->x0 * h - 1, r->y0 * h - 1, r->x1 * h - 1,
+                                                        r->y1 * h - 1);
+    // The paper does not say how its discs follow from its rectangles: with the same solid angle.
+    const double disc = lightprobe__solid_angle(m[0] - size[0], m[1] - size[1], m[0] + size[0],
+                                                m[1] + size[1]);
+    light->cos_alpha = (float)(1 - disc / 6.283185307179586);
     return f - sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
@@ -1317,16 +1448,17 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
 // Extraction
 // ------------------------------------------------------------------------------------------------
 
-// Lights of clusters that are bright enough, brightest first unless they carry on from a previous frame.
-// Returns how many.
-static int lightprobe__write_lights(lightprobe__work *w, int animated, float least, lightprobe_light *out)
+// Lights of clusters that are bright enough, brightest first unless they carry on from a previous
+// frame. Returns how many.
+static int lightprobe__write_lights(lightprobe__work *w, int animated, float least,
+                                    lightprobe_light *out)
 {
     int count = 0, next_id = 0;
     memset(w->regions, 0, (size_t)w->cluster_count * sizeof *w->regions);
     for (int i = 0; i < w->leaf_count; i++)
-        lightprobe__add_to_region(w, w->leaves + i, w->regions + w->leaves[i].cluster);
+        lightprobe__add_to_region(w->leaves + i, w->regions + w->leaves[i].cluster);
     for (int k = 0; k < w->cluster_count; k++) {
-        if (!(w->regions[k].luminance > 0) || w->regions[k].luminance < least) continue;
+        if (!(w->regions[k].luminance > 0) || w->regions[k].luminance < (double)least) continue;
         int at = count++;
         for (; at > 0 && !animated; at--) {
             if (w->regions[w->order[at - 1]].luminance >= w->regions[k].luminance) break;
@@ -1356,6 +1488,10 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
     lightprobe__relax(w, LIGHTPROBE__ROUNDS);
+    if (animated) {
+        lightprobe__respend(w, total, settings->tolerance);
+        lightprobe__relax(w, LIGHTPROBE__ROUNDS);
+    }
     *error = 0;
     for (int k = 0; k < w->cluster_count; k++) *error += lightprobe__cluster_error(w->clusters + k);
     *error /= total;
@@ -1365,8 +1501,9 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
 static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *settings, float total,
                              lightprobe_light *lights, float *error)
 {
-    // The regions' memory holds the ring, that of the cells (over 32 side^2 bytes / 16) the profile.
-    lightprobe__rectangle *ring = (lightprobe__rectangle *)(void *)w->cells[LIGHTPROBE__TILE_LEVEL];
+    // The memory of the leaves (64 bytes each, more than one per light) holds the ring, that of the
+    // band (over 100 bytes per row of texels) the profile.
+    lightprobe__rectangle *ring = (lightprobe__rectangle *)(void *)w->leaves;
     double *profile = (double *)(void *)w->band;
     int first, written = 0;
     const int capacity = w->max_lights > 6 ? w->max_lights : 6;
@@ -1376,30 +1513,24 @@ static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *set
         lightprobe_light light;
         double luminance;
         sum += lightprobe__paper_light(w, ring + (first + i) % capacity, &light, &luminance);
-        if (!(luminance > 0) || luminance < settings->min_share * total) continue;
+        if (!(luminance > 0) || luminance < (double)(settings->min_share * total)) continue;
         if (written == w->max_lights) continue;
         light.id = written;
         lights[written++] = light;
     }
-    *error = (float)(sum / total);
+    *error = (float)(sum / (double)total);
     return written;
 }
 
-static lightprobe_result lightprobe__fail(const lightprobe_settings *settings, lightprobe_result result)
+static lightprobe_result lightprobe__fail(const lightprobe_settings *settings,
+                                          lightprobe_result result)
 {
     if (settings->log) settings->log(settings->user, lightprobe_result_string(result));
     return result;
 }
 
-// A number >= 0, infinity included. Bits, not comparisons: see lightprobe__read.
-static int lightprobe__is_share(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits <= 0x7f800000u || bits == 0x80000000u;
-}
-
-static lightprobe_result lightprobe__check(const lightprobe_cube *cube, const lightprobe_settings *s)
+static lightprobe_result lightprobe__check(const lightprobe_cube *cube,
+                                           const lightprobe_settings *s)
 {
     if (!cube) return LIGHTPROBE_ERROR_NULL;
     for (int face = 0; face < 6; face++)
@@ -1409,14 +1540,16 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube, const li
     if (s->max_lights < 0 || s->max_lights > LIGHTPROBE_MAX_LIGHTS) return LIGHTPROBE_ERROR_LIGHTS;
     if (s->previous_count < 0 || s->previous_count > LIGHTPROBE_MAX_LIGHTS)
         return LIGHTPROBE_ERROR_LIGHTS;
-    if (!lightprobe__is_share(s->tolerance) || !lightprobe__is_share(s->min_share))
+    if (!lightprobe__is_number(s->tolerance) || s->tolerance < 0) return LIGHTPROBE_ERROR_SETTINGS;
+    if (!lightprobe__is_number(s->min_share) || s->min_share < 0) return LIGHTPROBE_ERROR_SETTINGS;
+    if (s->mode != LIGHTPROBE_BEST && s->mode != LIGHTPROBE_MEDIAN_CUT)
         return LIGHTPROBE_ERROR_SETTINGS;
-    if (s->mode != LIGHTPROBE_BEST && s->mode != LIGHTPROBE_MEDIAN_CUT) return LIGHTPROBE_ERROR_SETTINGS;
     return LIGHTPROBE_OK;
 }
 
-lightprobe_result lightprobe_extract(const lightprobe_cube *cube, const lightprobe_settings *settings,
-                                     void *scratch, size_t scratch_bytes, lightprobe_light *lights,
+lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
+                                     const lightprobe_settings *settings, void *scratch,
+                                     size_t scratch_bytes, lightprobe_light *lights,
                                      int *light_count, lightprobe_stats *stats)
 {
     lightprobe__work work;
@@ -1427,7 +1560,10 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube, const lightpro
     lightprobe_result result = lightprobe__check(cube, &s);
     if (!result && (!scratch || !lights || !light_count)) result = LIGHTPROBE_ERROR_NULL;
     if (result) return lightprobe__fail(&s, result);
-    if (s.max_lights == 0) s.max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
+    if (s.max_lights == 0) {
+        s.max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
+        if (!(s.tolerance > 0)) s.tolerance = LIGHTPROBE_DEFAULT_TOLERANCE;
+    }
     if (s.tolerance > 1) s.tolerance = 1;
     if (s.min_share > 1) s.min_share = 1;
     if (scratch_bytes < lightprobe_scratch_bytes(cube->side, s.max_lights))
@@ -1448,9 +1584,9 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube, const lightpro
     *light_count = count;
     if (!stats) return LIGHTPROBE_OK;
     for (int i = 0; i < 3; i++) {
-        const double all = work.total[i] / LIGHTPROBE__SCALE;
+        const double all = work.total[i] / (double)LIGHTPROBE__SCALE;
         double carried = 0;
-        for (int k = 0; k < count; k++) carried += lights[k].irradiance[i];
+        for (int k = 0; k < count; k++) carried += (double)lights[k].irradiance[i];
         stats->total[i] = lightprobe__to_float(all);
         stats->residual[i] = lightprobe__to_float(all - carried);
     }
@@ -1491,8 +1627,8 @@ static const char lightprobe__glsl_text[] =
     "#define sqrtf sqrt\n"
     "#define fabsf abs\n"
     // [glsl text begin] made by "make glsl", do not edit
-    "// The angle of the point (x, y) with y >= 0 to the x axis, in [0, pi], to 3e-7. Written out (Hastings'\n"
-    "// polynomial) because GLSL lets its own atan be wrong by 4096 units in the last place.\n"
+    "// The angle of the point (x, y) with y >= 0 to the x axis, in [0, pi], to 3e-7. Written out\n"
+    "// (Hastings' polynomial) since GLSL allows its own atan 4096 units in the last place.\n"
     "LIGHTPROBE_SHARED float lightprobe_angle(float y, float x)\n"
     "{\n"
     "    float ax = fabsf(x);\n"
@@ -1512,8 +1648,8 @@ static const char lightprobe__glsl_text[] =
     "    return x < 0.0f ? 3.14159265f - p : p;\n"
     "}\n"
     "\n"
-    "// Half the line integral of r x dr around what the horizon leaves of the disc (docs/lightprobe.md): psi\n"
-    "// is half the horizon's arc inside the disc, phi half the rim's part above the horizon.\n"
+    "// Half the line integral of r x dr around what the horizon leaves of the disc: psi is half of the\n"
+    "// arc of the horizon in the disc, phi half of the rim above it (docs/lightprobe.md).\n"
     "float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)\n"
     "{\n"
     "    float c = cos_alpha > -1.0f ? (cos_alpha < 1.0f ? cos_alpha : 1.0f) : -1.0f;\n"
@@ -1522,16 +1658,18 @@ static const char lightprobe__glsl_text[] =
     "    float sin_alpha = sqrtf(size * (1.0f + c));\n"
     "    float chord2 = (sin_alpha - n) * (sin_alpha + n);\n"
     "    if (chord2 <= 0.0f) {  // the horizon misses the rim\n"
-    "        if (c >= 0.0f) return n > 0.0f ? 0.5f * (1.0f + c) * n : 0.0f;\n"
-    "        return n > 0.0f ? 0.5f / size : 0.5f / size + 0.5f * (1.0f + c) * n;\n"
+    "        float below = c < 0.0f ? 0.5f / size : 0.0f;  // of the disc opposite\n"
+    "        float seen = c < 0.0f ? (n < 0.0f ? n : 0.0f) : (n > 0.0f ? n : 0.0f);\n"
+    "        float whole = below + 0.5f * (1.0f + c) * seen;\n"
+    "        return whole > 0.0f ? whole : 0.0f;\n"
     "    }\n"
     "    float chord = sqrtf(chord2);\n"
     "    float sin_theta2 = (1.0f - n) * (1.0f + n);\n"
     "    float s2 = chord2 / sin_theta2;  // sin^2 psi\n"
     "    float arc;                       // psi - sin psi cos psi\n"
     "    if (c > 0.0f && s2 < 0.0625f) {\n"
-    "        // The difference would lose all digits: it is psi^3 2/3, and a disc of the sun's size has\n"
-    "        // psi < 5e-3. Series of asin x - x sqrt(1 - x^2), first term left out 1e-7 of the sum.\n"
+    "        // The difference would lose all digits: it is 2/3 psi^3, and a sun has psi < 5e-3.\n"
+    "        // Series of asin x - x sqrt(1 - x^2); the first term left out is 1e-7 of the sum.\n"
     "        arc = 0.03976073f;\n"
     "        arc = arc * s2 + 0.04971591f;\n"
     "        arc = arc * s2 + 0.06944444f;\n"
@@ -1568,9 +1706,9 @@ const char *lightprobe_glsl_math(void)
 // ================================================================================================
 // References
 //
-//   Kneiphof, Krumpen: Real-Time Image-Based Lighting of Dynamic Scenes with Moment Soft Shadow Mapping,
-//       CESCG 2017. "The paper" above; equation numbers are its own. Mended: Eq. 8 (the exponent is
-//       -3/2), 4.1.2 (the variance is d^2/3), Eq. 18 (only above the horizon).
+//   Kneiphof (supervised by Krumpen): Real-Time Image-Based Lighting of Dynamic Scenes with Moment
+//       Soft Shadow Mapping, CESCG 2017. "The paper" above; equation numbers are its own. Mended:
+//       Eq. 8 (exponent -3/2), 4.1.2 (the variance is d^2/3), Eq. 18 (only above the horizon).
 //   Debevec: A Median Cut Algorithm for Light Probe Sampling, SIGGRAPH 2005 posters.
 //   van Oosterom, Strackee: The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30, 1983.
 //   Lloyd: Least Squares Quantization in PCM, IEEE Trans. Inf. Theory 28, 1982.
@@ -1580,35 +1718,43 @@ const char *lightprobe_glsl_math(void)
 //
 //   0.1  first version
 //
-// Licence: choose whichever you prefer.
+// Licence: choose whichever of the two you prefer.
 //
-// ------------------------------------------------------------------------------------------------
 // A - MIT License
-// Copyright (c) 2026 the mssm authors
-// Permission is hereby granted, free of charge, to any person obtaining a copy of this software and
-// associated documentation files (the "Software"), to deal in the Software without restriction,
-// including without limitation the rights to use, copy, modify, merge, publish, distribute, sublicense,
-// and/or sell copies of the Software, and to permit persons to whom the Software is furnished to do so,
-// subject to the following conditions:
-// The above copyright notice and this permission notice shall be included in all copies or substantial
-// portions of the Software.
-// THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT
-// LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN
-// NO EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY,
-// WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE
-// SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
-// ------------------------------------------------------------------------------------------------
+//
+//   Copyright (c) 2026 the mssm authors
+//
+//   Permission is hereby granted, free of charge, to any person obtaining a copy of this software
+//   and associated documentation files (the "Software"), to deal in the Software without
+//   restriction, including without limitation the rights to use, copy, modify, merge, publish,
+//   distribute, sublicense, and/or sell copies of the Software, and to permit persons to whom the
+//   Software is furnished to do so, subject to the following conditions:
+//
+//   The above copyright notice and this permission notice shall be included in all copies or
+//   substantial portions of the Software.
+//
+//   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING
+//   BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND
+//   NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM,
+//   DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING
+//   FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+//
 // B - Public Domain (www.unlicense.org)
-// This is free and unencumbered software released into the public domain. Anyone is free to copy,
-// modify, publish, use, compile, sell, or distribute this software, either in source code form or as a
-// compiled binary, for any purpose, commercial or non-commercial, and by any means. In jurisdictions
-// that recognize copyright laws, the author or authors of this software dedicate any and all copyright
-// interest in the software to the public domain. We make this dedication for the benefit of the public
-// at large and to the detriment of our heirs and successors. We intend this dedication to be an overt
-// act of relinquishment in perpetuity of all present and future rights to this software under copyright
-// law. THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT
-// NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND
-// NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY,
-// WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE
-// SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
-// ------------------------------------------------------------------------------------------------
+//
+//   This is free and unencumbered software released into the public domain.
+//
+//   Anyone is free to copy, modify, publish, use, compile, sell, or distribute this software,
+//   either in source code form or as a compiled binary, for any purpose, commercial or
+//   non-commercial, and by any means.
+//
+//   In jurisdictions that recognize copyright laws, the author or authors of this software
+//   dedicate any and all copyright interest in the software to the public domain. We make this
+//   dedication for the benefit of the public at large and to the detriment of our heirs and
+//   successors. We intend this dedication to be an overt act of relinquishment in perpetuity of
+//   all present and future rights to this software under copyright law.
+//
+//   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING
+//   BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND
+//   NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+//   LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN
+//   CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.

@@ -96,7 +96,7 @@ mssm_moments6 mssm_moments6_of_depth(float z);
 #define MSSM_BIAS6_UNORM16_FILTERED 1.05e-4f
 #define MSSM_BIAS4_TABLE 7.0e-7f             // what mssm_map_visibility uses for the tables of this header
 #define MSSM_BIAS6_TABLE 1.3e-6f
-#define MSSM_BIAS4_DECODED 1.4e-6f           // moments that mssm_map_moments decoded from them
+#define MSSM_BIAS4_DECODED 1.4e-6f           // what mssm_map_moments gives, mssm_moments4_bias
 #define MSSM_BIAS6_DECODED 4.0e-6f
 
 // (1 - alpha) m + alpha m*, m* the bias vector that repairs the rounding of moments kept as float32
@@ -206,8 +206,8 @@ typedef struct mssm_settings {  // zero means default everywhere
     int moments;                // 4, 6, or 0: as few as the receiver needs, at most the map's
     mssm_estimator estimator;
     float moment_bias;          // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
-    float depth_bias;           // in units of z; 0: half a texel, none where back faces were given.
-                                // Blockers fade in over four times as much, so that they don't pop
+    float depth_bias;           // in units of z; 0: a texel, none where back faces were given. Blockers
+                                // fade in over twice as much, so that they don't pop
     int max_kernel;             // widest filter in texels of level 0; 0: as wide as the light asks for
     float tolerance;            // error of visibility below which work may be left out; 0: 1/256
 } mssm_settings;
@@ -235,12 +235,18 @@ float mssm_map_visibility(const mssm_map *map, const mssm_light *light, const ms
 
 // Moments of depth of a rectangle of the map, for estimators of one's own: centre and half-sizes in
 // shadow space, at least half a texel, as if depth were 1 outside of the map. Not biased yet:
-// mssm_moments6_bias_encoded(m, MSSM_BIAS6_DECODED) makes them safe. With 4 moments the last two are 0.
+// mssm_moments6_bias(m, MSSM_BIAS6_DECODED) makes them safe. With 4 moments the last two are 0.
 mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
 
 // GLSL 4.50 text of the moment math alone: same names and structs as the C functions above.
 // To be put after #version. Static storage.
 const char *mssm_glsl_math(void);
+
+// GLSL 4.50 text of the estimators, for a pipeline of one's own (Vulkan, other table formats); to be put after
+// mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map, mssm_view, mssm_options,
+// mssm_receiver), and calls mssm_moments6 mssm_query(int map, int moments, float x, float y, float half_x,
+// float half_y), which is yours to define: the Chebyshev moments that a rectangle of the map holds.
+const char *mssm_glsl_shading(void);
 
 #ifdef __cplusplus
 }
@@ -733,22 +739,17 @@ MSSM_SHARED struct mssm_pair mssm_quadratic(float b, float c)
     return r;
 }
 
-// x^3 + b x^2 + c x + d with its coefficients of a size that keeps b^3 finite. Newton's method from
-// outside towards the root that lies furthest from the inflection point (start after Kahan, "To solve a
-// real cubic equation", 1986): that root is simple unless all three coincide, so it converges fast,
-// and deflation by it is stable.
-MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d)
+// Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection point, which
+// is simple unless all three coincide. Newton's method finds it fast from outside, no further than reach
+// from that point, and deflation by it is stable (after Kahan, "To solve a real cubic equation", 1986).
+MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float reach)
 {
-    float inflection = b * (-1.0f / 3.0f);
-    float x = inflection;
+    float x = b * (-1.0f / 3.0f);
     float f = ((x + b) * x + c) * x + d;
     float f1 = (3.0f * x + 2.0f * b) * x + c;
     float side = f < 0.0f ? -1.0f : 1.0f;
-    float size = f == 0.0f ? 0.0f : powf(fabsf(f), 1.0f / 3.0f);
-    float spread = f1 < 0.0f ? sqrtf(-f1) : 0.0f;
-    if (f1 < 0.0f) size = 1.324718f * (size > spread ? size : spread);
-    x = x - side * size;
-    size = size * 1.01f;
+    float size = reach * 1.01f;
+    x = x - side * reach;
     for (int i = 0; i < 12; i++) {
         f = ((x + b) * x + c) * x + d;
         f1 = (3.0f * x + 2.0f * b) * x + c;
@@ -762,12 +763,29 @@ MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d)
     r.root = x;
     r.b = b + x;
     r.c = c + r.b * x;
-    // Forwards or backwards, whichever divides by the larger part.
-    if (x * x * fabsf(x) > fabsf(d)) {
+    // Forwards, or backwards where that loses less.
+    if (x * x > fabsf(r.c)) {
         r.c = -d / x;
         r.b = (r.c - c) / x;
     }
     return r;
+}
+
+// How far the roots can lie from the inflection point: if all of them are real, and in any case.
+MSSM_SHARED float mssm_reach_of_real(float b, float c)
+{
+    float spread = b * b * (1.0f / 3.0f) - c;
+    return spread > 0.0f ? 1.1547005f * sqrtf(spread) : 0.0f;
+}
+
+MSSM_SHARED float mssm_reach(float b, float c, float d)
+{
+    float x = b * (-1.0f / 3.0f);
+    float f = fabsf(((x + b) * x + c) * x + d);
+    float cube = f > 0.0f ? powf(f, 1.0f / 3.0f) : 0.0f;
+    float spread = b * b * (1.0f / 3.0f) - c;
+    float root = spread > 0.0f ? sqrtf(spread) : 0.0f;
+    return spread > 0.0f ? 1.324718f * (cube > root ? cube : root) : cube;
 }
 
 // All three roots of a cubic that is known to have only real ones.
@@ -847,7 +865,7 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     b = b / size;
     c = c / size / size;
     d = d / size / size / size;
-    struct mssm_deflated left = mssm_deflate(b, c, d);
+    struct mssm_deflated left = mssm_deflate(b, c, d, mssm_reach(b, c, d));
     // A complex pair counts as a double root where rounding of the coefficients can have made it: where
     // the cubic at its real part m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which
     // it is next to a triple root, where m is the root itself.
@@ -899,7 +917,9 @@ MSSM_SHARED mssm_points3 mssm_points_of4(struct mssm_kernel4 k)
 MSSM_SHARED mssm_points4 mssm_points_of6(struct mssm_kernel6 k)
 {
     float inverse = 1.0f / k.k0;
-    struct mssm_deflated left = mssm_deflate(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);
+    float b = k.k1 * inverse;
+    float c = k.k2 * inverse;
+    struct mssm_deflated left = mssm_deflate(b, c, k.k3 * inverse, mssm_reach_of_real(b, c));
     struct mssm_pair v = mssm_quadratic(left.b, left.c);
     float ta = mssm_distance(left.root);
     struct mssm_pair tb;
@@ -1077,7 +1097,7 @@ static int mssm__normalise(double a[3])
 // Casters get depths up to here: texels where nothing is hit, depth 1, must be told from the casters'
 // far end by receivers behind it, whose depth is taken as halfway in between (measured: a gap of .05
 // instead doubles the error of scenes with one layer, .2 gains nothing).
-#define MSSM__FAR 0.8f
+#define MSSM_FAR_CASTER 0.8f
 
 // The light's frame: rows u, v, direction, right-handed (u x v = direction). 0 for a zero direction.
 static int mssm__frame(const float direction[3], const float axis_u[3], double frame[3][3])
@@ -1138,8 +1158,8 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3], 
         half[a] = 0.5 * (high[a] - low[a] > least ? high[a] - low[a] : least);
         centre[a] = 0.5 * (high[a] + low[a]);
     }
-    // Casters get depths from -1 + 0.01 to MSSM__FAR: see there.
-    double range = 2 * half[2] / (MSSM__FAR + 0.99);  // world units per unit of depth
+    // Casters get depths from -1 + 0.01 to MSSM_FAR_CASTER: see there.
+    double range = 2 * half[2] / (MSSM_FAR_CASTER + 0.99);  // world units per unit of depth
     double nearest = centre[2] + half[2] + 0.01 * range;
     for (int a = 0; a < 2; a++) {
         mssm__set_row(r.world_to_shadow, a, frame[a], 1 / half[a], -centre[a] / half[a]);
@@ -1216,16 +1236,16 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
 
 // A kernel of up to this many texels is served by level 0; level l, where texels are 2^l times as
 // wide, serves kernels up to 2^l times as wide. One query of such a kernel reads whole texels of at
-// most MSSM__KERNEL^2, so floor((2^31 - 1) / 27^2) is the largest scale that cannot overflow a signed
+// most MSSM_KERNEL^2, so floor((2^31 - 1) / 27^2) is the largest scale that cannot overflow a signed
 // difference. 5 less leave room for T_k that rounding takes an ulp or two beyond 1.
-#define MSSM__KERNEL 27
-#define MSSM__SCALE 2945788
-#define MSSM__INVERSE_SCALE ((1.0f - 2.4e-7f) / (float)MSSM__SCALE)  // weights that round to more than 1 stay below
+#define MSSM_KERNEL 27.0f
+#define MSSM_SCALE 2945788
+#define MSSM_INVERSE_SCALE ((1.0f - 2.4e-7f) / (float)MSSM_SCALE)  // weights that round to more than 1 stay below
 #define MSSM__LEVELS 11      // of a map of 16384^2
 #define MSSM__SIDE 16384
 
 // Level l holds (size + 1)^2 sums of moments channels, with a first row and column of zeros. An entry
-// is the sum of round(T_k(depth) * MSSM__SCALE) over all texels left of and below it, modulo 2^32:
+// is the sum of round(T_k(depth) * MSSM_SCALE) over all texels left of and below it, modulo 2^32:
 // differences are exact as long as what they stand for fits 32 bits.
 struct mssm_map {
     int side, moments, levels;
@@ -1243,7 +1263,7 @@ static int mssm__layout(int side, int moments, uint64_t *words)
     for (;;) {
         *words += (uint64_t)(size + 1) * (uint64_t)(size + 1) * (uint64_t)moments;
         levels++;
-        if (size <= MSSM__KERNEL) return levels;
+        if (size <= (int)MSSM_KERNEL) return levels;
         size = (size + 1) / 2;
     }
 }
@@ -1293,11 +1313,11 @@ MSSM_SHARED void mssm__make_values(const float *front, const float *back, int co
         }
         mssm__add_samples(z, sum);
     }
-    const float one = (float)MSSM__SCALE, scale = one / (float)samples;
+    const float one = (float)MSSM_SCALE, scale = one / (float)samples;
     for (int k = 0; k < 6; k++) {
         for (int i = 0; i < MSSM__BLOCK; i++) {
             // Made positive, truncation rounds to nearest.
-            value[k][i] = (int32_t)(sum[k][i] * scale + (one + 1.5f)) - (MSSM__SCALE + 1);
+            value[k][i] = (int32_t)(sum[k][i] * scale + (one + 1.5f)) - (MSSM_SCALE + 1);
         }
     }
 }
@@ -1345,7 +1365,7 @@ static void mssm__halve_values(const mssm_map *map, int finer, int x, int y, int
         for (int k = 0; k < moments; k++) {
             const int a = x0 * moments + k, b = x1 * moments + k;
             value[k][i] = ((int32_t)(high[b] - high[a] - low[b] + low[a]) +
-                           outside * MSSM__SCALE + 2) >> 2;
+                           outside * MSSM_SCALE + 2) >> 2;
         }
     }
 }
@@ -1358,7 +1378,7 @@ static void mssm__fill_level(mssm_map *map, int level, const float *front, const
     const size_t stride = (size_t)(size + 1) * (size_t)moments;
     int32_t value[6][MSSM__BLOCK];
     for (int k = 0; k < 6; k++) {
-        for (int i = 0; i < MSSM__BLOCK; i++) value[k][i] = MSSM__SCALE;
+        for (int i = 0; i < MSSM__BLOCK; i++) value[k][i] = MSSM_SCALE;
     }
     for (int y = 0; y < size; y++) {
         uint32_t run[6] = {0};
@@ -1418,194 +1438,345 @@ mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back
     return MSSM_OK;
 }
 
-// One axis of an interpolated query: four table columns (or rows), and the weights of the three strips
-// between them: a part of the first texel, whole texels, a part of the last one.
-typedef struct mssm__strips {
-    int edge[4];
-    float weight[3];
-    float whole, inside;  // length of all, and of what lies inside of the map
-} mssm__strips;
+// Larger coordinates and kernels, in texels, are clamped: half a texel is still told apart there.
+#define MSSM_FAR_AWAY 1e6f
 
-static mssm__strips mssm__cut(float from, float to, int size)
+// [glsl begin shading]
+// One axis of an interpolated query: four table columns (or rows), and the weights of the three strips
+// between them: a part of the first texel, whole texels (weight 1), a part of the last one.
+struct mssm_strips {
+    float edge[4];
+    float first;
+    float last;
+    float whole;   // length of all
+    float inside;  // and of what lies inside of the map
+};
+
+MSSM_SHARED struct mssm_strips mssm_cut(float from, float to, float size)
 {
-    mssm__strips r;
-    const float low = mssm_clamp(from, 0.0f, (float)size), high = mssm_clamp(to, 0.0f, (float)size);
-    const int first = (int)low < size ? (int)low : size - 1;
-    const int last = (int)high > first ? (int)high : first + 1;
-    r.edge[0] = first;
-    r.edge[1] = first + 1;
-    r.edge[2] = last;
-    r.edge[3] = last < size ? last + 1 : size;
-    r.weight[0] = ((float)(first + 1) < high ? (float)(first + 1) : high) - low;
-    r.weight[1] = 1.0f;
-    r.weight[2] = high > (float)last ? high - (float)last : 0.0f;
+    struct mssm_strips r;
+    float low = mssm_clamp(from, 0.0f, size);
+    float high = mssm_clamp(to, 0.0f, size);
+    float start = floorf(low) < size ? floorf(low) : size - 1.0f;
+    float end = floorf(high) > start ? floorf(high) : start + 1.0f;
+    r.edge[0] = start;
+    r.edge[1] = start + 1.0f;
+    r.edge[2] = end;
+    r.edge[3] = end < size ? end + 1.0f : size;
+    r.first = (start + 1.0f < high ? start + 1.0f : high) - low;
+    r.last = high > end ? high - end : 0.0f;
     r.whole = to - from;
     r.inside = high - low;
     return r;
 }
 
-// Larger coordinates and kernels, in texels, are clamped: half a texel is still told apart there.
-#define MSSM__FAR_AWAY 1e6f
+// The level that serves a kernel this wide in texels of level 0, of a map with so many levels.
+MSSM_SHARED int mssm_level_of(float width, int levels)
+{
+    int level = 0;
+    float limit = MSSM_KERNEL;
+    for (int i = 1; i < levels; i++) {
+        if (width > limit) level = i;
+        limit = limit * 2.0f;
+    }
+    return level;
+}
+// [glsl end]
+
+// Sums of four neighbouring channels over the three strips of one row: a vector loop. Partial strips come
+// before whole ones, here and below: MSSM_BIAS*_TABLE was proved for this order of rounding.
+MSSM_SHARED void mssm__add_strips(const uint32_t *low, const uint32_t *high, const size_t at[4],
+                                  struct mssm_strips x, float sum[4])
+{
+    const size_t a = at[0], b = at[1], c = at[2], d = at[3];
+    for (size_t k = 0; k < 4; k++) {
+        const uint32_t left = high[a + k] - low[a + k], left1 = high[b + k] - low[b + k];
+        const uint32_t right = high[c + k] - low[c + k], right1 = high[d + k] - low[d + k];
+        const float first = (float)(int32_t)(left1 - left), last = (float)(int32_t)(right1 - right);
+        sum[k] = (x.first * first + x.last * last) + (float)(int32_t)(right - left1);
+    }
+}
 
 // Chebyshev moments of the rectangle around (x, y) with the given half-sizes, all in texels of level 0
 // and at least half a texel, as if depth were 1 outside of the map. Nine rectangles of whole texels,
 // each an exact integer, are summed with the share of the query that covers them.
-static mssm_moments6 mssm__query(const mssm_map *map, int moments, float x, float y, float half_x,
-                                 float half_y)
+static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float y, float half_x,
+                                float half_y)
 {
-    float widest = 2.0f * (half_x > half_y ? half_x : half_y), scale = 1.0f;
-    int level = 0;
-    while (widest * scale > (float)MSSM__KERNEL && level < map->levels - 1) {
-        scale *= 0.5f;
-        level++;
-    }
-    const int size = map->size[level];
-    const mssm__strips sx = mssm__cut((x - half_x) * scale, (x + half_x) * scale, size);
-    const mssm__strips sy = mssm__cut((y - half_y) * scale, (y + half_y) * scale, size);
-    const size_t channels = (size_t)map->moments, stride = (size_t)(size + 1) * channels;
-    const uint32_t *row[4];
-    size_t at[4];
-    for (int i = 0; i < 4; i++) {
-        row[i] = map->table[level] + (size_t)sy.edge[i] * stride;
-        at[i] = (size_t)sx.edge[i] * channels;
-    }
-    // Partial strips first, whole ones last: the rounding that MSSM_BIAS*_TABLE was proved for.
-    float strip[3][6] = {{0}};
-    for (int j = 0; j < 3; j++) {
-        const uint32_t *low = row[j], *high = row[j + 1];
-        for (int k = 0; k < moments; k++) {
-            uint32_t edge[4];
-            for (int i = 0; i < 4; i++) edge[i] = high[at[i] + (size_t)k] - low[at[i] + (size_t)k];
-            const float first = (float)(int32_t)(edge[1] - edge[0]);
-            const float whole = (float)(int32_t)(edge[2] - edge[1]);
-            const float last = (float)(int32_t)(edge[3] - edge[2]);
-            strip[j][k] = (sx.weight[0] * first + sx.weight[2] * last) + whole;
-        }
-    }
+    const int level = mssm_level_of(2.0f * (half_x > half_y ? half_x : half_y), map->levels);
+    const float size = (float)map->size[level], scale = 1.0f / (float)(1 << level);
+    const struct mssm_strips sx = mssm_cut((x - half_x) * scale, (x + half_x) * scale, size);
+    const struct mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);
     const float area = sx.whole * sy.whole;
-    const float inverse = MSSM__INVERSE_SCALE / area;
+    const float inverse = MSSM_INVERSE_SCALE / area;
     const float outside = (area - sx.inside * sy.inside) / area;  // exactly 0 where nothing is
-    mssm_moments6 t;
-    for (int k = 0; k < 6; k++) {
-        const float sum = (sy.weight[0] * strip[0][k] + sy.weight[2] * strip[2][k]) + strip[1][k];
-        t.b[k] = sum * inverse + outside;
+    const size_t channels = (size_t)map->moments;
+    const size_t stride = (size_t)(map->size[level] + 1) * channels;
+    size_t at[4], row[4];
+    for (int i = 0; i < 4; i++) {
+        at[i] = (size_t)sx.edge[i] * channels;
+        row[i] = (size_t)sy.edge[i] * stride;
+    }
+    mssm_moments6 t = {{0}};
+    for (int first = 0; first <= moments - 4; first += 2) {  // channels 0 to 3, then 2 to 5
+        const uint32_t *table = map->table[level] + first;
+        float strip[3][4];
+        for (int j = 0; j < 3; j++) {
+            mssm__add_strips(table + row[j], table + row[j + 1], at, sx, strip[j]);
+        }
+        for (int k = 0; k < 4; k++) {
+            const float partial = sy.first * strip[0][k] + sy.last * strip[2][k];
+            t.b[first + k] = (partial + strip[1][k]) * inverse + outside;
+        }
     }
     return t;
 }
 
 // ---- Estimators (docs/moments.md, "Layers") ----
+//
+// Shared with GLSL, where a map is the number of a light.
+#define MSSM_MAP const mssm_map *
+#define MSSM_CALLED static  // shared, but called, not inlined: the bulk of the code
+
+// [glsl begin shading]
+// A light and its map as shading sees them. Scalars only: std430 lays it out as C does.
+typedef struct mssm_view {
+    float world_to_shadow[16];
+    float kernel_u;         // half-width of the kernel in texels per unit of spread, see below
+    float kernel_v;
+    float distance_scale;   // distance along the axis = scale * z + offset
+    float distance_offset;
+    float texel;            // width of a texel in units of z; perspective: at distance 1
+    float side;
+    int perspective;
+    int averaged;           // the map is made of front and back faces
+} mssm_view;
+
+// Settings with their defaults filled in.
+struct mssm_options {
+    int moments;    // 4, 6, or 0: as few as the receiver needs
+    int estimator;  // 0 layered, 1 lower, 2 upper blocker
+    float alpha4;
+    float alpha6;
+    float depth_bias;  // 0: a texel
+    float max_half;    // of the kernel, in texels
+    float tolerance;
+};
 
 // A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width in
 // texels is kernel * (spread(z) - spread(zb)). Spread is depth itself for directional lights; for
 // perspective ones it is -1/distance, which makes similar triangles out of the same formula.
-typedef struct mssm__receiver {
-    float x, y;                // texels of level 0
-    float z_test;              // depth less the bias, and never behind the empty texels
-    float z_own, fade;         // depths from z_own - fade to z_own belong in part to the receiver's surface
-    float kernel_u, kernel_v;  // half-width of the kernel in texels per unit of spread
-    float spread, d_max;       // of the receiver, and its distance from the near plane, in spread
-    float to_distance[2];      // perspective: distance from the light = [0] z + [1]
-    int perspective, moments;  // 4, 6, or 0: not decided yet
-    float alpha4, alpha6, tolerance, max_half;
-} mssm__receiver;
+struct mssm_receiver {
+    float x;       // texels of level 0
+    float y;
+    float z_test;  // depth less the bias, and never behind the empty texels
+    float z_own;   // depths from z_own - fade to z_own belong in part to the receiver's surface
+    float fade;
+    float spread;  // of the receiver
+    float d_max;   // its distance from the near plane, in spread
+    int lit;       // whatever the map holds
+};
 
-static float mssm__spread(const mssm__receiver *r, float z)
+// Three nested kernels, by the distance in spread of the blockers they are for; or the answer.
+struct mssm_plan {
+    float d[3];
+    float occlusion;
+    int known;
+};
+
+MSSM_SHARED float mssm_spread(mssm_view v, float z)
 {
-    return r->perspective ? -1.0f / (r->to_distance[0] * z + r->to_distance[1]) : z;
+    return v.perspective != 0 ? -1.0f / (v.distance_scale * z + v.distance_offset) : z;
 }
 
-// Distance in spread from the receiver to a blocker, which is at the near plane or behind it.
-static float mssm__distance_to(const mssm__receiver *r, float z)
+// Distance in spread from the receiver to a depth before or behind it, no further than the near plane.
+MSSM_SHARED float mssm_spread_to(mssm_view v, struct mssm_receiver r, float z)
 {
-    return mssm_clamp(r->spread - mssm__spread(r, mssm_clamp(z, -1.0f, 1.0f)), 0.0f, r->d_max);
+    float d = r.spread - mssm_spread(v, mssm_clamp(z, -1.0f, 1.0f));
+    return mssm_clamp(fabsf(d), 0.0f, r.d_max);
+}
+
+// Row of the light's matrix times a point.
+MSSM_SHARED float mssm_row(mssm_view v, int row, float x, float y, float z)
+{
+    return v.world_to_shadow[row] * x + v.world_to_shadow[4 + row] * y +
+           v.world_to_shadow[8 + row] * z + v.world_to_shadow[12 + row];
+}
+
+// From shadow-space coordinates. Overflow and NaN end up far outside of the map, where all is lit.
+MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_options o, float x, float y,
+                                                 float depth)
+{
+    struct mssm_receiver r;
+    float z = mssm_clamp(depth, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
+    r.lit = z > -1.0f ? 0 : 1;
+    r.x = mssm_clamp((0.5f + 0.5f * x) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
+    r.y = mssm_clamp((0.5f + 0.5f * y) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
+    float width = v.perspective != 0 ? v.distance_scale * z + v.distance_offset : 1.0f;
+    float texel = v.texel * width;
+    float bias = o.depth_bias > 0.0f ? o.depth_bias : (v.averaged != 0 ? 0.0f : texel);
+    r.fade = 2.0f * (o.depth_bias > 0.0f ? o.depth_bias : texel);
+    r.z_own = z - bias;
+    float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);
+    r.z_test = r.z_own < behind_all ? r.z_own : behind_all;
+    r.spread = mssm_spread(v, z);
+    r.d_max = r.spread - mssm_spread(v, -1.0f);
+    return r;
+}
+
+MSSM_CALLED struct mssm_receiver mssm_receive(mssm_view v, struct mssm_options o, float x, float y,
+                                              float z)
+{
+    float u = mssm_row(v, 0, x, y, z);
+    float w = mssm_row(v, 1, x, y, z);
+    float depth = mssm_row(v, 2, x, y, z);
+    if (v.perspective != 0) {
+        float axis = mssm_row(v, 3, x, y, z);
+        float inverse = 1.0f / (axis > 1e-30f ? axis : 1e-30f);
+        u = u * inverse;
+        w = w * inverse;
+        depth = axis > 0.0f ? (axis - v.distance_offset) / v.distance_scale : -1.0f;
+    }
+    return mssm_receive_at(v, o, u, w, depth);
 }
 
 // Chebyshev moments of the kernel for blockers at distance d.
-static mssm_moments6 mssm__look(const mssm_map *map, const mssm__receiver *r, int moments, float d)
+MSSM_SHARED mssm_moments6 mssm_look(MSSM_MAP map, mssm_view v, struct mssm_options o,
+                                    struct mssm_receiver r, int moments, float d)
 {
-    return mssm__query(map, moments, r->x, r->y, mssm_clamp(r->kernel_u * d, 0.5f, r->max_half),
-                       mssm_clamp(r->kernel_v * d, 0.5f, r->max_half));
+    return mssm_query(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * d, 0.5f, o.max_half),
+                      mssm_clamp(v.kernel_v * d, 0.5f, o.max_half));
 }
 
-static struct mssm_pivots mssm__pivots4(mssm_moments6 t, float alpha)
+MSSM_SHARED struct mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)
 {
-    const mssm_moments4 t4 = {{t.b[0], t.b[1], t.b[2], t.b[3]}};
-    return mssm_factorise_stored4(t4, alpha);
+    mssm_moments4 t4;
+    t4.b[0] = t.b[0];
+    t4.b[1] = t.b[1];
+    t4.b[2] = t.b[2];
+    t4.b[3] = t.b[3];
+    return mssm_make_kernel4(mssm_factorise_stored4(t4, alpha), z);
 }
 
-// The depths that the kernel for blockers at distance d holds; z[0] is the receiver's.
-static mssm_points4 mssm__layers(const mssm_map *map, const mssm__receiver *r, int moments, float d)
+MSSM_SHARED struct mssm_kernel6 mssm_kernel6_stored(mssm_moments6 t, float alpha, float z)
 {
-    const mssm_moments6 t = mssm__look(map, r, moments, d);
-    if (moments == 6) {
-        return mssm_points_of6(mssm_make_kernel6(mssm_factorise_stored6(t, r->alpha6), r->z_test));
+    return mssm_make_kernel6(mssm_factorise_stored6(t, alpha), z);
+}
+
+// The depths that Chebyshev moments hold; z[0] is the receiver's.
+MSSM_CALLED mssm_points4 mssm_layers(struct mssm_options o, int moments, mssm_moments6 t, float z)
+{
+    if (moments == 6) return mssm_points_of6(mssm_kernel6_stored(t, o.alpha6, z));
+    mssm_points3 p = mssm_points_of4(mssm_kernel4_stored(t, o.alpha4, z));
+    mssm_points4 q;
+    for (int i = 0; i < 3; i++) {
+        q.z[i] = p.z[i];
+        q.w[i] = p.w[i];
     }
-    const mssm_points3 p =
-        mssm_points_of4(mssm_make_kernel4(mssm__pivots4(t, r->alpha4), r->z_test));
-    const mssm_points4 q = {{p.z[0], p.z[1], p.z[2], 1}, {p.w[0], p.w[1], p.w[2], 0}};
+    q.z[3] = 1.0f;
+    q.w[3] = 0.0f;
     return q;
 }
 
 // What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.
-static float mssm__blocked(const mssm__receiver *r, float z, float w)
+MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
 {
-    return z < r->z_test ? w * mssm_clamp((r->z_own - z) / r->fade, 0.0f, 1.0f) : 0.0f;
+    return z < r.z_test ? w * mssm_clamp((r.z_own - z) / r.fade, 0.0f, 1.0f) : 0.0f;
 }
 
-// Distances of the three kernels of the layered estimator: from the mean distance of all blockers in
-// the search region to the least that can matter. Returns 0 where the answer is known: *occlusion.
-static int mssm__plan_layers(const mssm__receiver *r, mssm_points4 seen, float d[3],
-                             float *occlusion)
+// Share of a depth that counts as the receiver's own surface, going on behind it; distance in units of
+// the one that the kernel is for. Neither the empty texels beyond all casters nor what is further off.
+MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, float distance)
 {
-    float nearer = 0, blocked = 0, sum = 1e-3f, first = 1e-3f * r->d_max;
+    float gap = 1.0f - MSSM_FAR_CASTER;
+    float own = w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *
+                mssm_clamp((1.0f - 0.25f * gap - z) / (0.5f * gap), 0.0f, 1.0f) *
+                mssm_clamp((z - r.z_own) / r.fade, 0.0f, 1.0f);
+    return z > r.z_test ? own : 0.0f;
+}
+
+// The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing at
+// its neighbours' distances, linear in the kernels' area between.
+MSSM_SHARED float mssm_part(struct mssm_plan p, int i, float distance)
+{
+    float a = distance * distance;
+    float a0 = p.d[0] * p.d[0];
+    float a1 = p.d[1] * p.d[1];
+    float a2 = p.d[2] * p.d[2];
+    float wide = mssm_clamp((a - a1) / (a0 - a1 + 1e-20f), 0.0f, 1.0f);
+    float slim = mssm_clamp((a1 - a) / (a1 - a2 + 1e-20f), 0.0f, 1.0f);
+    return i == 0 ? wide : (i == 1 ? 1.0f - wide - slim : slim);
+}
+
+// Distances of the three kernels: from the mean distance of all blockers in the search region to the
+// least that can matter.
+MSSM_CALLED struct mssm_plan mssm_plan_layers(mssm_view v, struct mssm_options o,
+                                              struct mssm_receiver r, mssm_points4 seen)
+{
+    float nearer = 0.0f;
+    float blocked = 0.0f;
+    float first = 1e-3f * r.d_max;
     for (int j = 1; j < 4; j++) {
-        if (seen.z[j] >= r->z_test) continue;
-        nearer += seen.w[j];
-        blocked += mssm__blocked(r, seen.z[j], seen.w[j]);
-        sum += seen.w[j];
-        first += seen.w[j] * mssm__distance_to(r, seen.z[j]);
+        float w = seen.z[j] < r.z_test ? seen.w[j] : 0.0f;
+        nearer += w;
+        blocked += mssm_blocked(r, seen.z[j], w);
+        first += w * mssm_spread_to(v, r, seen.z[j]);
     }
-    *occlusion = nearer + seen.w[0] < r->tolerance ? 0.0f : 1.0f;
-    if (*occlusion == 0.0f || 1.0f - blocked < r->tolerance) return 0;
-    const float behind = r->spread - mssm__spread(r, MSSM__FAR);
-    d[2] = mssm_clamp(behind, 0.03f * r->d_max, r->d_max);
-    d[0] = mssm_clamp(first / sum, 0.1f * r->d_max, r->d_max);
-    d[0] = d[0] > d[2] ? d[0] : d[2];
-    d[1] = d[2] + 0.35f * (d[0] - d[2]);
-    return 1;
+    struct mssm_plan p;
+    int lit = nearer + seen.w[0] < o.tolerance ? 1 : 0;
+    int dark = 1.0f - blocked < o.tolerance ? 1 : 0;
+    p.known = lit + dark > 0 ? 1 : 0;
+    p.occlusion = lit == 1 ? 0.0f : 1.0f;
+    float behind = r.spread - mssm_spread(v, MSSM_FAR_CASTER);
+    p.d[2] = mssm_clamp(behind, 0.03f * r.d_max, r.d_max);
+    p.d[0] = mssm_clamp(first / (nearer + 1e-3f), 0.1f * r.d_max, r.d_max);
+    p.d[0] = p.d[0] > p.d[2] ? p.d[0] : p.d[2];
+    p.d[1] = p.d[2] + 0.35f * (p.d[0] - p.d[2]);
+    return p;
 }
 
 // Occlusion is the integral over depth of the share of texels at that depth, each in the kernel that
 // this depth asks for. Three nested kernels are looked at, and a blocker at a distance in between
 // counts in the two around it in proportion to their area: a quadrature that needs no limits between
 // layers, and changes continuously with all of its inputs.
-static float mssm__layered(const mssm_map *map, const mssm__receiver *r)
+MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r)
 {
-    int moments = r->moments == 6 ? 6 : 4;
-    mssm_points4 p = mssm__layers(map, r, moments, r->d_max);
-    // Four moments will do where they leave little to the receiver itself (measured: rms error + .3%).
-    if (r->moments == 0 && p.w[0] * p.w[0] > r->tolerance) {
+    int moments = o.moments == 6 ? 6 : 4;
+    mssm_moments6 t = mssm_look(map, v, o, r, o.moments == 4 ? 4 : 6, r.d_max);
+    mssm_points4 p = mssm_layers(o, moments, t, r.z_test);
+    // Four moments will do where they leave little to the receiver itself: 20% of receivers, at no error.
+    if (o.moments == 0 && p.w[0] > 4.0f * o.tolerance) {
         moments = 6;
-        p = mssm__layers(map, r, moments, r->d_max);
+        p = mssm_layers(o, moments, t, r.z_test);
     }
-    float d[3], occlusion;
-    if (!mssm__plan_layers(r, p, d, &occlusion)) return 1.0f - occlusion;
+    struct mssm_plan plan = mssm_plan_layers(v, o, r, p);
+    if (plan.known == 1) return 1.0f - plan.occlusion;
 
-    const float a0 = d[0] * d[0], a1 = d[1] * d[1], a2 = d[2] * d[2];
-    const float kernel = r->kernel_u > r->kernel_v ? r->kernel_u : r->kernel_v;
-    float fullest = 0, emptiest = 1;
-    occlusion = 0;
+    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;
+    float occlusion = 0.0f;
+    float fullest = 0.0f;
+    float emptiest = 1.0f;
     for (int i = 0; i < 3; i++) {
-        if (i == 0 || kernel * d[i - 1] > 0.5f) p = mssm__layers(map, r, moments, d[i]);
-        float share = 0;
-        for (int j = 1; j < 4; j++) {
-            const float w = mssm__blocked(r, p.z[j], p.w[j]);
-            const float distance = mssm__distance_to(r, p.z[j]), a = distance * distance;
-            const float wide = mssm_clamp((a - a1) / (a0 - a1 + 1e-20f), 0.0f, 1.0f);
-            const float slim = mssm_clamp((a1 - a) / (a1 - a2 + 1e-20f), 0.0f, 1.0f);
-            occlusion += w * (i == 0 ? wide : i == 1 ? 1.0f - wide - slim : slim);
-            share += w;
+        // Kernels of one texel are all the same.
+        if (i == 0 || kernel * plan.d[i > 0 ? i - 1 : 0] > 0.5f) {
+            p = mssm_layers(o, moments, mssm_look(map, v, o, r, moments, plan.d[i]), r.z_test);
         }
+        float share = 0.0f;
+        float front = 0.0f;
+        float own = 0.0f;
+        for (int j = 1; j < 4; j++) {
+            float w = mssm_blocked(r, p.z[j], p.w[j]);
+            float distance = mssm_spread_to(v, r, p.z[j]);
+            float part = mssm_part(plan, i, distance);
+            share += w;
+            front += w * part;
+            own += mssm_own_surface(r, p.z[j], p.w[j], distance / plan.d[i]) * part;
+        }
+        // A surface through the receiver lies as much behind it as in front: without this a plane tilted
+        // by more than a third of the light's reach would shadow itself.
+        own = own < front ? own : front;
+        occlusion += front - own;
+        share -= own;
         fullest = share > fullest ? share : fullest;
         emptiest = share < emptiest ? share : emptiest;
     }
@@ -1615,93 +1786,94 @@ static float mssm__layered(const mssm_map *map, const mssm__receiver *r)
 }
 
 // Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.
-static struct mssm_split mssm__split(const mssm_map *map, const mssm__receiver *r, float d)
+MSSM_CALLED struct mssm_split mssm_split_at(MSSM_MAP map, mssm_view v, struct mssm_options o,
+                                            struct mssm_receiver r, float d)
 {
-    const mssm_moments6 t = mssm__look(map, r, r->moments == 4 ? 4 : map->moments, d);
-    if (r->moments != 6) {
-        const struct mssm_split s =
-            mssm_split4(mssm_make_kernel4(mssm__pivots4(t, r->alpha4), r->z_test));
-        if (r->moments == 4 || s.self <= r->tolerance) return s;
+    mssm_moments6 t = mssm_look(map, v, o, r, o.moments == 4 ? 4 : 6, d);
+    if (o.moments != 6) {
+        struct mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));
+        if (o.moments == 4 || s.self <= o.tolerance) return s;
     }
-    return mssm_split6(mssm_make_kernel6(mssm_factorise_stored6(t, r->alpha6), r->z_test));
+    return mssm_split6(mssm_kernel6_stored(t, o.alpha6, r.z_test));
 }
 
 // The published pipeline: one mean blocker depth, one kernel.
-static float mssm__single(const mssm_map *map, const mssm__receiver *r, float self_max)
+MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r)
 {
-    struct mssm_split s = mssm__split(map, r, r->d_max);
-    if (s.nearer + s.self < r->tolerance) return 1.0f;
-    const float depth = mssm_split_depth(s, r->z_test, 1e-3f, self_max);
-    return mssm_split_bounds(mssm__split(map, r, mssm__distance_to(r, depth))).upper;
+    struct mssm_split s = mssm_split_at(map, v, o, r, r.d_max);
+    if (s.nearer + s.self < o.tolerance) return 1.0f;
+    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);
+    s = mssm_split_at(map, v, o, r, mssm_spread_to(v, r, depth));
+    return mssm_split_bounds(s).upper;
+}
+
+MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, struct mssm_options o,
+                                struct mssm_receiver r)
+{
+    if (r.lit == 1) return 1.0f;
+    if (o.estimator == 0) return mssm_layered(map, v, o, r);
+    return mssm_single(map, v, o, r);
+}
+// [glsl end]
+
+static mssm_view mssm__view(const mssm_light *light, int side, int averaged)
+{
+    mssm_view v;
+    const float range = light->z_far - light->z_near, to_texels = 0.5f * (float)side;
+    const float scale = to_texels * (light->perspective ? 1.0f : 0.5f * range);
+    const float extent = light->extent_u > light->extent_v ? light->extent_u : light->extent_v;
+    memcpy(v.world_to_shadow, light->world_to_shadow, sizeof v.world_to_shadow);
+    v.kernel_u = scale * light->half_u / light->extent_u;
+    v.kernel_v = scale * light->half_v / light->extent_v;
+    v.distance_scale = 0.5f * range;
+    v.distance_offset = 0.5f * range + light->z_near;
+    v.texel = 2.0f * extent / ((float)side * v.distance_scale);
+    v.side = (float)side;
+    v.perspective = light->perspective;
+    v.averaged = averaged;
+    return v;
 }
 
 static float mssm__or_default(float value, float otherwise)
 {
-    return value > 0 && mssm__is_finite(value) ? value : otherwise;
+    return mssm__is_finite(value) && value > 0 ? value : otherwise;
 }
 
-static void mssm__set_kernel(mssm__receiver *r, const mssm_light *light, float side)
-{
-    const float range = light->z_far - light->z_near;
-    const float scale = 0.5f * side * (light->perspective ? 1.0f : 0.5f * range);
-    r->perspective = light->perspective;
-    r->kernel_u = scale * light->half_u / light->extent_u;
-    r->kernel_v = scale * light->half_v / light->extent_v;
-    r->to_distance[0] = 0.5f * range;
-    r->to_distance[1] = 0.5f * range + light->z_near;
-}
-
-// 0 where the point is lit whatever the map holds.
-static int mssm__receive(mssm__receiver *r, const mssm_map *map, const mssm_light *light,
-                         const mssm_settings *settings, const float point[3])
+static struct mssm_options mssm__options(const mssm_settings *set, int map_moments)
 {
     static const mssm_settings defaults = {0, MSSM_LAYERED, 0, 0, 0, 0};
-    const mssm_settings *set = settings ? settings : &defaults;
-    float shadow[3];
-    if (!mssm_light_project(light, point, shadow) || !(shadow[2] > -1)) return 0;
-    const float side = (float)map->side;
-    r->x = mssm_clamp((0.5f + 0.5f * shadow[0]) * side, -MSSM__FAR_AWAY, MSSM__FAR_AWAY);
-    r->y = mssm_clamp((0.5f + 0.5f * shadow[1]) * side, -MSSM__FAR_AWAY, MSSM__FAR_AWAY);
-    r->moments = set->moments == 4 || map->moments == 4 ? 4 : set->moments == 6 ? 6 : 0;
-    r->tolerance = mssm__or_default(set->tolerance, 1.0f / 256.0f);
-    r->alpha4 = mssm__or_default(set->moment_bias, MSSM_BIAS4_TABLE);
-    r->alpha6 = mssm__or_default(set->moment_bias, MSSM_BIAS6_TABLE);
-    r->max_half = set->max_kernel > 0 ? 0.5f * (float)set->max_kernel : MSSM__FAR_AWAY;
-    mssm__set_kernel(r, light, side);
-    r->spread = mssm__spread(r, shadow[2]);
-    r->d_max = r->spread - mssm__spread(r, -1.0f);
-
-    // One texel in units of z, as wide as it is at the receiver.
-    const float extent = light->extent_u > light->extent_v ? light->extent_u : light->extent_v;
-    const float width = r->perspective ? r->to_distance[0] * shadow[2] + r->to_distance[1] : 1.0f;
-    const float texel = 2.0f * extent * width / (side * r->to_distance[0]);
-    const float bias = mssm__or_default(set->depth_bias, map->averaged ? 0.0f : 0.5f * texel);
-    r->fade = mssm__or_default(4.0f * set->depth_bias, map->averaged ? texel : 2.0f * texel);
-    r->z_own = shadow[2] - bias;
-    r->z_test = mssm_clamp(shadow[2], -1.0f, 0.5f * (1.0f + MSSM__FAR)) - bias;
-    return mssm__all_finite(&r->x, (int)(offsetof(mssm__receiver, perspective) / sizeof(float)));
+    if (!set) set = &defaults;
+    struct mssm_options o;
+    o.moments = set->moments == 4 || map_moments == 4 ? 4 : set->moments == 6 ? 6 : 0;
+    o.estimator = (int)set->estimator;
+    o.alpha4 = mssm__or_default(set->moment_bias, MSSM_BIAS4_TABLE);
+    o.alpha6 = mssm__or_default(set->moment_bias, MSSM_BIAS6_TABLE);
+    o.depth_bias = mssm__or_default(set->depth_bias, 0.0f);
+    o.max_half = set->max_kernel > 0 ? 0.5f * (float)set->max_kernel : MSSM_FAR_AWAY;
+    o.tolerance = mssm__or_default(set->tolerance, 1.0f / 256.0f);
+    return o;
 }
 
 float mssm_map_visibility(const mssm_map *map, const mssm_light *light, const mssm_settings *settings,
                           const float point[3])
 {
-    mssm__receiver r;
-    if (!map || !light || !point || !mssm__receive(&r, map, light, settings, point)) return 1;
-    const mssm_estimator estimator = settings ? settings->estimator : MSSM_LAYERED;
-    if (estimator == MSSM_LAYERED) return mssm__layered(map, &r);
-    return mssm__single(map, &r, estimator == MSSM_UPPER_BLOCKER ? 1.0f : 1e-3f);
+    if (!map || !light || !point || !mssm__all_finite(point, 3)) return 1;
+    const mssm_view view = mssm__view(light, map->side, map->averaged);
+    const struct mssm_options options = mssm__options(settings, map->moments);
+    return mssm_estimate(map, view, options,
+                         mssm_receive(view, options, point[0], point[1], point[2]));
 }
 
 mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y)
 {
     mssm_moments6 m = mssm_moments6_of_depth(1.0f);
     if (!map) return m;
-    const float scale = 0.5f * (float)map->side, far_away = MSSM__FAR_AWAY;
+    const float scale = 0.5f * (float)map->side, far_away = MSSM_FAR_AWAY;
     const mssm_moments6 t =
-        mssm__query(map, map->moments, mssm_clamp((x + 1.0f) * scale, -far_away, far_away),
-                    mssm_clamp((y + 1.0f) * scale, -far_away, far_away),
-                    mssm_clamp(half_x * scale, 0.5f, far_away),
-                    mssm_clamp(half_y * scale, 0.5f, far_away));
+        mssm_query(map, map->moments, mssm_clamp((x + 1.0f) * scale, -far_away, far_away),
+                   mssm_clamp((y + 1.0f) * scale, -far_away, far_away),
+                   mssm_clamp(half_x * scale, 0.5f, far_away),
+                   mssm_clamp(half_y * scale, 0.5f, far_away));
     for (int k = 0; k < 6; k++) m.b[k] = k < map->moments ? 0.5f + 0.5f * t.b[k] : 0.0f;
     m = mssm_moments6_decode(m);
     if (map->moments == 4) m.b[4] = m.b[5] = 0.0f;
@@ -1714,11 +1886,25 @@ mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Woverlength-strings"
 #endif
-static const char mssm__glsl_text[] =
-    "#define MSSM_SHARED\n"
-    "#define sqrtf sqrt\n"
-    "#define fabsf abs\n"
+
+// What C and GLSL call by different names.
+#define MSSM__GLSL_NAMES                                                                           \
+    "#define MSSM_SHARED\n"                                                                        \
+    "#define MSSM_CALLED\n"                                                                        \
+    "#define sqrtf sqrt\n"                                                                         \
+    "#define fabsf abs\n"                                                                          \
+    "#define floorf floor\n"                                                                       \
     "#define powf pow\n"
+#define MSSM__GLSL_FORGET                                                                          \
+    "#undef MSSM_SHARED\n"                                                                         \
+    "#undef MSSM_CALLED\n"                                                                         \
+    "#undef sqrtf\n"                                                                               \
+    "#undef fabsf\n"                                                                               \
+    "#undef floorf\n"                                                                              \
+    "#undef powf\n"
+
+static const char mssm__glsl_math[] =
+    MSSM__GLSL_NAMES
     // [glsl text begin] made by "make glsl", do not edit
     "struct mssm_moments4 { float b[4]; };\n"
     "struct mssm_moments6 { float b[6]; };\n"
@@ -2185,22 +2371,17 @@ static const char mssm__glsl_text[] =
     "    return r;\n"
     "}\n"
     "\n"
-    "// x^3 + b x^2 + c x + d with its coefficients of a size that keeps b^3 finite. Newton's method from\n"
-    "// outside towards the root that lies furthest from the inflection point (start after Kahan, \"To solve a\n"
-    "// real cubic equation\", 1986): that root is simple unless all three coincide, so it converges fast,\n"
-    "// and deflation by it is stable.\n"
-    "MSSM_SHARED mssm_deflated mssm_deflate(float b, float c, float d)\n"
+    "// Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection point, which\n"
+    "// is simple unless all three coincide. Newton's method finds it fast from outside, no further than reach\n"
+    "// from that point, and deflation by it is stable (after Kahan, \"To solve a real cubic equation\", 1986).\n"
+    "MSSM_SHARED mssm_deflated mssm_deflate(float b, float c, float d, float reach)\n"
     "{\n"
-    "    float inflection = b * (-1.0f / 3.0f);\n"
-    "    float x = inflection;\n"
+    "    float x = b * (-1.0f / 3.0f);\n"
     "    float f = ((x + b) * x + c) * x + d;\n"
     "    float f1 = (3.0f * x + 2.0f * b) * x + c;\n"
     "    float side = f < 0.0f ? -1.0f : 1.0f;\n"
-    "    float size = f == 0.0f ? 0.0f : powf(fabsf(f), 1.0f / 3.0f);\n"
-    "    float spread = f1 < 0.0f ? sqrtf(-f1) : 0.0f;\n"
-    "    if (f1 < 0.0f) size = 1.324718f * (size > spread ? size : spread);\n"
-    "    x = x - side * size;\n"
-    "    size = size * 1.01f;\n"
+    "    float size = reach * 1.01f;\n"
+    "    x = x - side * reach;\n"
     "    for (int i = 0; i < 12; i++) {\n"
     "        f = ((x + b) * x + c) * x + d;\n"
     "        f1 = (3.0f * x + 2.0f * b) * x + c;\n"
@@ -2214,12 +2395,29 @@ static const char mssm__glsl_text[] =
     "    r.root = x;\n"
     "    r.b = b + x;\n"
     "    r.c = c + r.b * x;\n"
-    "    // Forwards or backwards, whichever divides by the larger part.\n"
-    "    if (x * x * fabsf(x) > fabsf(d)) {\n"
+    "    // Forwards, or backwards where that loses less.\n"
+    "    if (x * x > fabsf(r.c)) {\n"
     "        r.c = -d / x;\n"
     "        r.b = (r.c - c) / x;\n"
     "    }\n"
     "    return r;\n"
+    "}\n"
+    "\n"
+    "// How far the roots can lie from the inflection point: if all of them are real, and in any case.\n"
+    "MSSM_SHARED float mssm_reach_of_real(float b, float c)\n"
+    "{\n"
+    "    float spread = b * b * (1.0f / 3.0f) - c;\n"
+    "    return spread > 0.0f ? 1.1547005f * sqrtf(spread) : 0.0f;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED float mssm_reach(float b, float c, float d)\n"
+    "{\n"
+    "    float x = b * (-1.0f / 3.0f);\n"
+    "    float f = fabsf(((x + b) * x + c) * x + d);\n"
+    "    float cube = f > 0.0f ? powf(f, 1.0f / 3.0f) : 0.0f;\n"
+    "    float spread = b * b * (1.0f / 3.0f) - c;\n"
+    "    float root = spread > 0.0f ? sqrtf(spread) : 0.0f;\n"
+    "    return spread > 0.0f ? 1.324718f * (cube > root ? cube : root) : cube;\n"
     "}\n"
     "\n"
     "// All three roots of a cubic that is known to have only real ones.\n"
@@ -2299,7 +2497,7 @@ static const char mssm__glsl_text[] =
     "    b = b / size;\n"
     "    c = c / size / size;\n"
     "    d = d / size / size / size;\n"
-    "    mssm_deflated left = mssm_deflate(b, c, d);\n"
+    "    mssm_deflated left = mssm_deflate(b, c, d, mssm_reach(b, c, d));\n"
     "    // A complex pair counts as a double root where rounding of the coefficients can have made it: where\n"
     "    // the cubic at its real part m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which\n"
     "    // it is next to a triple root, where m is the root itself.\n"
@@ -2351,7 +2549,9 @@ static const char mssm__glsl_text[] =
     "MSSM_SHARED mssm_points4 mssm_points_of6(mssm_kernel6 k)\n"
     "{\n"
     "    float inverse = 1.0f / k.k0;\n"
-    "    mssm_deflated left = mssm_deflate(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);\n"
+    "    float b = k.k1 * inverse;\n"
+    "    float c = k.k2 * inverse;\n"
+    "    mssm_deflated left = mssm_deflate(b, c, k.k3 * inverse, mssm_reach_of_real(b, c));\n"
     "    mssm_pair v = mssm_quadratic(left.b, left.c);\n"
     "    float ta = mssm_distance(left.root);\n"
     "    mssm_pair tb;\n"
@@ -2446,17 +2646,349 @@ static const char mssm__glsl_text[] =
     "    return p;\n"
     "}\n"
     // [glsl text end]
-    "#undef MSSM_SHARED\n"
-    "#undef sqrtf\n"
-    "#undef fabsf\n"
-    "#undef powf\n";
+    MSSM__GLSL_FORGET;
+
+#define MSSM__TEXT_OF(x) #x
+#define MSSM__TEXT(x) MSSM__TEXT_OF(x)
+
+static const char mssm__glsl_shading[] =
+    MSSM__GLSL_NAMES
+    "#define MSSM_MAP int\n"
+    "#define MSSM_KERNEL " MSSM__TEXT(MSSM_KERNEL) "\n"
+    "#define MSSM_FAR_CASTER " MSSM__TEXT(MSSM_FAR_CASTER) "\n"
+    "#define MSSM_FAR_AWAY " MSSM__TEXT(MSSM_FAR_AWAY) "\n"
+    "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y);\n"
+    // [glsl text begin shading] made by "make glsl", do not edit
+    "// One axis of an interpolated query: four table columns (or rows), and the weights of the three strips\n"
+    "// between them: a part of the first texel, whole texels (weight 1), a part of the last one.\n"
+    "struct mssm_strips {\n"
+    "    float edge[4];\n"
+    "    float first;\n"
+    "    float last;\n"
+    "    float whole;   // length of all\n"
+    "    float inside;  // and of what lies inside of the map\n"
+    "};\n"
+    "\n"
+    "MSSM_SHARED mssm_strips mssm_cut(float from, float to, float size)\n"
+    "{\n"
+    "    mssm_strips r;\n"
+    "    float low = mssm_clamp(from, 0.0f, size);\n"
+    "    float high = mssm_clamp(to, 0.0f, size);\n"
+    "    float start = floorf(low) < size ? floorf(low) : size - 1.0f;\n"
+    "    float end = floorf(high) > start ? floorf(high) : start + 1.0f;\n"
+    "    r.edge[0] = start;\n"
+    "    r.edge[1] = start + 1.0f;\n"
+    "    r.edge[2] = end;\n"
+    "    r.edge[3] = end < size ? end + 1.0f : size;\n"
+    "    r.first = (start + 1.0f < high ? start + 1.0f : high) - low;\n"
+    "    r.last = high > end ? high - end : 0.0f;\n"
+    "    r.whole = to - from;\n"
+    "    r.inside = high - low;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// The level that serves a kernel this wide in texels of level 0, of a map with so many levels.\n"
+    "MSSM_SHARED int mssm_level_of(float width, int levels)\n"
+    "{\n"
+    "    int level = 0;\n"
+    "    float limit = MSSM_KERNEL;\n"
+    "    for (int i = 1; i < levels; i++) {\n"
+    "        if (width > limit) level = i;\n"
+    "        limit = limit * 2.0f;\n"
+    "    }\n"
+    "    return level;\n"
+    "}\n"
+    "\n"
+    "// A light and its map as shading sees them. Scalars only: std430 lays it out as C does.\n"
+    "struct mssm_view {\n"
+    "    float world_to_shadow[16];\n"
+    "    float kernel_u;         // half-width of the kernel in texels per unit of spread, see below\n"
+    "    float kernel_v;\n"
+    "    float distance_scale;   // distance along the axis = scale * z + offset\n"
+    "    float distance_offset;\n"
+    "    float texel;            // width of a texel in units of z; perspective: at distance 1\n"
+    "    float side;\n"
+    "    int perspective;\n"
+    "    int averaged;           // the map is made of front and back faces\n"
+    "};\n"
+    "\n"
+    "// Settings with their defaults filled in.\n"
+    "struct mssm_options {\n"
+    "    int moments;    // 4, 6, or 0: as few as the receiver needs\n"
+    "    int estimator;  // 0 layered, 1 lower, 2 upper blocker\n"
+    "    float alpha4;\n"
+    "    float alpha6;\n"
+    "    float depth_bias;  // 0: a texel\n"
+    "    float max_half;    // of the kernel, in texels\n"
+    "    float tolerance;\n"
+    "};\n"
+    "\n"
+    "// A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width in\n"
+    "// texels is kernel * (spread(z) - spread(zb)). Spread is depth itself for directional lights; for\n"
+    "// perspective ones it is -1/distance, which makes similar triangles out of the same formula.\n"
+    "struct mssm_receiver {\n"
+    "    float x;       // texels of level 0\n"
+    "    float y;\n"
+    "    float z_test;  // depth less the bias, and never behind the empty texels\n"
+    "    float z_own;   // depths from z_own - fade to z_own belong in part to the receiver's surface\n"
+    "    float fade;\n"
+    "    float spread;  // of the receiver\n"
+    "    float d_max;   // its distance from the near plane, in spread\n"
+    "    int lit;       // whatever the map holds\n"
+    "};\n"
+    "\n"
+    "// Three nested kernels, by the distance in spread of the blockers they are for; or the answer.\n"
+    "struct mssm_plan {\n"
+    "    float d[3];\n"
+    "    float occlusion;\n"
+    "    int known;\n"
+    "};\n"
+    "\n"
+    "MSSM_SHARED float mssm_spread(mssm_view v, float z)\n"
+    "{\n"
+    "    return v.perspective != 0 ? -1.0f / (v.distance_scale * z + v.distance_offset) : z;\n"
+    "}\n"
+    "\n"
+    "// Distance in spread from the receiver to a depth before or behind it, no further than the near plane.\n"
+    "MSSM_SHARED float mssm_spread_to(mssm_view v, mssm_receiver r, float z)\n"
+    "{\n"
+    "    float d = r.spread - mssm_spread(v, mssm_clamp(z, -1.0f, 1.0f));\n"
+    "    return mssm_clamp(fabsf(d), 0.0f, r.d_max);\n"
+    "}\n"
+    "\n"
+    "// Row of the light's matrix times a point.\n"
+    "MSSM_SHARED float mssm_row(mssm_view v, int row, float x, float y, float z)\n"
+    "{\n"
+    "    return v.world_to_shadow[row] * x + v.world_to_shadow[4 + row] * y +\n"
+    "           v.world_to_shadow[8 + row] * z + v.world_to_shadow[12 + row];\n"
+    "}\n"
+    "\n"
+    "// From shadow-space coordinates. Overflow and NaN end up far outside of the map, where all is lit.\n"
+    "MSSM_CALLED mssm_receiver mssm_receive_at(mssm_view v, mssm_options o, float x, float y,\n"
+    "                                                 float depth)\n"
+    "{\n"
+    "    mssm_receiver r;\n"
+    "    float z = mssm_clamp(depth, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
+    "    r.lit = z > -1.0f ? 0 : 1;\n"
+    "    r.x = mssm_clamp((0.5f + 0.5f * x) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
+    "    r.y = mssm_clamp((0.5f + 0.5f * y) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
+    "    float width = v.perspective != 0 ? v.distance_scale * z + v.distance_offset : 1.0f;\n"
+    "    float texel = v.texel * width;\n"
+    "    float bias = o.depth_bias > 0.0f ? o.depth_bias : (v.averaged != 0 ? 0.0f : texel);\n"
+    "    r.fade = 2.0f * (o.depth_bias > 0.0f ? o.depth_bias : texel);\n"
+    "    r.z_own = z - bias;\n"
+    "    float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);\n"
+    "    r.z_test = r.z_own < behind_all ? r.z_own : behind_all;\n"
+    "    r.spread = mssm_spread(v, z);\n"
+    "    r.d_max = r.spread - mssm_spread(v, -1.0f);\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "MSSM_CALLED mssm_receiver mssm_receive(mssm_view v, mssm_options o, float x, float y,\n"
+    "                                              float z)\n"
+    "{\n"
+    "    float u = mssm_row(v, 0, x, y, z);\n"
+    "    float w = mssm_row(v, 1, x, y, z);\n"
+    "    float depth = mssm_row(v, 2, x, y, z);\n"
+    "    if (v.perspective != 0) {\n"
+    "        float axis = mssm_row(v, 3, x, y, z);\n"
+    "        float inverse = 1.0f / (axis > 1e-30f ? axis : 1e-30f);\n"
+    "        u = u * inverse;\n"
+    "        w = w * inverse;\n"
+    "        depth = axis > 0.0f ? (axis - v.distance_offset) / v.distance_scale : -1.0f;\n"
+    "    }\n"
+    "    return mssm_receive_at(v, o, u, w, depth);\n"
+    "}\n"
+    "\n"
+    "// Chebyshev moments of the kernel for blockers at distance d.\n"
+    "MSSM_SHARED mssm_moments6 mssm_look(MSSM_MAP map, mssm_view v, mssm_options o,\n"
+    "                                    mssm_receiver r, int moments, float d)\n"
+    "{\n"
+    "    return mssm_query(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * d, 0.5f, o.max_half),\n"
+    "                      mssm_clamp(v.kernel_v * d, 0.5f, o.max_half));\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)\n"
+    "{\n"
+    "    mssm_moments4 t4;\n"
+    "    t4.b[0] = t.b[0];\n"
+    "    t4.b[1] = t.b[1];\n"
+    "    t4.b[2] = t.b[2];\n"
+    "    t4.b[3] = t.b[3];\n"
+    "    return mssm_make_kernel4(mssm_factorise_stored4(t4, alpha), z);\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_kernel6 mssm_kernel6_stored(mssm_moments6 t, float alpha, float z)\n"
+    "{\n"
+    "    return mssm_make_kernel6(mssm_factorise_stored6(t, alpha), z);\n"
+    "}\n"
+    "\n"
+    "// The depths that Chebyshev moments hold; z[0] is the receiver's.\n"
+    "MSSM_CALLED mssm_points4 mssm_layers(mssm_options o, int moments, mssm_moments6 t, float z)\n"
+    "{\n"
+    "    if (moments == 6) return mssm_points_of6(mssm_kernel6_stored(t, o.alpha6, z));\n"
+    "    mssm_points3 p = mssm_points_of4(mssm_kernel4_stored(t, o.alpha4, z));\n"
+    "    mssm_points4 q;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        q.z[i] = p.z[i];\n"
+    "        q.w[i] = p.w[i];\n"
+    "    }\n"
+    "    q.z[3] = 1.0f;\n"
+    "    q.w[3] = 0.0f;\n"
+    "    return q;\n"
+    "}\n"
+    "\n"
+    "// What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.\n"
+    "MSSM_SHARED float mssm_blocked(mssm_receiver r, float z, float w)\n"
+    "{\n"
+    "    return z < r.z_test ? w * mssm_clamp((r.z_own - z) / r.fade, 0.0f, 1.0f) : 0.0f;\n"
+    "}\n"
+    "\n"
+    "// Share of a depth that counts as the receiver's own surface, going on behind it; distance in units of\n"
+    "// the one that the kernel is for. Neither the empty texels beyond all casters nor what is further off.\n"
+    "MSSM_SHARED float mssm_own_surface(mssm_receiver r, float z, float w, float distance)\n"
+    "{\n"
+    "    float gap = 1.0f - MSSM_FAR_CASTER;\n"
+    "    float own = w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *\n"
+    "                mssm_clamp((1.0f - 0.25f * gap - z) / (0.5f * gap), 0.0f, 1.0f) *\n"
+    "                mssm_clamp((z - r.z_own) / r.fade, 0.0f, 1.0f);\n"
+    "    return z > r.z_test ? own : 0.0f;\n"
+    "}\n"
+    "\n"
+    "// The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing at\n"
+    "// its neighbours' distances, linear in the kernels' area between.\n"
+    "MSSM_SHARED float mssm_part(mssm_plan p, int i, float distance)\n"
+    "{\n"
+    "    float a = distance * distance;\n"
+    "    float a0 = p.d[0] * p.d[0];\n"
+    "    float a1 = p.d[1] * p.d[1];\n"
+    "    float a2 = p.d[2] * p.d[2];\n"
+    "    float wide = mssm_clamp((a - a1) / (a0 - a1 + 1e-20f), 0.0f, 1.0f);\n"
+    "    float slim = mssm_clamp((a1 - a) / (a1 - a2 + 1e-20f), 0.0f, 1.0f);\n"
+    "    return i == 0 ? wide : (i == 1 ? 1.0f - wide - slim : slim);\n"
+    "}\n"
+    "\n"
+    "// Distances of the three kernels: from the mean distance of all blockers in the search region to the\n"
+    "// least that can matter.\n"
+    "MSSM_CALLED mssm_plan mssm_plan_layers(mssm_view v, mssm_options o,\n"
+    "                                              mssm_receiver r, mssm_points4 seen)\n"
+    "{\n"
+    "    float nearer = 0.0f;\n"
+    "    float blocked = 0.0f;\n"
+    "    float first = 1e-3f * r.d_max;\n"
+    "    for (int j = 1; j < 4; j++) {\n"
+    "        float w = seen.z[j] < r.z_test ? seen.w[j] : 0.0f;\n"
+    "        nearer += w;\n"
+    "        blocked += mssm_blocked(r, seen.z[j], w);\n"
+    "        first += w * mssm_spread_to(v, r, seen.z[j]);\n"
+    "    }\n"
+    "    mssm_plan p;\n"
+    "    int lit = nearer + seen.w[0] < o.tolerance ? 1 : 0;\n"
+    "    int dark = 1.0f - blocked < o.tolerance ? 1 : 0;\n"
+    "    p.known = lit + dark > 0 ? 1 : 0;\n"
+    "    p.occlusion = lit == 1 ? 0.0f : 1.0f;\n"
+    "    float behind = r.spread - mssm_spread(v, MSSM_FAR_CASTER);\n"
+    "    p.d[2] = mssm_clamp(behind, 0.03f * r.d_max, r.d_max);\n"
+    "    p.d[0] = mssm_clamp(first / (nearer + 1e-3f), 0.1f * r.d_max, r.d_max);\n"
+    "    p.d[0] = p.d[0] > p.d[2] ? p.d[0] : p.d[2];\n"
+    "    p.d[1] = p.d[2] + 0.35f * (p.d[0] - p.d[2]);\n"
+    "    return p;\n"
+    "}\n"
+    "\n"
+    "// Occlusion is the integral over depth of the share of texels at that depth, each in the kernel that\n"
+    "// this depth asks for. Three nested kernels are looked at, and a blocker at a distance in between\n"
+    "// counts in the two around it in proportion to their area: a quadrature that needs no limits between\n"
+    "// layers, and changes continuously with all of its inputs.\n"
+    "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r)\n"
+    "{\n"
+    "    int moments = o.moments == 6 ? 6 : 4;\n"
+    "    mssm_moments6 t = mssm_look(map, v, o, r, o.moments == 4 ? 4 : 6, r.d_max);\n"
+    "    mssm_points4 p = mssm_layers(o, moments, t, r.z_test);\n"
+    "    // Four moments will do where they leave little to the receiver itself: 20% of receivers, at no error.\n"
+    "    if (o.moments == 0 && p.w[0] > 4.0f * o.tolerance) {\n"
+    "        moments = 6;\n"
+    "        p = mssm_layers(o, moments, t, r.z_test);\n"
+    "    }\n"
+    "    mssm_plan plan = mssm_plan_layers(v, o, r, p);\n"
+    "    if (plan.known == 1) return 1.0f - plan.occlusion;\n"
+    "\n"
+    "    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;\n"
+    "    float occlusion = 0.0f;\n"
+    "    float fullest = 0.0f;\n"
+    "    float emptiest = 1.0f;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        // Kernels of one texel are all the same.\n"
+    "        if (i == 0 || kernel * plan.d[i > 0 ? i - 1 : 0] > 0.5f) {\n"
+    "            p = mssm_layers(o, moments, mssm_look(map, v, o, r, moments, plan.d[i]), r.z_test);\n"
+    "        }\n"
+    "        float share = 0.0f;\n"
+    "        float front = 0.0f;\n"
+    "        float own = 0.0f;\n"
+    "        for (int j = 1; j < 4; j++) {\n"
+    "            float w = mssm_blocked(r, p.z[j], p.w[j]);\n"
+    "            float distance = mssm_spread_to(v, r, p.z[j]);\n"
+    "            float part = mssm_part(plan, i, distance);\n"
+    "            share += w;\n"
+    "            front += w * part;\n"
+    "            own += mssm_own_surface(r, p.z[j], p.w[j], distance / plan.d[i]) * part;\n"
+    "        }\n"
+    "        // A surface through the receiver lies as much behind it as in front: without this a plane tilted\n"
+    "        // by more than a third of the light's reach would shadow itself.\n"
+    "        own = own < front ? own : front;\n"
+    "        occlusion += front - own;\n"
+    "        share -= own;\n"
+    "        fullest = share > fullest ? share : fullest;\n"
+    "        emptiest = share < emptiest ? share : emptiest;\n"
+    "    }\n"
+    "    // No more than the kernel that sees most, which a surface through all kernels would pass; no less\n"
+    "    // than the one that sees least, which closes the gap between a far and a near blocker.\n"
+    "    return 1.0f - mssm_clamp(mssm_clamp(occlusion, emptiest, fullest), 0.0f, 1.0f);\n"
+    "}\n"
+    "\n"
+    "// Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.\n"
+    "MSSM_CALLED mssm_split mssm_split_at(MSSM_MAP map, mssm_view v, mssm_options o,\n"
+    "                                            mssm_receiver r, float d)\n"
+    "{\n"
+    "    mssm_moments6 t = mssm_look(map, v, o, r, o.moments == 4 ? 4 : 6, d);\n"
+    "    if (o.moments != 6) {\n"
+    "        mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));\n"
+    "        if (o.moments == 4 || s.self <= o.tolerance) return s;\n"
+    "    }\n"
+    "    return mssm_split6(mssm_kernel6_stored(t, o.alpha6, r.z_test));\n"
+    "}\n"
+    "\n"
+    "// The published pipeline: one mean blocker depth, one kernel.\n"
+    "MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r)\n"
+    "{\n"
+    "    mssm_split s = mssm_split_at(map, v, o, r, r.d_max);\n"
+    "    if (s.nearer + s.self < o.tolerance) return 1.0f;\n"
+    "    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);\n"
+    "    s = mssm_split_at(map, v, o, r, mssm_spread_to(v, r, depth));\n"
+    "    return mssm_split_bounds(s).upper;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, mssm_options o,\n"
+    "                                mssm_receiver r)\n"
+    "{\n"
+    "    if (r.lit == 1) return 1.0f;\n"
+    "    if (o.estimator == 0) return mssm_layered(map, v, o, r);\n"
+    "    return mssm_single(map, v, o, r);\n"
+    "}\n"
+    // [glsl text end]
+    MSSM__GLSL_FORGET;
+
 #if defined __GNUC__
 #pragma GCC diagnostic pop
 #endif
 
 const char *mssm_glsl_math(void)
 {
-    return mssm__glsl_text;
+    return mssm__glsl_math;
+}
+
+const char *mssm_glsl_shading(void)
+{
+    return mssm__glsl_shading;
 }
 
 #ifdef __cplusplus
@@ -2465,3 +2997,63 @@ const char *mssm_glsl_math(void)
 
 #endif  // MSSM_IMPLEMENTATION_DONE
 #endif  // MSSM_IMPLEMENTATION
+
+// ================================================================================================
+// References
+//
+//   Peters, Klein: Moment Shadow Mapping, I3D 2015. Bounds from four moments.
+//   Peters, Muenstermann, Wetzstein, Klein: Beyond Hard Shadows: Moment Shadow Maps for Single
+//       Scattering, Soft Shadows and Translucent Occluders, I3D 2016. Soft shadows, integer tables. Slides:
+//       GDC Europe 2016; mended: the scale of the tables (slide 72).
+//   Kneiphof: Real-Time Image-Based Lighting of Dynamic Scenes with Moment Soft Shadow Mapping, CESCG
+//       2017. Six moments, Eq. 7 and 19; mended: Eq. 19 sums to m/2 + 1.
+//   Fernando: Percentage-Closer Soft Shadows, SIGGRAPH 2005 sketches.
+//   Kahan: To Solve a Real Cubic Equation, 1986.
+//   Akhiezer: The Classical Moment Problem, 1965. Christoffel numbers, canonical representations.
+//   New here, explained in docs/moments.md: bounds without the roots, pivots in the Chebyshev basis from
+//       signed integer tables, the table pyramid, the layered estimator.
+//
+// Changelog
+//
+//   0.1  first version
+//
+// Licence: choose whichever of the two you prefer.
+//
+// A - MIT License
+//
+//   Copyright (c) 2026 the mssm authors
+//
+//   Permission is hereby granted, free of charge, to any person obtaining a copy of this software
+//   and associated documentation files (the "Software"), to deal in the Software without
+//   restriction, including without limitation the rights to use, copy, modify, merge, publish,
+//   distribute, sublicense, and/or sell copies of the Software, and to permit persons to whom the
+//   Software is furnished to do so, subject to the following conditions:
+//
+//   The above copyright notice and this permission notice shall be included in all copies or
+//   substantial portions of the Software.
+//
+//   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING
+//   BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND
+//   NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM,
+//   DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING
+//   FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+//
+// B - Public Domain (www.unlicense.org)
+//
+//   This is free and unencumbered software released into the public domain.
+//
+//   Anyone is free to copy, modify, publish, use, compile, sell, or distribute this software,
+//   either in source code form or as a compiled binary, for any purpose, commercial or
+//   non-commercial, and by any means.
+//
+//   In jurisdictions that recognize copyright laws, the author or authors of this software
+//   dedicate any and all copyright interest in the software to the public domain. We make this
+//   dedication for the benefit of the public at large and to the detriment of our heirs and
+//   successors. We intend this dedication to be an overt act of relinquishment in perpetuity of
+//   all present and future rights to this software under copyright law.
+//
+//   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING
+//   BUT NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND
+//   NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+//   LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN
+//   CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.

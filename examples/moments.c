@@ -15,7 +15,7 @@ int main(void)
         const mssm_moments6 one = mssm_moments6_of_depth(depth[i]);
         for (int k = 0; k < 6; k++) m6.b[k] += share[i] * one.b[k];
     }
-    for (int k = 0; k < 4; k++) m4.b[k] = m6.b[k];  // four moments are a prefix of six
+    for (int k = 0; k < 4; k++) m4.b[k] = m6.b[k]; // four moments are a prefix of six
 
     // Rounding leaves the set of valid moments; the bias brings them back.
     m4 = mssm_moments4_bias(m4, MSSM_BIAS4_FLOAT32);

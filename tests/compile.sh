@@ -28,7 +28,7 @@ check()
     else
         echo "FAIL $name"
         echo "     $*"
-        sed 's/^/     /' "$lane/log"
+        sed 's/^/     /' "$lane/log" | head -n 30
         echo failed >> "$work/failed"
     fi
 }
@@ -141,8 +141,9 @@ quick_start()
     inside { print "" }' "$1"
 }
 
-# Code from a page into a program. Preprocessor lines go first; statements are wrapped in a function;
-# a main is added where there is none. $1: the code, $2: the program, $3: lines to begin with.
+# Code from a page into a program. Preprocessor lines go first; statements are wrapped in a
+# function; a main is added where there is none.
+# $1: the code, $2: the program, $3: lines to begin with.
 complete()
 {
     {
@@ -180,7 +181,7 @@ quick_starts()
 readme_blocks()
 {
     awk -v stem="$lane/README_" '
-    /^ *```/ && file == "" { if ($0 ~ /^ *```c *$/) file = stem (++n) ".code"; else file = "-"; next }
+    /^ *```/ && file == "" { file = /^ *```c *$/ ? stem (++n) ".code" : "-"; next }
     /^ *```/ { if (file != "-") close(file); file = ""; next }
     file != "" && file != "-" { print > file }' README.md
     number=1

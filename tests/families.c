@@ -79,71 +79,71 @@ static void edge(int side, plane a, plane b, uint64_t *state, float *depth)
     }
 }
 
-void family_patch(int family, int side, uint64_t *state, float *depth)
+// One or two planes, with an edge between them.
+static void surfaces(int family, int side, uint64_t *state, float *depth)
 {
-    const int count = side * side;
-    const plane flat = {family_range(state, -1, 1), 0, 0};
-    plane a = flat, b = flat;
+    plane a = {family_range(state, -1, 1), 0, 0}, b = a;
+    if (family == FAMILY_EXACT) a.z = below(state, 3) - 1;
+    if (family == FAMILY_SLOPE || family == FAMILY_EDGE) a = random_plane(state);
+    if (family == FAMILY_TWO) b.z = family_range(state, -1, 1);
+    if (family == FAMILY_CLOSE) b.z = a.z + log_range(state, 1e-7, 1e-2);
+    const int two = family == FAMILY_TWO || family == FAMILY_CLOSE;
+    if (family == FAMILY_EDGE) b = random_plane(state);
+    edge(side, a, two || family == FAMILY_EDGE ? b : a, state, depth);
+    if (family == FAMILY_OUTLIER) {
+        depth[below(state, side * side)] = depth_of(family_range(state, -1, 1));
+    }
+}
+
+// Depths without order in the patch.
+static void layers(int family, int count, uint64_t *state, float *depth)
+{
     float layer[16];
-    double low, high, noise;
-    int layers = 1;
     for (int i = 0; i < 16; i++) layer[i] = depth_of(family_range(state, -1, 1));
-    switch (family) {
-    case FAMILY_FLAT:
-        edge(side, a, a, state, depth);
-        break;
-    case FAMILY_EXACT:
-        a.z = below(state, 3) - 1;
-        edge(side, a, a, state, depth);
-        break;
-    case FAMILY_SLOPE:
-        a = random_plane(state);
-        edge(side, a, a, state, depth);
-        break;
-    case FAMILY_TWO:
-        b.z = family_range(state, -1, 1);
-        if (below(state, 2)) edge(side, a, b, state, depth);
-        else scattered(2, layer, count, state, depth);
-        break;
-    case FAMILY_CLOSE:
-        b.z = a.z + log_range(state, 1e-7, 1e-2);
-        layer[0] = depth_of(a.z);
-        layer[1] = depth_of(b.z);
-        if (below(state, 2)) edge(side, a, b, state, depth);
-        else scattered(2, layer, count, state, depth);
-        break;
-    case FAMILY_EDGE:
-        a = random_plane(state);
-        b = random_plane(state);
-        edge(side, a, b, state, depth);
-        break;
-    case FAMILY_THREE:
-        scattered(3, layer, count, state, depth);
-        break;
-    case FAMILY_FOLIAGE:
-        layers = 4 + below(state, 13);
-        scattered(layers, layer, count, state, depth);
-        break;
-    case FAMILY_CONTINUUM:
-        low = family_range(state, -1, 1);
-        high = family_range(state, low, 1);
-        for (int k = 0; k < count; k++) depth[k] = depth_of(family_range(state, low, high));
-        break;
-    case FAMILY_NEAR_FAR:
+    if (family == FAMILY_CLOSE) {
+        layer[1] = depth_of((double)layer[0] + log_range(state, 1e-7, 1e-2));
+    }
+    if (family == FAMILY_NEAR_FAR) {
         layer[0] = depth_of(-1 + (below(state, 2) ? 0 : log_range(state, 1e-6, 1e-1)));
         layer[1] = depth_of(1 - (below(state, 2) ? 0 : log_range(state, 1e-6, 1e-1)));
-        scattered(2, layer, count, state, depth);
-        break;
-    case FAMILY_OUTLIER:
-        edge(side, a, a, state, depth);
-        depth[below(state, count)] = layer[0];
-        break;
-    default:  // FAMILY_BIMODAL
-        noise = log_range(state, 1e-5, 1e-1);
-        scattered(2, layer, count, state, depth);
+    }
+    const int many = 4 + below(state, 13);
+    scattered(family == FAMILY_FOLIAGE ? many
+              : family == FAMILY_THREE ? 3
+                                       : 2,
+              layer, count, state, depth);
+    if (family == FAMILY_BIMODAL) {
+        const double noise = log_range(state, 1e-5, 1e-1);
         for (int k = 0; k < count; k++) {
             depth[k] = depth_of((double)depth[k] + family_range(state, -noise, noise));
         }
+    }
+    if (family == FAMILY_CONTINUUM) {
+        const double low = family_range(state, -1, 1), high = family_range(state, low, 1);
+        for (int k = 0; k < count; k++) depth[k] = depth_of(family_range(state, low, high));
+    }
+}
+
+void family_patch(int family, int side, uint64_t *state, float *depth)
+{
+    switch (family) {
+    case FAMILY_FLAT:
+    case FAMILY_EXACT:
+    case FAMILY_SLOPE:
+    case FAMILY_EDGE:
+    case FAMILY_OUTLIER:
+        surfaces(family, side, state, depth);
+        break;
+    case FAMILY_TWO:
+    case FAMILY_CLOSE:
+        if (below(state, 2)) {
+            surfaces(family, side, state, depth);
+            break;
+        }
+        layers(family, side * side, state, depth);
+        break;
+    default:
+        layers(family, side * side, state, depth);
         break;
     }
 }

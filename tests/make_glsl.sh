@@ -7,6 +7,7 @@
 # The pieces between "// [glsl begin]" and "// [glsl end]" are quoted, one C string a line, between
 #     // [glsl text begin] made by "make glsl", do not edit
 #     // [glsl text end]
+# A header with several texts names them: "// [glsl begin shading]", "// [glsl text begin shading] made ...".
 # GLSL has no typedef, so "typedef struct NAME { ... } NAME;" becomes "struct NAME { ... };"; and it
 # names a struct without the word, so "struct NAME x" becomes "NAME x".
 # Comments stay: a driver's error message then names a line that a reader finds in the C source.
@@ -90,51 +91,70 @@ rewrite()
 
     { source[NR] = $0 }
 
+    # The name in a marker "// [glsl <word> NAME]rest", "" without one; -1 where it is no such marker.
+    function marker(text, word, rest,    start, name)
+    {
+        start = "// [glsl " word
+        if (index(text, start) != 1) return -1
+        name = substr(text, length(start) + 1)
+        if (substr(name, length(name) - length(rest)) != "]" rest) return -1
+        name = substr(name, 1, length(name) - length(rest) - 1)
+        if (name == "") return ""
+        if (name !~ /^ [a-z]+$/) return -1
+        return substr(name, 2)
+    }
+
     END {
         if (failed) exit 1
-        piece = block = lines = pieces = 0
+        made = " made by \"make glsl\", do not edit"
         for (i = 1; i <= NR; i++) {
             text = source[i]
             sub(/^[ \t]+/, "", text)
             sub(/[ \t]+$/, "", text)
-            if (text == "// [glsl begin]") {
+            if ((name = marker(text, "begin", "")) != -1) {
                 if (piece) stop(i, "a piece begins inside the piece of line " piece)
-                if (block && !block_end) stop(i, "a piece begins inside the quoted text")
+                if (block && !ends[block]) stop(i, "a piece begins inside the quoted text")
                 piece = i
-                pieces++
-                if (lines) blanks = 1
-            } else if (text == "// [glsl end]") {
+                piece_name = name
+                pieces[name]++
+                if (lines[name]) blanks = 1
+            } else if (marker(text, "end", "") == "") {
                 if (!piece) stop(i, "a piece ends that did not begin")
                 if (open_struct != "")
                     stop(open_line, "struct " open_struct " is not closed in its piece")
                 piece = 0
-            } else if (text == "// [glsl text begin] made by \"make glsl\", do not edit") {
+            } else if ((name = marker(text, "text begin", made)) != -1) {
                 if (piece) stop(i, "the quoted text begins inside the piece of line " piece)
-                if (block) stop(i, "a second block of quoted text; the first is at line " block)
-                block = i
-                indent = source[i]
-                sub(/[^ \t].*$/, "", indent)
-            } else if (text == "// [glsl text end]") {
-                if (!block || block_end) stop(i, "the quoted text ends where it did not begin")
-                block_end = i
+                if (block && !ends[block]) stop(i, "the quoted text of line " block " is not closed")
+                if (name in block_of) stop(i, "a second block; the first is at line " block_of[name])
+                block = block_of[name] = i
+                name_of[i] = name
+                indent[i] = source[i]
+                sub(/[^ \t].*$/, "", indent[i])
+            } else if (marker(text, "text end", "") == "") {
+                if (!block || ends[block]) stop(i, "the quoted text ends where it did not begin")
+                ends[block] = i
             } else if (text ~ /^\/\/ *\[ *glsl/) {
                 stop(i, "not a marker: " text)
             } else if (piece && text == "") {
                 if (i > piece + 1) blanks++
             } else if (piece) {
-                for (; blanks > 0; blanks--) glsl[++lines] = ""
-                glsl[++lines] = to_glsl(source[i], i)
+                for (; blanks > 0; blanks--) glsl[piece_name, ++lines[piece_name]] = ""
+                glsl[piece_name, ++lines[piece_name]] = to_glsl(source[i], i)
             }
         }
         if (piece) stop(piece, "this piece is not closed by // [glsl end]")
-        if (!pieces) stop(NR, "no piece between // [glsl begin] and // [glsl end]")
-        if (!lines) stop(NR, "the pieces are empty")
-        if (!block) stop(NR, "no line // [glsl text begin] made by \"make glsl\", do not edit")
-        if (!block_end) stop(block, "the quoted text is not closed by // [glsl text end]")
+        if (!block) stop(NR, "no line // [glsl text begin]" made)
+        if (!ends[block]) stop(block, "the quoted text is not closed by // [glsl text end]")
+        for (name in pieces) if (!(name in block_of)) stop(NR, "pieces \"" name "\" without a block")
+        for (name in block_of) if (!lines[name]) stop(block_of[name], "this block has no pieces")
 
-        for (i = 1; i <= block; i++) print source[i]
-        for (i = 1; i <= lines; i++) print indent quote(glsl[i])
-        for (i = block_end; i <= NR; i++) print source[i]
+        for (i = 1; i <= NR; i++) {
+            print source[i]
+            if (!(i in name_of)) continue
+            for (n = 1; n <= lines[name_of[i]]; n++) print indent[i] quote(glsl[name_of[i], n])
+            i = ends[i] - 1
+        }
     }' "$1"
 }
 

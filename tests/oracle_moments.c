@@ -82,7 +82,8 @@ void distribution_bias(distribution *d, int m, const quad even[3], quad alpha)
         distribution_add(d, -quad_sqrt(s), alpha * w / 2);
         distribution_add(d, 0, alpha * (1 - w));
     } else {
-        // The squares are the roots of s^2 - p s + q, orthogonal to 1 and s under moments 1, b2, b4, b6.
+        // The squares are the roots of s^2 - p s + q, orthogonal to 1 and s under moments 1, b2,
+        // b4, b6.
         const quad b2 = even[0], b4 = even[1], b6 = even[2], det = b4 - b2 * b2;
         const quad p = (b6 - b4 * b2) / det, q = (b6 * b2 - b4 * b4) / det;
         const quad r = quad_sqrt(p * p / 4 - q), s1 = p / 2 - r, s2 = p / 2 + r;
@@ -154,11 +155,12 @@ orthogonal orthogonal_of_distribution(int m, const distribution *d)
     return o;
 }
 
-// Elimination on the Hankel matrix: row k becomes E[p_k z^j], whose diagonal holds the squared norms.
+// Elimination on the Hankel matrix: row k becomes E[p_k z^j], whose diagonal holds the squared
+// norms.
 orthogonal orthogonal_of_moments(int m, const quad b[7])
 {
     orthogonal o;
-    quad h[4][4], shift = 0;  // shift: the coefficient of z^(k-1) in p_k, with its sign turned
+    quad h[4][4], shift = 0; // shift: the coefficient of z^(k-1) in p_k, with its sign turned
     memset(&o, 0, sizeof o);
     o.n = m / 2;
     o.rank = o.n + 1;
@@ -171,7 +173,7 @@ orthogonal orthogonal_of_moments(int m, const quad b[7])
             o.rank = o.d[k] > -1e-28L ? k : 0;
             break;
         }
-        if (k == o.n) break;  // a[n] takes the moment after the last
+        if (k == o.n) break; // a[n] takes the moment after the last
         const quad next = h[k][k + 1] / h[k][k];
         o.a[k] = next - shift;
         shift = next;
@@ -229,14 +231,17 @@ points oracle_points(const orthogonal *o, quad z)
     quad p[4][4], c[4] = {0}, x[3];
     memset(&r, 0, sizeof r);
     polynomials_at(o, z, p);
-    if (o->rank <= o->n) {  // the distribution is the only one; z has a share only if it is one of its depths
+    // A singular matrix has one distribution only; z has a share if it is one of its depths.
+    if (o->rank <= o->n) {
         const int count = o->rank > 0 ? oracle_cubic(p[o->rank], x) : 0;
         r.count = 1;
         r.z[0] = z;
         for (int i = 0; i < count; i++) {
             const quad w = share_at(o, o->rank, p, x[i]);
-            if (quad_abs(x[i]) < 1e-16L) r.w[0] = w;
-            else insert_point(&r, z + x[i], w);
+            if (quad_abs(x[i]) < 1e-16L)
+                r.w[0] = w;
+            else
+                insert_point(&r, z + x[i], w);
         }
         return r;
     }
@@ -279,8 +284,8 @@ quad oracle_blocker_depth(const sharp_bounds *s, quad z, quad self_min, quad sel
 
 // ---- cubic ---------------------------------------------------------------------------------
 
-// The root in [low,high], where f changes sign: Newton's method, and bisection where that would leave
-// the bracket or no longer halves its steps (it crawls at multiple roots).
+// The root in [low,high], where f changes sign: Newton's method, and bisection where that would
+// leave the bracket or no longer halves its steps (it crawls at multiple roots).
 static quad bracketed(const quad c[4], quad low, quad high)
 {
     const int falling = value_at(c, low) > 0;
@@ -288,8 +293,10 @@ static quad bracketed(const quad c[4], quad low, quad high)
     for (int i = 0; i < 400; i++) {
         const quad f = value_at(c, x), slope = (3 * c[3] * x + 2 * c[2]) * x + c[1];
         if (f == 0) return x;
-        if ((f > 0) == falling) low = x;
-        else high = x;
+        if ((f > 0) == falling)
+            low = x;
+        else
+            high = x;
         quad next = slope != 0 ? x - f / slope : low;
         const int slow = 2 * quad_abs(next - x) > quad_abs(before);
         if (!(next > low && next < high) || slow) next = (low + high) / 2;
@@ -317,6 +324,23 @@ static quad root_bound(const quad c[4], int degree)
     return bound;
 }
 
+// Where the slope of a polynomial of degree 2 or 3 is zero, ascending.
+static int extrema_of(const quad c[4], int degree, quad extremum[2])
+{
+    if (degree == 2) {
+        extremum[0] = -c[1] / (2 * c[2]);
+        return 1;
+    }
+    const quad middle = -c[2] / (3 * c[3]);
+    const quad disc = middle * middle - c[1] / (3 * c[3]);
+    if (disc < 0) return 0;
+    const quad outer = middle + (middle < 0 ? -quad_sqrt(disc) : quad_sqrt(disc));
+    const quad inner = outer != 0 ? c[1] / (3 * c[3]) / outer : 0;
+    extremum[0] = outer < inner ? outer : inner;
+    extremum[1] = outer < inner ? inner : outer;
+    return 2;
+}
+
 int oracle_cubic(const quad c[4], quad x[3])
 {
     int degree = 3, count = 0;
@@ -328,35 +352,19 @@ int oracle_cubic(const quad c[4], quad x[3])
     }
     // Between and outside of the extrema the polynomial is monotone.
     quad extremum[2];
-    int extrema = 0;
-    if (degree == 2) {
-        extremum[extrema++] = -c[1] / (2 * c[2]);
-    } else {
-        const quad middle = -c[2] / (3 * c[3]);
-        const quad disc = middle * middle - c[1] / (3 * c[3]);
-        if (disc >= 0) {
-            const quad far = middle + (middle < 0 ? -quad_sqrt(disc) : quad_sqrt(disc));
-            const quad near = far != 0 ? c[1] / (3 * c[3]) / far : 0;
-            extremum[0] = far < near ? far : near;
-            extremum[1] = far < near ? near : far;
-            extrema = 2;
-        }
-    }
+    const int extrema = extrema_of(c, degree, extremum);
     const quad bound = root_bound(c, degree);
     for (int i = 0; i <= extrema; i++) {
         const quad low = i > 0 ? extremum[i - 1] : -bound, high = i < extrema ? extremum[i] : bound;
         const quad f = value_at(c, low), g = value_at(c, high);
-        if (i > 0 && f == 0) {  // a double root touches the axis here
+        if (i > 0 && f == 0) { // a double root touches the axis here
             x[count] = low;
             if (count == 0 || x[count - 1] != low) count++;
             if (count < degree) x[count++] = low;
             continue;
         }
-        if (i < extrema && g == 0) continue;  // counted by the next interval
+        if (i < extrema && g == 0) continue; // counted by the next interval
         if ((f < 0) != (g < 0)) x[count++] = bracketed(c, low, high);
-    }
-    if (extrema == 2 && count == 2 && degree == 3) {  // a triple root sits in both extrema
-        if (extremum[0] == extremum[1]) x[count++] = x[0];
     }
     return count;
 }

@@ -1,6 +1,7 @@
-// What the moment math must return, in quad precision and by other ways than the library's: orthogonal
-// polynomials by Stieltjes' procedure from the depths themselves (no moments, no cancellation) or by
-// elimination from a moment vector, their kernel's roots bracketed and bisected.
+// What the moment math must return, in quad precision and by other ways than the library's:
+// orthogonal polynomials by Stieltjes' procedure from the depths themselves (no moments, no
+// cancellation) or by elimination from a moment vector, their kernel's roots bracketed and
+// bisected.
 #ifndef ORACLE_MOMENTS_H
 #define ORACLE_MOMENTS_H
 
@@ -17,25 +18,26 @@ typedef struct distribution {
     quad z[DISTRIBUTION_MAX], w[DISTRIBUTION_MAX];
 } distribution;
 
-// Monic orthogonal polynomials p_{k+1} = (z - a[k]) p_k - d[k]/d[k-1] p_{k-1} with squared norms d[k],
-// d[0] = 1. n = 2 or 3 of them besides p_0; fewer where the distribution has only `rank` depths, whose
-// polynomial p_rank vanishes on all of them. rank is n + 1 in general.
+// Monic orthogonal polynomials p_{k+1} = (z - a[k]) p_k - d[k]/d[k-1] p_{k-1} with squared norms
+// d[k], d[0] = 1. n = 2 or 3 of them besides p_0; fewer where the distribution has only `rank`
+// depths, whose polynomial p_rank vanishes on all of them. rank is n + 1 in general.
 typedef struct orthogonal {
     int n, rank;
     quad a[4], d[4];
 } orthogonal;
 
-// Canonical representation: z[0] is the given depth, the others ascend. A depth at infinity (share 0)
-// is left out.
+// Canonical representation: z[0] is the given depth, the others ascend. A depth at infinity (share
+// 0) is left out.
 typedef struct points {
     int count;
     quad z[4], w[4];
 } points;
 
-// Of visibility; nearer and self are the shares of depth < z and depth == z that make up the bounds.
+// Of visibility; nearer and self are the shares of depth < z and depth == z that make up the
+// bounds.
 typedef struct sharp_bounds {
     quad lower, upper, nearer, self;
-    quad first;  // sum of share times depth over the depths nearer than z
+    quad first; // sum of share times depth over the depths nearer than z
 } sharp_bounds;
 
 quad quad_abs(quad x);

@@ -79,7 +79,7 @@ else
 fi
 if command -v valgrind >/dev/null; then
     section "tests, valgrind" suite release env TEST_SCALE=200 \
-        valgrind -q --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
+        valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
 else
     echo "skip  valgrind: apt-get install valgrind" && skipped=$((skipped + 1))
 fi

@@ -1,13 +1,15 @@
-// How strong must the bias be? Prints the table of safe strengths that mssm.h takes its constants from.
+// How strong must the bias be? Prints the table of safe strengths that mssm.h takes its constants
+// from.
 //     cc -O2 safe_bias.c families.c -lm && ./a.out [patches]
 //
-// Moments b of a distribution have a positive semidefinite Hankel matrix H(b). Storage and arithmetic
-// add an error e whose zeroth entry is 0, and blending to b* with strength alpha repairs it when
+// Moments b of a distribution have a positive semidefinite Hankel matrix H(b). Storage and
+// arithmetic add an error e whose zeroth entry is 0, and blending to b* with strength alpha
+// repairs it when
 //     (1 - alpha) H(e) + alpha H(b*) >= 0        for every error e that can occur,
-// because the rest, (1 - alpha) H(b), never hurts. H is linear, so the vertices of the box of errors
-// are enough: the safe alpha is l/(1+l), l the largest eigenvalue of the pencils (-H(e), H(b*)).
-// That is a proof. The second half of the program samples depth patches through the float32
-// arithmetic and checks the outcome in quad precision: the proof must not be optimistic.
+// because the rest, (1 - alpha) H(b), never hurts. H is linear, so the vertices of the box of
+// errors are enough: the safe alpha is l/(1+l), l the largest eigenvalue of the pencils (-H(e),
+// H(b*)). That is a proof. The second half of the program samples depth patches through the
+// float32 arithmetic and checks the outcome in quad precision: the proof must not be optimistic.
 //
 // All matrices here are in the Chebyshev basis, G[i][j] = E[T_i T_j] = (T_{i+j} + T_{|i-j|}) / 2,
 // a congruence of the Hankel matrix: well scaled, and definite exactly where the other one is.
@@ -24,8 +26,8 @@ __extension__ typedef __float128 quad;
 typedef long double quad;
 #endif
 
-static const double ULP = 1.0 / 16777216;   // relative spacing of float32 below a power of two
-static const double HALF = 1.0 / 33554432;  // largest rounding error of a float32 in [-1,1]
+static const double ULP = 1.0 / 16777216;  // relative spacing of float32 below a power of two
+static const double HALF = 1.0 / 33554432; // largest rounding error of a float32 in [-1,1]
 
 typedef struct matrix {
     double a[4][4];
@@ -140,8 +142,9 @@ static double pencil(int n, const matrix *e, const matrix *root)
 
 // ---- error budgets -------------------------------------------------------------------------
 
-// Errors that can occur together, each up to the given size: of the Chebyshev values, of the powers,
-// and of the share that all of them were scaled by together (a sum of weights that is not quite 1).
+// Errors that can occur together, each up to the given size: of the Chebyshev values, of the
+// powers, and of the share that all of them were scaled by together (a sum of weights that is not
+// quite 1).
 typedef struct budget {
     const char *name;
     double chebyshev[7], power[7], scale;
@@ -154,8 +157,10 @@ static double worst_vertex(int m, const double box[7], int powers, const matrix 
     for (int v = 0; v < 1 << m; v++) {
         double e[7] = {0}, T[7] = {0};
         for (int k = 1; k <= m; k++) e[k] = v >> (k - 1) & 1 ? box[k] : -box[k];
-        if (powers) chebyshev_of_powers(m, e, 0, T);
-        else memcpy(T, e, sizeof T);
+        if (powers)
+            chebyshev_of_powers(m, e, 0, T);
+        else
+            memcpy(T, e, sizeof T);
         const matrix g = gram(m, T, 0);
         const double l = pencil(m / 2 + 1, &g, root);
         worst = l > worst ? l : worst;
@@ -170,7 +175,7 @@ static double safe_alpha(int m, const double even[3], const budget *error)
     matrix root, zeroth;
     memset(&zeroth, 0, sizeof zeroth);
     if (!cholesky(m / 2 + 1, &star, &root)) return 1;
-    zeroth.a[0][0] = -error->scale;  // all values scaled up by 1+s: the zeroth moment lacks s
+    zeroth.a[0][0] = -error->scale; // all values scaled up by 1+s: the zeroth moment lacks s
     const double l = worst_vertex(m, error->chebyshev, 0, &root) +
                      worst_vertex(m, error->power, 1, &root) + pencil(m / 2 + 1, &zeroth, &root);
     return l / (1 + l);
@@ -211,17 +216,18 @@ static budget float_error(const char *name, double size)
     return e;
 }
 
-// A box query of the table as mssm.h does it: rectangle sums become floats (exact where they hold a
-// few texels, one rounding where they hold many), (a f0 + b f2) + f1 by row, the same by column, one
-// product with the inverse area. Worst mix of shares: 3 x 3 texels with full weights, 5.7 roundings.
-// They are relative to T in a signed table, and to (T+1)/2 in an unsigned one. The decode to powers
-// is counted operation by operation: b2 one sum; b3 a product and a sum; b4 two sums, one of them
-// half as large; and so on.
+// A box query of the table as mssm.h does it: rectangle sums become floats (exact where they hold
+// a few texels, one rounding where they hold many), (a f0 + b f2) + f1 by row, the same by column,
+// one product with the inverse area. Worst mix of shares: 3 x 3 texels with full weights, 5.7
+// roundings. They are relative to T in a signed table, and to (T+1)/2 in an unsigned one. The
+// decode to powers is counted operation by operation: b2 one sum; b3 a product and a sum; b4 two
+// sums, one of them half as large; and so on.
 static budget table_error(const char *name, int is_signed, int powers)
 {
     static const double decode[7] = {0, 0, 1, 2, 1.5, 3.5, 3.6};
     const double integer = 0.5 * 729 / (is_signed ? 2147483647.0 : 2147483647.5);
-    budget e = chebyshev_error(name, integer + 6 * ULP * (is_signed ? 1 : 2) + (is_signed ? 0 : HALF));
+    budget e =
+        chebyshev_error(name, integer + 6 * ULP * (is_signed ? 1 : 2) + (is_signed ? 0 : HALF));
     for (int k = 1; k <= 6; k++) e.power[k] = powers ? decode[k] * HALF : 0;
     add_blend(powers ? e.power : e.chebyshev);
     return e;
@@ -253,7 +259,8 @@ static void print_proofs(void)
     rows[count++] = power_error("amplification, powers, odd as (b+1)/2, even as they are", 1e-9);
     for (int k = 1; k <= 5; k += 2) rows[1].power[k] = 2e-9;
     rows[count++] = float_error("float32, stored once (2^-25) and blended", HALF);
-    rows[count++] = power_error("float32, averaged in float32 and blended (2^-22 in all)", 8 * HALF);
+    rows[count++] =
+        power_error("float32, averaged in float32 and blended (2^-22 in all)", 8 * HALF);
     rows[count++] = chebyshev_error("16 bit, one rounding", 1 / 65535.0);
     rows[count++] = chebyshev_error("16 bit, resolve and 2 blur passes", 3 / 65535.0);
     rows[count++] = chebyshev_error("u32 table, 27 x 27, integer part", 0.5 * 729 / 2147483647.5);
@@ -275,7 +282,8 @@ static void print_proofs(void)
         printf("    %-22s %.3g\n", vectors[v].name,
                1e9 * safe_alpha(vectors[v].moments, vectors[v].even, &e));
     }
-    printf("\npivots of b*: b2, b4 - b2^2, b6 - b4^2/b2; a pivot's floor is alpha/2 times its own\n");
+    printf(
+        "\npivots of b*: b2, b4 - b2^2, b6 - b4^2/b2; a pivot's floor is alpha/2 times its own\n");
     for (int v = 0; v < VECTORS; v++) {
         const double *b = vectors[v].even;
         printf("    %-22s %.6g %.6g", vectors[v].name, b[0], b[1] - b[0] * b[0]);
@@ -286,11 +294,20 @@ static void print_proofs(void)
 
 // ---- sampling ------------------------------------------------------------------------------
 
-enum { FLOAT_STORED, FLOAT_AVERAGED, SIXTEEN_ONE, SIXTEEN_THREE, U32_POWERS, S32_POWERS,
-       U32_CHEBYSHEV, S32_CHEBYSHEV, FORMATS };
+enum {
+    FLOAT_STORED,
+    FLOAT_AVERAGED,
+    SIXTEEN_ONE,
+    SIXTEEN_THREE,
+    U32_POWERS,
+    S32_POWERS,
+    U32_CHEBYSHEV,
+    S32_CHEBYSHEV,
+    FORMATS
+};
 static const char *const format_names[FORMATS] = {
-    "float32, stored once", "float32, averaged in float32", "16 bit, one rounding",
-    "16 bit, three roundings", "u32 table, unsigned, powers", "u32 table, signed, powers",
+    "float32, stored once",           "float32, averaged in float32", "16 bit, one rounding",
+    "16 bit, three roundings",        "u32 table, unsigned, powers",  "u32 table, signed, powers",
     "u32 table, unsigned, Chebyshev", "u32 table, signed, Chebyshev"};
 
 // What reaches the bias: powers b[1..6] or Chebyshev values T[1..6], in float32.
@@ -445,8 +462,10 @@ static int is_valid(int m, const received *r, const double even[3], float alpha)
 {
     const double powers[7] = {1, 0, even[0], 0, even[1], 0, even[2]};
     double star[7] = {1, 0, 0, 0, 0, 0, 0};
-    if (r->chebyshev) chebyshev_of_powers(m, powers, 1, star);
-    else memcpy(star, powers, sizeof star);
+    if (r->chebyshev)
+        chebyshev_of_powers(m, powers, 1, star);
+    else
+        memcpy(star, powers, sizeof star);
     quad x[7] = {1, 0, 0, 0, 0, 0, 0}, a[4][4];
     for (int k = 1; k <= m; k++) {
         const float blended = r->x[k] + alpha * ((float)star[k] - r->x[k]);

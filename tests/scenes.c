@@ -251,45 +251,73 @@ static void slats(scene *s)
     scene_add_box(s, 0, 1, -0.9, 1.5, 1, 0.05);
 }
 
+static void box_on_ground(scene *s)
+{
+    ground(s);
+    scene_add_box(s, 0, 0.5, 0, 0.6, 0.5, 0.4);
+    scene_add_box(s, 1.3, 0.15, 0.8, 0.15, 0.15, 0.15);
+}
+
+static void near_and_far(scene *s)
+{
+    scene_add_sphere(s, 0.1, 0.25, 0.1, 0.2);
+    scene_add_box(s, -0.5, 2.6, 0, 0.7, 0.05, 1);
+    scene_add_sphere(s, 0.9, 0.6, -0.4, 0.15);
+}
+
+static void wall_and_column(scene *s)
+{
+    ground(s);
+    scene_add_box(s, -0.2, 1.2, -1.2, 1.8, 1.2, 0.1);
+    scene_add_box(s, 0.8, 0.8, 0.4, 0.12, 0.8, 0.12);
+    scene_add_sphere(s, -0.8, 0.3, 0.5, 0.3);
+}
+
 void scene_make(scene *s, int which)
 {
-    static const char *const names[SCENE_COUNT] = {
-        "solids",           "cloud of spheres", "crossed grids", "box on the ground", "thin plates",
-        "near and far",     "foliage",          "wall and column", "curved",          "slats"};
+    static const struct {
+        const char *name;
+        double sun[3];
+    } kinds[SCENE_COUNT] = {
+        {"solids", {0.3, 1, 0.45}},        {"cloud of spheres", {0.3, 1, 0.45}},
+        {"crossed grids", {0.3, 1, 0.45}}, {"box on the ground", {0.3, 1, 0.45}},
+        {"thin plates", {0.3, 1, 0.45}},   {"near and far", {0.3, 1, 0.45}},
+        {"foliage", {0.3, 1, 0.45}},       {"wall and column", {0.4, 0.9, -0.5}},
+        {"curved", {0.5, 0.8, 0.3}},       {"slats", {0.2, 0.6, 0.8}}};
     uint64_t state = UINT64_C(0x9e3779b97f4a7c15) + (uint64_t)which;
     memset(s, 0, sizeof *s);
-    s->name = names[which];
-    set(s->sun, 0.3, 1, 0.45);
+    s->name = kinds[which].name;
+    memcpy(s->sun, kinds[which].sun, sizeof s->sun);
     switch (which) {
-    case 0: solids(s); break;
-    case 1: cloud_of_spheres(s, &state); break;
-    case 2: crossed_grids(s); break;
+    case 0:
+        solids(s);
+        break;
+    case 1:
+        cloud_of_spheres(s, &state);
+        break;
+    case 2:
+        crossed_grids(s);
+        break;
     case 3:
-        ground(s);
-        scene_add_box(s, 0, 0.5, 0, 0.6, 0.5, 0.4);
-        scene_add_box(s, 1.3, 0.15, 0.8, 0.15, 0.15, 0.15);
+        box_on_ground(s);
         break;
-    case 4: thin_plates(s); break;
+    case 4:
+        thin_plates(s);
+        break;
     case 5:
-        scene_add_sphere(s, 0.1, 0.25, 0.1, 0.2);
-        scene_add_box(s, -0.5, 2.6, 0, 0.7, 0.05, 1);
-        scene_add_sphere(s, 0.9, 0.6, -0.4, 0.15);
+        near_and_far(s);
         break;
-    case 6: foliage(s, &state); break;
+    case 6:
+        foliage(s, &state);
+        break;
     case 7:
-        ground(s);
-        scene_add_box(s, -0.2, 1.2, -1.2, 1.8, 1.2, 0.1);
-        scene_add_box(s, 0.8, 0.8, 0.4, 0.12, 0.8, 0.12);
-        scene_add_sphere(s, -0.8, 0.3, 0.5, 0.3);
-        set(s->sun, 0.4, 0.9, -0.5);
+        wall_and_column(s);
         break;
     case 8:
         curved(s);
-        set(s->sun, 0.5, 0.8, 0.3);
         break;
     default:
         slats(s);
-        set(s->sun, 0.2, 0.6, 0.8);
         break;
     }
     scene_finish(s);
@@ -357,7 +385,8 @@ void scene_depth(const scene *s, const mssm_light *light, int side, int samples,
         // A rank-1 lattice: evenly spread for any number of samples, the centre for one.
         const int texel = i / samples, n = i % samples;
         const double dx = (n + 0.5) / samples, dy = fmod(0.5 + n * 0.6180339887498949, 1);
-        const double x = -1 + 2 * (texel % side + dx) / side, y = -1 + 2 * (texel / side + dy) / side;
+        const double x = -1 + 2 * (texel % side + dx) / side,
+                     y = -1 + 2 * (texel / side + dy) / side;
         double origin[3], ray[3], first = z_far, last = z_far;
         shadow_ray(light, x, y, origin, ray);
         for (int j = 0; j < s->count; j++) {

@@ -14,8 +14,8 @@ typedef enum shape_kind { SHAPE_SPHERE, SHAPE_BOX, SHAPE_DISC } shape_kind;
 typedef struct shape {
     shape_kind kind;
     double centre[3];
-    double axis[3][3];  // unit; the box's edges, axis[2] is the disc's normal
-    double half[3];     // the box's half-sizes; half[0] is the radius of spheres and discs
+    double axis[3][3]; // unit; the box's edges, axis[2] is the disc's normal
+    double half[3];    // the box's half-sizes; half[0] is the radius of spheres and discs
 } shape;
 
 // What casts shadows; receivers are where scene_receiver puts them.

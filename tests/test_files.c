@@ -2,6 +2,7 @@
 #include "test.h"
 
 #include "../examples/common/image.h"
+#include "../examples/common/options.h"
 #include "../examples/common/png.h"
 #include "../examples/common/probe.h"
 #include "../examples/common/raster.h"
@@ -21,7 +22,10 @@ typedef struct bytes {
     size_t size;
 } bytes;
 
-static void put(bytes *b, int byte) { b->at[b->size++] = (unsigned char)byte; }
+static void put(bytes *b, int byte)
+{
+    b->at[b->size++] = (unsigned char)byte;
+}
 
 static void put_text(bytes *b, const char *text)
 {
@@ -66,7 +70,8 @@ static void pfm_keeps_values(void)
         if (!im.rgb) return;
         for (int i = 0; i < 18; i++) {
             // The file's first row is the lowest.
-            const int x = i / 3 % 3, y = 1 - i / 9, k = grey ? (y * 3 + x) : (y * 3 + x) * 3 + i % 3;
+            const int x = i / 3 % 3, y = 1 - i / 9,
+                      k = grey ? (y * 3 + x) : (y * 3 + x) * 3 + i % 3;
             const float want = k % 5 == 4 ? (float)k : value[k % 5];
             CHECK(!memcmp(&im.rgb[i], &want, sizeof want), "kind %d, value %d: %g for %g", kind, i,
                   (double)im.rgb[i], (double)want);
@@ -130,8 +135,10 @@ static void make_hdr(bytes *b, int coding, const char *sizes)
     put_text(b, "#?RADIANCE\n# made by a test\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=1\n\n");
     put_text(b, sizes);
     for (int y = 0; y < HDR_HEIGHT; y++) {
-        if (coding == 1) put_row_old(b, y);
-        else if (coding == 2) put_row_new(b, y);
+        if (coding == 1)
+            put_row_old(b, y);
+        else if (coding == 2)
+            put_row_new(b, y);
         for (int x = 0; coding == 0 && x < HDR_WIDTH; x++) {
             unsigned char p[4];
             hdr_pixel(x, y, p);
@@ -147,9 +154,10 @@ static void hdr_codings_agree(void)
         const bool flip_x = kind == 3, flip_y = kind == 4;
         image im;
         message why = {{0}};
-        make_hdr(&b, kind < 3 ? kind : 2, flip_x   ? "-Y 5 -X 19\n"
-                                          : flip_y ? "+Y 5 +X 19\n"
-                                                   : "-Y 5 +X 19\n");
+        make_hdr(&b, kind < 3 ? kind : 2,
+                 flip_x   ? "-Y 5 -X 19\n"
+                 : flip_y ? "+Y 5 +X 19\n"
+                          : "-Y 5 +X 19\n");
         CHECK(decode_exact(&im, b.at, b.size, &why), "kind %d: %s", kind, why.text);
         if (!im.rgb) continue;
         CHECK(im.width == HDR_WIDTH && im.height == HDR_HEIGHT, "%d x %d", im.width, im.height);
@@ -193,19 +201,38 @@ static void truncated_pictures_are_refused(void)
 static void hostile_headers_are_refused(void)
 {
     const char *text[] = {
-        "", "P", "PF", "PF\n", "P6\n2 2\n255\nabcdefghijkl", "PF\n-1 2\n-1\n", "PF\n0 1\n-1\n",
-        "PF\n2147483647 2147483647\n-1\n", "PF\n99999999999999999999 1\n-1\n", "PF\n1 1\n0\nabcdefghijkl",
-        "PF\n1 1\nnan\nabcdefghijkl", "PF\n1 1\nx\nabcdefghijkl", "PF\n1x 1\n-1\nabcdefghijkl",
-        "PF\n32768 32768\n-1\nabc", "#?", "#?RADIANCE\n", "#?RADIANCE\n\n", "#?RADIANCE\n\n-Y\n",
-        "#?RADIANCE\n\n-Y 1 +X 99999999\n", "#?RADIANCE\n\n-Y 32768 +X 32768\n\1\1\1\377",
-        "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd", "#?RADIANCE\n\n+X 1 -Y 1\nabcd",
-        "#?RADIANCE\n\n-Y 1 +X 1\n\1\1\1\1", "#?RADIANCE\n\n-Y 1 +X 9\nabcd\1\1\1\377",
-        "#?RADIANCE\n\n-Y 1 +X 8\n\2\2\1\1", "#?RADIANCE\n\n?Y 1 ?X 1\nabcd",
+        "",
+        "P",
+        "PF",
+        "PF\n",
+        "P6\n2 2\n255\nabcdefghijkl",
+        "PF\n-1 2\n-1\n",
+        "PF\n0 1\n-1\n",
+        "PF\n2147483647 2147483647\n-1\n",
+        "PF\n99999999999999999999 1\n-1\n",
+        "PF\n1 1\n0\nabcdefghijkl",
+        "PF\n1 1\nnan\nabcdefghijkl",
+        "PF\n1 1\nx\nabcdefghijkl",
+        "PF\n1x 1\n-1\nabcdefghijkl",
+        "PF\n32768 32768\n-1\nabc",
+        "#?",
+        "#?RADIANCE\n",
+        "#?RADIANCE\n\n",
+        "#?RADIANCE\n\n-Y\n",
+        "#?RADIANCE\n\n-Y 1 +X 99999999\n",
+        "#?RADIANCE\n\n-Y 32768 +X 32768\n\1\1\1\377",
+        "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd",
+        "#?RADIANCE\n\n+X 1 -Y 1\nabcd",
+        "#?RADIANCE\n\n-Y 1 +X 1\n\1\1\1\1",
+        "#?RADIANCE\n\n-Y 1 +X 9\nabcd\1\1\1\377",
+        "#?RADIANCE\n\n-Y 1 +X 8\n\2\2\1\1",
+        "#?RADIANCE\n\n?Y 1 ?X 1\nabcd",
     };
     for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
         image im;
         message why = {{0}};
-        const bool decoded = decode_exact(&im, (const unsigned char *)text[i], strlen(text[i]), &why);
+        const bool decoded =
+            decode_exact(&im, (const unsigned char *)text[i], strlen(text[i]), &why);
         CHECK(!decoded && !im.rgb && why.text[0], "header %d passed", (int)i);
         if (decoded) image_free(&im);
     }
@@ -214,7 +241,8 @@ static void hostile_headers_are_refused(void)
 static void damaged_files_do_no_harm(void)
 {
     static bytes b;
-    const char obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1e3\nf 1 2 3\nf -1/2/3 -2//1 1/1 4\n# end\n";
+    const char obj[] =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1e3\nf 1 2 3\nf -1/2/3 -2//1 1/1 4\n# end\n";
     const uint64_t seed = 20;
     uint64_t random = seed;
     int passed = 0;
@@ -222,8 +250,10 @@ static void damaged_files_do_no_harm(void)
     for (int trial = 0; trial < trials; trial++) {
         const int kind = trial % 4;
         message why;
-        if (kind < 3) make_hdr(&b, kind, "-Y 5 +X 19\n");
-        else memcpy(b.at, obj, b.size = sizeof obj - 1);
+        if (kind < 3)
+            make_hdr(&b, kind, "-Y 5 +X 19\n");
+        else
+            memcpy(b.at, obj, b.size = sizeof obj - 1);
         for (int i = 0; i < 1 + trial / 4 % 6; i++) {
             b.at[test_random(&random) % b.size] = (unsigned char)test_random(&random);
         }
@@ -261,6 +291,36 @@ static void missing_files_are_named(void)
     CHECK(!probe_load(&p, "/nowhere/at.pfm", 0, &why), "loaded");
     CHECK(!image_save_png(&(image){1, 1, (float[3]){0}}, 1, "/nowhere/at.png", &why), "saved");
     CHECK(strstr(why.text, "/nowhere/at.png") != NULL, "\"%s\"", why.text);
+}
+
+static void options_are_checked(void)
+{
+    // A value of "-" stands for none.
+    char bad[][2][24] = {
+        {"--light", "3"},       {"--lights", "-"},       {"--lights", "0"},
+        {"--lights", "3x"},     {"--lights", "1e3"},     {"--lights", "99999999999999999999"},
+        {"--tolerance", "nan"}, {"--tolerance", "-1"},   {"--size", "100"},
+        {"--size", "0x100"},    {"--size", "100x100x1"}, {"--size", "x"},
+        {"--moments", "5"},     {"--moments", ""},       {"--estimator", "best"},
+        {"--probe", "-"},       {"--orbit", "0"},        {"--faces", "back"},
+        {"picture.hdr", "-"},
+    };
+    options o;
+    message why;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        char *arguments[3] = {(char[]){"demo"}, bad[i][0], bad[i][1]};
+        why.text[0] = 0;
+        CHECK(!options_parse(&o, bad[i][1][0] != '-' ? 3 : 2, arguments, &why), "%s passed",
+              bad[i][0]);
+        CHECK(why.text[0] && !strchr(why.text, '\n'), "%s: \"%s\"", bad[i][0], why.text);
+    }
+    char words[][12] = {"demo", "--size",      "640x360", "--moments",
+                        "4",    "--estimator", "upper",   "--truth"};
+    char *arguments[8];
+    for (int i = 0; i < 8; i++) arguments[i] = words[i];
+    CHECK(options_parse(&o, 8, arguments, &why), "%s", why.text);
+    CHECK(o.width == 640 && o.height == 360 && o.moments == 4 && o.estimator == 2, "values");
+    CHECK(o.truth == TRUTH_PROBE && o.lights == 64 && !o.probe && !o.help, "defaults");
 }
 
 // ---- Pictures out: a decoder of its own as the oracle
@@ -304,13 +364,14 @@ static unsigned take_symbol(bits *in)
 
 static size_t inflate_fixed(bits *in, unsigned char *out, size_t room)
 {
-    static const unsigned length_base[29] = {3,  4,  5,  6,  7,  8,  9,  10, 11,  13,  15,  17,  19,  23, 27,
-                                             31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258};
+    static const unsigned length_base[29] = {3,  4,  5,  6,   7,   8,   9,   10,  11, 13,
+                                             15, 17, 19, 23,  27,  31,  35,  43,  51, 59,
+                                             67, 83, 99, 115, 131, 163, 195, 227, 258};
     static const int length_bits[29] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2,
                                         2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 0};
-    static const unsigned distance_base[30] = {1,   2,   3,   4,   5,   7,    9,    13,   17,   25,
-                                               33,  49,  65,  97,  129, 193,  257,  385,  513,  769,
-                                               1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385, 24577};
+    static const unsigned distance_base[30] = {
+        1,   2,   3,   4,   5,   7,    9,    13,   17,   25,   33,   49,   65,    97,    129,
+        193, 257, 385, 513, 769, 1025, 1537, 2049, 3073, 4097, 6145, 8193, 12289, 16385, 24577};
     size_t size = 0;
     if (take(in, 3) != 3) in->failed = true;
     while (!in->failed) {
@@ -382,7 +443,8 @@ static unsigned char *decode_png(const unsigned char *png, size_t size, int widt
                 a = (a + lines[i]) % 65521;
                 b = (b + a) % 65521;
             }
-            right = right && !in.failed && in.at == in.end && (b << 16 | a) == word_at(data + length - 4);
+            right = right && !in.failed && in.at == in.end &&
+                    (b << 16 | a) == word_at(data + length - 4);
         }
         ended = !memcmp(data - 4, "IEND", 4);
         at += length + 12;
@@ -428,7 +490,8 @@ static void png_decodes_to_its_pixels(void)
         CHECK(back && !memcmp(back, pixels, count), "kind %d, %d x %d", kind, width, height);
         // Noise grows, by a ninth bit for half its bytes; everything else must shrink.
         const size_t most = kind == 2 ? count * 11 / 10 : count * 2 / 5;
-        CHECK(count < 100000 || size < most, "kind %d: %d of %d bytes", kind, (int)size, (int)count);
+        CHECK(count < 100000 || size < most, "kind %d: %d of %d bytes", kind, (int)size,
+              (int)count);
         free(pixels);
         free(png);
         free(back);
@@ -441,9 +504,11 @@ static void tone_curve_is_total(void)
     unsigned char out[18];
     const image im = {6, 1, rgb};
     image_tonemap(&im, 1, out);
-    CHECK(out[0] == 0 && out[1] == 0 && out[2] == 0 && out[4] == 0 && out[6] == 0, "black is not black");
+    CHECK(out[0] == 0 && out[1] == 0 && out[2] == 0 && out[4] == 0 && out[6] == 0,
+          "black is not black");
     CHECK(out[3] == 255 && out[5] == 255, "infinity is %d, 1e38 is %d", out[3], out[5]);
-    for (int i = 7; i < 12; i++) CHECK(out[i] < out[i + 1] || out[i] == 255, "not monotone at %d", i);
+    for (int i = 7; i < 12; i++)
+        CHECK(out[i] < out[i + 1] || out[i] == 255, "not monotone at %d", i);
     for (int i = 14; i < 18; i++) rgb[i] = NAN;
     CHECK(isfinite(image_exposure(&im)), "exposure is not finite");
 }
@@ -454,12 +519,18 @@ static void tone_curve_is_total(void)
 static vec3 convention(int face, float s, float t)
 {
     switch (face) {
-    case 0: return vec(1, -t, -s);
-    case 1: return vec(-1, -t, s);
-    case 2: return vec(s, 1, t);
-    case 3: return vec(s, -1, -t);
-    case 4: return vec(s, -t, 1);
-    default: return vec(-s, -t, -1);
+    case 0:
+        return vec(1, -t, -s);
+    case 1:
+        return vec(-1, -t, s);
+    case 2:
+        return vec(s, 1, t);
+    case 3:
+        return vec(s, -1, -t);
+    case 4:
+        return vec(s, -t, 1);
+    default:
+        return vec(-s, -t, -1);
     }
 }
 
@@ -473,16 +544,21 @@ static void directions_follow_the_convention(void)
         float back_s, back_t;
         const vec3 d = convention(face, s, t);
         CHECK(vec_length(vec_sub(probe_direction(face, s, t), d)) == 0, "face %d", face);
-        const int back = probe_locate(vec_scale(d, (float)test_range(&random, 0.1, 10)), &back_s, &back_t);
+        const int back =
+            probe_locate(vec_scale(d, (float)test_range(&random, 0.1, 10)), &back_s, &back_t);
         CHECK(back == face && fabsf(back_s - s) < 1e-5f && fabsf(back_t - t) < 1e-5f,
-              "face %d %g %g came back as %d %g %g", face, (double)s, (double)t, back, (double)back_s,
-              (double)back_t);
+              "face %d %g %g came back as %d %g %g", face, (double)s, (double)t, back,
+              (double)back_s, (double)back_t);
     }
 }
 
-static double density(double s, double t) { return pow(1 + s * s + t * t, -1.5); }
+static double density(double s, double t)
+{
+    return pow(1 + s * s + t * t, -1.5);
+}
 
-// The integral of radiance, with 8 x 8 points a texel. moment, unless NULL, gets that of the direction.
+// The integral of radiance, with 8 x 8 points a texel. moment, unless NULL, gets that of the
+// direction.
 static double flux(const probe *p, int channel, double moment[3])
 {
     double sum = 0;
@@ -516,7 +592,8 @@ static void lat_long_keeps_constants(void)
         image_create(&im, sizes[k][0], sizes[k][0] / 2);
         for (int i = 0; i < 3 * im.width * im.height; i++) im.rgb[i] = 2.5f;
         CHECK(probe_from_image(&p, &im, sizes[k][1], &why), "%s", why.text);
-        for (int i = 0; i < 18 * p.side * p.side; i++) worst = fmaxf(worst, fabsf(p.texels[i] - 2.5f));
+        for (int i = 0; i < 18 * p.side * p.side; i++)
+            worst = fmaxf(worst, fabsf(p.texels[i] - 2.5f));
         CHECK(worst < 1e-5f, "width %d: off by %g", im.width, (double)worst);
         const double total = flux(&p, 1, NULL);
         CHECK(fabs(total / (10 * PI) - 1) < 1e-4, "width %d: flux %g", im.width, total);
@@ -540,13 +617,14 @@ static void lat_long_keeps_single_pixels(void)
         // Documented: the middle column looks along -Z, a quarter to its right is +X.
         const double azimuth = 2 * PI * ((place[k][0] + 0.5) / 128 - 0.5);
         const double polar = PI * (place[k][1] + 0.5) / 64;
-        const double want = 1000 * 2 * PI / 128 *
-                            (cos(PI * place[k][1] / 64) - cos(PI * (place[k][1] + 1) / 64));
+        const double want =
+            1000 * 2 * PI / 128 * (cos(PI * place[k][1] / 64) - cos(PI * (place[k][1] + 1) / 64));
         const double got = flux(&p, 1, moment);
         CHECK(fabs(got / want - 1) < 3e-3, "pixel %d: %g for %g", k, got, want);
-        const double along = (moment[0] * sin(polar) * sin(azimuth) + moment[1] * cos(polar) -
-                              moment[2] * sin(polar) * cos(azimuth)) /
-                             sqrt(moment[0] * moment[0] + moment[1] * moment[1] + moment[2] * moment[2]);
+        const double along =
+            (moment[0] * sin(polar) * sin(azimuth) + moment[1] * cos(polar) -
+             moment[2] * sin(polar) * cos(azimuth)) /
+            sqrt(moment[0] * moment[0] + moment[1] * moment[1] + moment[2] * moment[2]);
         CHECK(along > 0.9995, "pixel %d is %.2f degrees off", k, acos(along) * 180 / PI);
         image_free(&im);
         probe_free(&p);
@@ -575,8 +653,7 @@ static void turning_moves_light(void)
 {
     probe p, turned;
     uint64_t random = 9;
-    probe_create(&p, 16);
-    probe_create(&turned, 16);
+    CHECK(probe_create(&p, 16) && probe_create(&turned, 16), "no memory");
     for (int i = 0; i < 3 * 6 * 256; i++) p.texels[i] = (float)pow(test_uniform(&random), 8);
     for (int k = 0; k < 12; k++) {
         const float angle = k < 4 ? 0.5f * (float)PI * (float)k : (float)test_range(&random, -7, 7);
@@ -584,8 +661,10 @@ static void turning_moves_light(void)
         const double sum = flux(&p, 0, before);
         CHECK(probe_rotate(&turned, &p, angle), "no memory");
         const double turned_sum = flux(&turned, 0, after);
-        CHECK(fabs(turned_sum / sum - 1) < 2e-3, "angle %g: flux times %g", (double)angle, turned_sum / sum);
-        const vec3 want = vec_turn(vec((float)before[0], (float)before[1], (float)before[2]), angle);
+        CHECK(fabs(turned_sum / sum - 1) < 2e-3, "angle %g: flux times %g", (double)angle,
+              turned_sum / sum);
+        const vec3 want =
+            vec_turn(vec((float)before[0], (float)before[1], (float)before[2]), angle);
         const vec3 off = vec_sub(vec((float)after[0], (float)after[1], (float)after[2]), want);
         CHECK((double)vec_length(off) < 2e-3 * sum, "angle %g: off by %g of %g", (double)angle,
               (double)vec_length(off), sum);
@@ -598,9 +677,30 @@ static void turning_moves_light(void)
         const int face = probe_locate(vec_turn(convention(4, u, v), 0.5f * (float)PI), &s, &t);
         const int x = (int)((s + 1) * 8), y = (int)((t + 1) * 8);
         CHECK(face == 0, "face %d", face);
-        CHECK(fabsf(turned.texels[3 * ((face * 16 + y) * 16 + x)] - p.texels[3 * (4 * 256 + i)]) < 1e-4f,
+        CHECK(fabsf(turned.texels[3 * ((face * 16 + y) * 16 + x)] - p.texels[3 * (4 * 256 + i)]) <
+                  1e-4f,
               "texel %d", i);
     }
+    probe_free(&p);
+    probe_free(&turned);
+}
+
+static void broken_texels_stay_alone(void)
+{
+    probe p, turned;
+    int dark = 0;
+    CHECK(probe_create(&p, 8) && probe_create(&turned, 8), "no memory");
+    for (int i = 0; i < 18 * 64; i++) p.texels[i] = 1;
+    p.texels[3 * (4 * 64 + 27)] = NAN;
+    p.texels[3 * (1 * 64 + 7)] = INFINITY;
+    CHECK(probe_rotate(&turned, &p, 0), "no memory");
+    CHECK(!memcmp(p.texels, turned.texels, sizeof(float) * 18 * 64), "turning by nothing changes");
+    CHECK(probe_rotate(&turned, &p, 0.3f), "no memory");
+    for (int i = 0; i < 18 * 64; i++) {
+        CHECK(turned.texels[i] >= 0 && turned.texels[i] < 1.001f, "texel %d", i / 3);
+        dark += turned.texels[i] < 0.999f;
+    }
+    CHECK(dark >= 2 && dark <= 18, "%d values are darker", dark);
     probe_free(&p);
     probe_free(&turned);
 }
@@ -612,8 +712,10 @@ static void strips_round_trip(void)
     message why;
     CHECK(probe_default(&p, 24) && probe_to_image(&p, &im), "no memory");
     CHECK(probe_from_image(&back, &im, 0, &why), "%s", why.text);
-    CHECK(back.side == 24 && !memcmp(p.texels, back.texels, sizeof(float) * 18 * 24 * 24), "changed");
-    for (int i = 0; i < 18 * 24 * 24; i++) CHECK(p.texels[i] >= 0 && isfinite(p.texels[i]), "%d", i);
+    CHECK(back.side == 24 && !memcmp(p.texels, back.texels, sizeof(float) * 18 * 24 * 24),
+          "changed");
+    for (int i = 0; i < 18 * 24 * 24; i++)
+        CHECK(p.texels[i] >= 0 && isfinite(p.texels[i]), "%d", i);
     image_free(&im);
     probe_free(&p);
     probe_free(&back);
@@ -625,13 +727,15 @@ static void obj_edge_cases(void)
 {
     const struct {
         const char *text;
-        int vertices, triangles;  // 0 triangles: refused
+        int vertices, triangles; // 0 triangles: refused
     } cases[] = {
         {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", 3, 1},
         {"v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1/1/1 2//2 3/3\r\n", 3, 1},
         {"v 0 0 0 1\nv 1 0 0 0.5 0.5 0.5\nv 0 1 0\nv 1 1 0\nv .5 2 0\nf -5 -4 -3 -2 -1\n", 5, 3},
         {"f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", 3, 1},
-        {"  # c\n\tv 0 0 0\nvn 1 0 0\nvt 0 0\nv 1 0 0\no x\ng y\nusemtl z\nv 0 1e2 0\n f 3 2 1 # c\n", 3, 1},
+        {"  # c\n\tv 0 0 0\nvn 1 0 0\nvt 0 0\nv 1 0 0\no x\ng y\nusemtl z\nv 0 1e2 0\n f 3 2 1 # "
+         "c\n",
+         3, 1},
         {"", 0, 0},
         {"v 0 0 0\n", 0, 0},
         {"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
@@ -718,7 +822,8 @@ static void default_scene_is_closed(void)
 
 static vec3 random_direction(uint64_t *random)
 {
-    const double z = test_range(random, -1, 1), a = test_range(random, 0, 2 * PI), r = sqrt(1 - z * z);
+    const double z = test_range(random, -1, 1), a = test_range(random, 0, 2 * PI),
+                 r = sqrt(1 - z * z);
     return vec((float)(r * cos(a)), (float)(r * sin(a)), (float)z);
 }
 
@@ -727,7 +832,8 @@ static void orthographic(const scene *s, vec3 towards, float m[16])
 {
     const vec3 centre = vec_scale(vec_add(s->low, s->high), 0.5f);
     const float size = 0.5f * vec_length(vec_sub(s->high, s->low));
-    const vec3 u = vec_unit(vec_cross(fabsf(towards.y) < 0.9f ? vec(0, 1, 0) : vec(1, 0, 0), towards));
+    const vec3 u =
+        vec_unit(vec_cross(fabsf(towards.y) < 0.9f ? vec(0, 1, 0) : vec(1, 0, 0), towards));
     const vec3 row[4] = {vec_scale(u, 1 / size), vec_scale(vec_cross(towards, u), 1 / size),
                          vec_scale(towards, -1 / size), vec(0, 0, 0)};
     for (int k = 0; k < 4; k++) {
@@ -773,9 +879,11 @@ static void depth_maps_agree_with_rays(void)
         const vec3 d = random_direction(&random);
         orthographic(&s, d, m);
         const raster_frustum frustum = {m, false, 0, 0};
-        CHECK(raster_depth(&s, &frustum, back ? RASTER_BACK : RASTER_FRONT, SIDE, samples, depth), "memory");
+        CHECK(raster_depth(&s, &frustum, back ? RASTER_BACK : RASTER_FRONT, SIDE, samples, depth),
+              "memory");
         const float size2 = 1 / (m[0] * m[0] + m[4] * m[4] + m[8] * m[8]);
-        const vec3 u = vec_scale(vec(m[0], m[4], m[8]), size2), v = vec_scale(vec(m[1], m[5], m[9]), size2);
+        const vec3 u = vec_scale(vec(m[0], m[4], m[8]), size2),
+                   v = vec_scale(vec(m[1], m[5], m[9]), size2);
         const vec3 w = vec_scale(vec(m[2], m[6], m[10]), size2);
         const vec3 centre = vec_scale(vec_add(s.low, s.high), 0.5f);
         int off = 0, tried = 0;
@@ -785,7 +893,8 @@ static void depth_maps_agree_with_rays(void)
             const float x = 2 * ((float)(i / samples % SIDE) + px) / SIDE - 1;
             const float y = 2 * ((float)(i / samples / SIDE) + py) / SIDE - 1;
             const vec3 from = vec_sub(vec_mad(vec_mad(centre, u, x), v, y), w);
-            const float t = back ? nearest_of_all(&s, from, w, true) : bvh_hit_nearest(tree, from, w);
+            const float t =
+                back ? nearest_of_all(&s, from, w, true) : bvh_hit_nearest(tree, from, w);
             const float want = t < 2 ? -1 + t : 1;
             off += fabsf(depth[i] - want) > 2e-4f;
         }
@@ -802,7 +911,8 @@ static void perspective_depth_is_linear(void)
     static float depth[SIDE * SIDE];
     const vec3 from = vec(2.5f, 3.2f, 1.5f), back = vec_unit(vec(0.6f, 0.7f, 0.3f));
     const vec3 u = vec_unit(vec_cross(vec(0, 1, 0), back)), v = vec_cross(back, u);
-    const vec3 row[4] = {vec_scale(u, 1 / 0.8f), vec_scale(v, 1 / 0.8f), vec(0, 0, 0), vec_scale(back, -1)};
+    const vec3 row[4] = {vec_scale(u, 1 / 0.8f), vec_scale(v, 1 / 0.8f), vec(0, 0, 0),
+                         vec_scale(back, -1)};
     float m[16];
     scene s;
     scene_create(&s, 0, NULL);
@@ -817,9 +927,10 @@ static void perspective_depth_is_linear(void)
     int off = 0;
     CHECK(raster_depth(&s, &frustum, RASTER_FRONT, SIDE, 1, depth), "memory");
     for (int i = 0; i < SIDE * SIDE; i++) {
-        const float x = (2 * (float)(i % SIDE) + 1) / SIDE - 1, y = (2 * (float)(i / SIDE) + 1) / SIDE - 1;
+        const float x = (2 * (float)(i % SIDE) + 1) / SIDE - 1,
+                    y = (2 * (float)(i / SIDE) + 1) / SIDE - 1;
         const vec3 d = vec_mad(vec_mad(vec_scale(back, -1), u, 0.8f * x), v, 0.8f * y);
-        const float t = bvh_hit_nearest(tree, from, d);  // d advances by 1 along the axis
+        const float t = bvh_hit_nearest(tree, from, d); // d advances by 1 along the axis
         const float want = t < 9 ? -1 + 2 * (t - 0.5f) / 8.5f : 1;
         off += fabsf(depth[i] - want) > 5e-4f;
     }
@@ -865,15 +976,17 @@ static void tree_agrees_with_trying_all(void)
     bvh *tree = bvh_create(&s);
     const int trials = test_trials(1000);
     for (int i = 0; i < trials; i++) {
-        const vec3 from = vec((float)test_range(&random, -4, 4), (float)test_range(&random, 0.01, 3),
-                              (float)test_range(&random, -4, 4));
+        const vec3 from =
+            vec((float)test_range(&random, -4, 4), (float)test_range(&random, 0.01, 3),
+                (float)test_range(&random, -4, 4));
         const vec3 d = i % 20 ? random_direction(&random) : vec(0, i % 40 ? 1.0f : -1.0f, 0);
         const float a = nearest_of_all(&s, from, d, false), b = nearest_of_all(&s, from, d, true);
         const float want = a < b ? a : b, got = bvh_hit_nearest(tree, from, d);
         off += got != want && !(fabsf(got - want) < 1e-4f * want);
         const bool any = bvh_hit_any(tree, from, d, HUGE_VALF);
         CHECK(any == (got < HUGE_VALF), "ray %d: any says %d, nearest %g", i, any, (double)got);
-        if (got < HUGE_VALF) CHECK(!bvh_hit_any(tree, from, d, 0.999f * got), "ray %d is too short", i);
+        if (got < HUGE_VALF)
+            CHECK(!bvh_hit_any(tree, from, d, 0.999f * got), "ray %d is too short", i);
     }
     CHECK(off <= trials / 300, "%d of %d rays are off", off, trials);
     bvh_free(tree);
@@ -896,8 +1009,8 @@ static void traced_light_has_known_values(void)
     const vec3 below = trace_irradiance(tree, &sampler, vec(0, -0.2f, 0), vec(0, 1, 0), 2000, 1);
     CHECK(below.x < 0.02f, "irradiance %g under the ground", (double)below.x);
     // Straight below the rim of the ground half of a light overhead is hidden.
-    const float half = trace_rectangle(tree, vec(4.4f, -5, 0), vec(0, 1, 0), vec(1, 0, 0), vec(0, 0, 1),
-                                       0.06f, 0.06f, 60, 1);
+    const float half = trace_rectangle(tree, vec(4.4f, -5, 0), vec(0, 1, 0), vec(1, 0, 0),
+                                       vec(0, 0, 1), 0.06f, 0.06f, 60, 1);
     CHECK(half > 0.49f && half < 0.52f, "visibility %g", (double)half);
     probe_sampler_free(&sampler);
     probe_free(&p);
@@ -912,6 +1025,7 @@ const test_case files_tests[] = {
     {"hostile picture headers are refused", hostile_headers_are_refused},
     {"damaged pictures and meshes do no harm", damaged_files_do_no_harm},
     {"files that cannot be opened are named", missing_files_are_named},
+    {"options that make no sense are refused", options_are_checked},
     {"a PNG decodes to its pixels and is small", png_decodes_to_its_pixels},
     {"the tone curve is total and monotone", tone_curve_is_total},
     {"texel directions follow the cube map convention", directions_follow_the_convention},
@@ -919,6 +1033,7 @@ const test_case files_tests[] = {
     {"a bright lat-long pixel keeps energy and direction", lat_long_keeps_single_pixels},
     {"broken lat-long pixels are counted and black", broken_pixels_are_counted},
     {"turning a probe moves its light and keeps its energy", turning_moves_light},
+    {"a broken texel does not break its neighbours", broken_texels_stay_alone},
     {"a probe survives the way through a strip of faces", strips_round_trip},
     {"OBJ edge cases are read or refused", obj_edge_cases},
     {"the default scene is closed and faces outwards", default_scene_is_closed},

@@ -1,10 +1,10 @@
-// The GLSL text of both headers, compiled and run by the driver of this machine, against the C code.
+// The GLSL text of both headers, compiled and run by this machine's driver, against the C code.
 //
 // Equal text is not equal arithmetic: a compiler may fuse a*b + c, reorder, or round a quotient
 // differently, on either side. So a result may differ from C's by AGREEMENT, and by more only at a
 // limit: where C itself answers that differently once an input moves by its last bits (a branch is
-// taken the other way, or moments with hardly any bias make the problem that ill-conditioned). Where
-// both sides round alike, such inputs must be next to none.
+// taken the other way, or moments with hardly any bias make the problem that ill-conditioned).
+// Where both sides round alike, such inputs must be next to none.
 #include "test.h"
 
 #include <float.h>
@@ -356,9 +356,9 @@ static float share_before(const float *z, const float *w, int n, float x)
     return sum;
 }
 
-// Area between the cumulative shares of two distributions of n depths each: what has to be carried how
-// far to turn one into the other. Depths with next to no share may lie anywhere; those outside of
-// [-2,2] count as there.
+// Area between the cumulative shares of two distributions of n depths each: what has to be carried
+// how far to turn one into the other. Depths with next to no share may lie anywhere; those outside
+// of [-2,2] count as there.
 static float earth_moved(const float *r, const float *other, int n)
 {
     float x[WIDTH], moved = 0;
@@ -565,10 +565,10 @@ static bool run_shader(const function *f, const float *inputs, float *results, i
 
 // ---- Comparing ----
 
-// Do C's results at the neighbouring inputs account for the GPU's, which is d away from c? Neighbours:
-// one input moved up or down by 1, 2, 4 or 8 of its last bits. A fused multiply-add or another
-// quotient on one side is as if several inputs moved at once, hence the factor 4: with C fused and
-// llvmpipe not, 1.9 was needed (mssm_reconstruct6, a million inputs).
+// Do C's results at the neighbouring inputs account for the GPU's, which is d away from c?
+// Neighbours: one input moved up or down by 1, 2, 4 or 8 of its last bits. A fused multiply-add or
+// another quotient on one side is as if several inputs moved at once, hence the factor 4: with C
+// fused and llvmpipe not, 1.9 was needed (mssm_reconstruct6, a million inputs).
 static bool at_limit(const function *f, const float *a, const float *c, float d)
 {
     float largest = 0;
@@ -752,6 +752,9 @@ static void discs_agree(void)
 }
 
 const test_case glsl_tests[] = {
+#if UINTPTR_MAX <= 0xffffffffu
+    {0, 0}, // a 32-bit program would need a 32-bit driver, and the text is the same
+#endif
     {"the GLSL text compiles as GLSL 4.50 without a warning", text_compiles},
     {"GLSL gives C's moments, bias and storage form", storage_agrees},
     {"GLSL gives C's bounds", bounds_agree},

@@ -72,8 +72,10 @@ static moments decoded(int m, moments q)
     q4 = mssm_moments4_decode(q4);
     q6 = mssm_moments6_decode(q6);
     memset(&q, 0, sizeof q);
-    if (m == 4) memcpy(q.b, q4.b, sizeof q4.b);
-    else memcpy(q.b, q6.b, sizeof q6.b);
+    if (m == 4)
+        memcpy(q.b, q4.b, sizeof q4.b);
+    else
+        memcpy(q.b, q6.b, sizeof q6.b);
     return q;
 }
 
@@ -112,8 +114,10 @@ static moments biased(int m, int format, moments r, float alpha)
     m4 = format == UNORM16 ? mssm_moments4_bias_encoded(m4, alpha) : mssm_moments4_bias(m4, alpha);
     m6 = format == UNORM16 ? mssm_moments6_bias_encoded(m6, alpha) : mssm_moments6_bias(m6, alpha);
     memset(&r, 0, sizeof r);
-    if (m == 4) memcpy(r.b, m4.b, sizeof m4.b);
-    else memcpy(r.b, m6.b, sizeof m6.b);
+    if (m == 4)
+        memcpy(r.b, m4.b, sizeof m4.b);
+    else
+        memcpy(r.b, m6.b, sizeof m6.b);
     return r;
 }
 
@@ -212,7 +216,8 @@ static void note_worst(const char *what, const worst *w)
         length += snprintf(text + length, sizeof text - (size_t)length, " %a,", (double)w->b.b[k]);
     }
     test_note("%s %.2e: %s, alpha %g, moments%s z %a", what, w->error,
-              w->family < 0 ? "any" : family_names[w->family], (double)w->alpha, text, (double)w->z);
+              w->family < 0 ? "any" : family_names[w->family], (double)w->alpha, text,
+              (double)w->z);
 }
 
 static int ascending(const void *a, const void *b)
@@ -229,7 +234,7 @@ static int in_range(mssm_bounds v)
 // Any finite float: every exponent equally often, both signs, now and then special values.
 static float any_float(uint64_t *state)
 {
-    static const float special[] = {0,        -0.0f, 1,        -1,      0.5f,    FLT_MAX,
+    static const float special[] = {0,        -0.0f, 1,       -1,     0.5f,    FLT_MAX,
                                     -FLT_MAX, 1e38f, FLT_MIN, 1e-45f, -1e-45f, 1e-38f};
     const uint64_t r = test_random(state);
     if (r % 8 == 0) return special[(r >> 8) % (sizeof special / sizeof *special)];
@@ -274,10 +279,12 @@ static void oracle_reproduces_moments(void)
         CHECK(degenerate || r.count >= o.n, "only %d depths", r.count);
         if (!(i & 2)) continue;
         const orthogonal from_moments = orthogonal_of_moments(m, b);
-        const sharp_bounds s = oracle_bounds(&o, (quad)z), t = oracle_bounds(&from_moments, (quad)z);
+        const sharp_bounds s = oracle_bounds(&o, (quad)z),
+                           t = oracle_bounds(&from_moments, (quad)z);
         const double match = (double)quad_abs(s.upper - t.upper);
         if (match > worst_match) worst_match = match;
-        CHECK(match < 1e-9, "depths and moments disagree by %g on %s", match, family_names[p.family]);
+        CHECK(match < 1e-9, "depths and moments disagree by %g on %s", match,
+              family_names[p.family]);
     }
     test_note("moments to %.1e, bounds from depths and from moments to %.1e", worst_moment,
               worst_match);
@@ -321,7 +328,8 @@ static void match_format(int m, int format, float alpha)
 static void bounds_match_oracle(void)
 {
     for (int m = 4; m <= 6; m += 2) {
-        for (int format = 0; format < FORMATS; format++) match_format(m, format, safe_alpha(m, format));
+        for (int format = 0; format < FORMATS; format++)
+            match_format(m, format, safe_alpha(m, format));
     }
     for (int m = 4; m <= 6; m += 2) match_format(m, FLOAT32, 1e-3f);
 }
@@ -349,15 +357,16 @@ static void bounds_enclose_truth(void)
             const double leak = (double)v.lower - (keep * (1 - nearer - self) + (double)alpha);
             const double error = dark > leak ? dark : leak;
             keep_worst(&w, error, m, p.family, alpha, b, z);
-            CHECK(error <= limit_max[format], "%s: the truth is outside by %g", format_names[format],
-                  error);
+            CHECK(error <= limit_max[format], "%s: the truth is outside by %g",
+                  format_names[format], error);
             if (i % 8 > 1) continue;
             const orthogonal o = orthogonal_of(m, b);
             const sharp_bounds s = oracle_bounds(&o, (quad)z);
             const double exact_dark = (double)((quad)(keep * (1 - nearer)) - s.upper);
-            const double exact_leak = (double)s.lower - (keep * (1 - nearer - self) + (double)alpha);
-            keep_worst(&proof, exact_dark > exact_leak ? exact_dark : exact_leak, m, p.family, alpha, b,
-                       z);
+            const double exact_leak =
+                (double)s.lower - (keep * (1 - nearer - self) + (double)alpha);
+            keep_worst(&proof, exact_dark > exact_leak ? exact_dark : exact_leak, m, p.family,
+                       alpha, b, z);
         }
         test_note("%s", format_names[format]);
         note_worst("outside by", &w);
@@ -398,7 +407,7 @@ static void bounds_enclose_biased_distribution(void)
 
 static void bounds_in_range_at_any_bias(void)
 {
-    static const float alphas[] = {0,    1e-9f, 1e-8f, 1e-7f, 3e-7f, 1e-6f,
+    static const float alphas[] = {0,     1e-9f, 1e-8f, 1e-7f, 3e-7f, 1e-6f,
                                    3e-6f, 1e-5f, 1e-4f, 1e-3f, 0.1f,  1};
     uint64_t state = 23;
     for (int i = 0; i < test_trials(30000); i++) {
@@ -426,8 +435,8 @@ static void garbage_keeps_bounds_in_range(void)
         const float z = any_float(&state);
         const mssm_bounds v = visibility(m, b, z);
         CHECK(in_range(v), "%d moments %a %a %a %a %a %a z %a: [%g, %g]", m, (double)b.b[0],
-              (double)b.b[1], (double)b.b[2], (double)b.b[3], (double)b.b[4], (double)b.b[5], (double)z,
-              (double)v.lower, (double)v.upper);
+              (double)b.b[1], (double)b.b[2], (double)b.b[3], (double)b.b[4], (double)b.b[5],
+              (double)z, (double)v.lower, (double)v.upper);
     }
 }
 
@@ -456,8 +465,10 @@ static const char *broken_function(int m, moments b, float z, float alpha)
     moments q = {{0}};
     const mssm_moments4 of4 = mssm_moments4_of_depth(z), e4 = mssm_moments4_encode(four(b));
     const mssm_moments6 of6 = mssm_moments6_of_depth(z), e6 = mssm_moments6_encode(six(b));
-    if (m == 4) memcpy(q.b, e4.b, sizeof e4.b);
-    else memcpy(q.b, e6.b, sizeof e6.b);
+    if (m == 4)
+        memcpy(q.b, e4.b, sizeof e4.b);
+    else
+        memcpy(q.b, e6.b, sizeof e6.b);
     for (int k = 0; k < m; k++) {
         if (!(q.b[k] >= 0 && q.b[k] <= 1)) return "encode";
         if (!(fabsf(m == 4 ? of4.b[k] : of6.b[k]) <= 1)) return "of_depth";
@@ -466,7 +477,8 @@ static const char *broken_function(int m, moments b, float z, float alpha)
     if (!finite_moments(m, biased(m, FLOAT32, b, alpha))) return "bias";
     if (!finite_nodes(reconstructed(m, b, z))) return "reconstruct";
     const float receiver = z < -1 ? -1 : z < 1 ? z : 1;
-    const float low = blocker_depth(m, b, z, 1e-3f, 1e-3f), any = blocker_depth(m, b, z, alpha, b.b[0]);
+    const float low = blocker_depth(m, b, z, 1e-3f, 1e-3f),
+                any = blocker_depth(m, b, z, alpha, b.b[0]);
     if (!(low >= -1 && low <= receiver && any >= -1 && any <= receiver)) return "blocker_depth";
     const mssm_roots3 r = mssm_solve_cubic(b.b[0], b.b[1], b.b[2], b.b[3]);
     if (r.count < 0 || r.count > 3) return "solve_cubic (count)";
@@ -487,8 +499,8 @@ static void garbage_keeps_everything_finite(void)
         const float z = any_float(&state), alpha = any_float(&state);
         const char *broken = broken_function(m, b, z, alpha);
         CHECK(!broken, "%d moments, %s: %a %a %a %a %a %a z %a alpha %a", m, broken, (double)b.b[0],
-              (double)b.b[1], (double)b.b[2], (double)b.b[3], (double)b.b[4], (double)b.b[5], (double)z,
-              (double)alpha);
+              (double)b.b[1], (double)b.b[2], (double)b.b[3], (double)b.b[4], (double)b.b[5],
+              (double)z, (double)alpha);
     }
 }
 
@@ -500,13 +512,14 @@ static void nan_and_infinity_become_finite(void)
         const int m = i & 1 ? 6 : 4;
         moments b = {{0}};
         for (int k = 0; k < m; k++) b.b[k] = special[test_random(&state) % 10];
-        const float z = special[test_random(&state) % 10], alpha = special[test_random(&state) % 10];
+        const float z = special[test_random(&state) % 10],
+                    alpha = special[test_random(&state) % 10];
         const char *broken = broken_function(m, b, z, alpha);
         const mssm_bounds v = visibility(m, b, z);
         CHECK(in_range(v), "bounds [%g, %g]", (double)v.lower, (double)v.upper);
         CHECK(!broken, "%d moments, %s: %a %a %a %a %a %a z %a alpha %a", m, broken, (double)b.b[0],
-              (double)b.b[1], (double)b.b[2], (double)b.b[3], (double)b.b[4], (double)b.b[5], (double)z,
-              (double)alpha);
+              (double)b.b[1], (double)b.b[2], (double)b.b[3], (double)b.b[4], (double)b.b[5],
+              (double)z, (double)alpha);
     }
 }
 
@@ -520,11 +533,13 @@ static void lone_surface_is_lit(void)
             for (int i = 0; i < test_trials(60000); i++) {
                 const int family = i % 4 ? FAMILY_FLAT : FAMILY_EXACT;
                 patch p = random_patch(family, &state);
-                p.count = 1;  // all texels are equal
+                p.count = 1; // all texels are equal
                 const float d = p.depth[0];
                 const int kind = (int)(test_random(&state) % 3);
                 const float away = (float)exp(test_range(&state, log(1e-8), 0));
-                const float z = kind == 0 ? d : kind == 1 ? d - away : (float)test_range(&state, -1.5, (double)d);
+                const float z = kind == 0   ? d
+                                : kind == 1 ? d - away
+                                            : (float)test_range(&state, -1.5, (double)d);
                 const moments b = biased(m, format, stored(&p, m, format), alpha);
                 const mssm_bounds v = visibility(m, b, z);
                 keep_worst(&w, 1 - (double)v.upper, m, family, alpha, b, z);
@@ -555,7 +570,8 @@ static void bounds_fall_with_depth(void)
         double z[200];
         for (int k = 0; k < 200; k++) {
             const int kind = k % 10 ? RECEIVER_NEAR : k % RECEIVER_COUNT;
-            z[k] = k < 100 ? -1.2 + k * 0.024 : (double)family_receiver(kind, p.count, p.depth, &state);
+            z[k] = k < 100 ? -1.2 + k * 0.024
+                           : (double)family_receiver(kind, p.count, p.depth, &state);
         }
         qsort(z, 200, sizeof *z, ascending);
         mssm_bounds before = {1, 1};
@@ -656,8 +672,8 @@ static void exact_depths_are_reproduced(void)
                 worst_step = up > worst_step ? up : worst_step;
                 worst_step = low > worst_step ? low : worst_step;
             }
-            test_note("%d moments, %d depths: bounds to %.1e, shares to %.1e, depths to %.1e", m, count,
-                      worst_step, worst_share, worst_depth);
+            test_note("%d moments, %d depths: bounds to %.1e, shares to %.1e, depths to %.1e", m,
+                      count, worst_step, worst_share, worst_depth);
             // Four depths as near as 0.25 leave a third pivot of 1e-5: the bias alone shows there.
             const double slack = count == 4 ? 20 : 1;
             CHECK(worst_step < slack * 1e-3, "bounds off by %g", worst_step);
@@ -700,17 +716,22 @@ static void decode_undoes_encode(void)
         const mssm_moments4 r4 = mssm_moments4_decode(q4);
         double power[7] = {1, 0, 0, 0, 0, 0, 0};
         for (int k = 1; k <= 6; k++) power[k] = (double)b.b[k - 1];
-        const double t[6] = {power[1], 2 * power[2] - 1, 4 * power[3] - 3 * power[1],
+        const double t[6] = {power[1],
+                             2 * power[2] - 1,
+                             4 * power[3] - 3 * power[1],
                              8 * power[4] - 8 * power[2] + 1,
                              16 * power[5] - 20 * power[3] + 5 * power[1],
                              32 * power[6] - 48 * power[4] + 18 * power[2] - 1};
         for (int k = 0; k < 6; k++) {
-            const double q = 0.5 + 0.5 * t[k], e = fabs((double)q6.b[k] - (q < 0 ? 0 : q > 1 ? 1 : q));
+            const double q = 0.5 + 0.5 * t[k], e = fabs((double)q6.b[k] - (q < 0   ? 0
+                                                                           : q > 1 ? 1
+                                                                                   : q));
             there = e > there ? e : there;
             if (k < 4) CHECK(q4.b[k] == q6.b[k], "value %d of four is not that of six", k + 1);
             const double f = fabs((double)r.b[k] - power[k + 1]);
             back = f > back ? f : back;
-            if (k < 4) CHECK(r4.b[k] == r.b[k], "decoded value %d of four is not that of six", k + 1);
+            if (k < 4)
+                CHECK(r4.b[k] == r.b[k], "decoded value %d of four is not that of six", k + 1);
         }
     }
     test_note("encode to %.1e, decode(encode) to %.1e", there, back);
@@ -719,25 +740,29 @@ static void decode_undoes_encode(void)
 
 static void bias_pulls_to_its_vector(void)
 {
-    static const float star4[4] = {0, 0.920f, 0, 3.804f}, star6[6] = {0, 0.421f, 0, 0.511f, 0, 1.913f};
+    static const float star4[4] = {0, 0.920f, 0, 3.804f},
+                       star6[6] = {0, 0.421f, 0, 0.511f, 0, 1.913f};
     uint64_t state = 43;
     for (int i = 0; i < test_trials(20000); i++) {
         const patch p = random_patch(i % FAMILY_COUNT, &state);
         const moments b = stored(&p, 6, FLOAT32);
         const float alpha = (float)exp(test_range(&state, log(1e-8), 0));
-        const mssm_moments4 a0 = mssm_moments4_bias(four(b), 0), a1 = mssm_moments4_bias(four(b), 1);
+        const mssm_moments4 a0 = mssm_moments4_bias(four(b), 0),
+                            a1 = mssm_moments4_bias(four(b), 1);
         const mssm_moments6 b0 = mssm_moments6_bias(six(b), 0), b1 = mssm_moments6_bias(six(b), 1);
         const mssm_moments4 a = mssm_moments4_bias(four(b), alpha);
         const mssm_moments6 c = mssm_moments6_bias(six(b), alpha);
         for (int k = 0; k < 6; k++) {
             const double keep = 1 - (double)alpha, old = keep * (double)b.b[k];
             CHECK(b0.b[k] == b.b[k], "alpha 0 changes moment %d", k + 1);
-            CHECK(fabsf(b1.b[k] - star6[k]) < 3e-7f, "alpha 1: moment %d is %g", k + 1, (double)b1.b[k]);
+            CHECK(fabsf(b1.b[k] - star6[k]) < 3e-7f, "alpha 1: moment %d is %g", k + 1,
+                  (double)b1.b[k]);
             CHECK(fabs((double)c.b[k] - (old + (double)alpha * (double)star6[k])) < 3e-7,
                   "alpha %g: moment %d of 6", (double)alpha, k + 1);
             if (k >= 4) continue;
             CHECK(a0.b[k] == b.b[k], "alpha 0 changes moment %d", k + 1);
-            CHECK(fabsf(a1.b[k] - star4[k]) < 5e-7f, "alpha 1: moment %d is %g", k + 1, (double)a1.b[k]);
+            CHECK(fabsf(a1.b[k] - star4[k]) < 5e-7f, "alpha 1: moment %d is %g", k + 1,
+                  (double)a1.b[k]);
             CHECK(fabs((double)a.b[k] - (old + (double)alpha * (double)star4[k])) < 5e-7,
                   "alpha %g: moment %d of 4", (double)alpha, k + 1);
         }
@@ -750,7 +775,8 @@ static void bias_pulls_to_its_vector(void)
 // derivative that is not too small lets it.
 static double root_uncertainty(const float c[4], double x, double delta)
 {
-    const double a = fabs(x), c0 = (double)c[0], c1 = (double)c[1], c2 = (double)c[2], c3 = (double)c[3];
+    const double a = fabs(x), c0 = (double)c[0], c1 = (double)c[1], c2 = (double)c[2],
+                 c3 = (double)c[3];
     const double f = delta * (((fabs(c3) * a + fabs(c2)) * a + fabs(c1)) * a + fabs(c0));
     const double first = fabs((3 * c3 * x + 2 * c2) * x + c1), second = fabs(3 * c3 * x + c2);
     double best = first > 0 ? f / first : 1e300;
@@ -776,12 +802,13 @@ static int roots_agree(const float c[4], double delta, const char **why)
         int best = -1;
         for (int j = 0; j < r.count; j++) {
             if (used[j]) continue;
-            if (best < 0 || quad_abs((quad)r.x[j] - x[i]) < quad_abs((quad)r.x[best] - x[i])) best = j;
+            if (best < 0 || quad_abs((quad)r.x[j] - x[i]) < quad_abs((quad)r.x[best] - x[i]))
+                best = j;
         }
         const double exact = (double)x[i];
         const double allowed = root_uncertainty(c, exact, delta) + 3e-7 * fabs(exact) + 1e-37;
         *why = "a root is lost";
-        if (fabs(exact) > 1e17) continue;  // counts as infinite
+        if (fabs(exact) > 1e17) continue; // counts as infinite
         if (best < 0) return 0;
         *why = "a root is wrong";
         if (fabs((double)((quad)r.x[best] - x[i])) > allowed) return 0;
@@ -791,7 +818,8 @@ static int roots_agree(const float c[4], double delta, const char **why)
     for (int j = 0; j < r.count; j++) {
         const quad a = (quad)r.x[j], b = quad_abs(a);
         const quad f = ((q[3] * a + q[2]) * a + q[1]) * a + q[0];
-        const quad size = ((quad_abs(q[3]) * b + quad_abs(q[2])) * b + quad_abs(q[1])) * b + quad_abs(q[0]);
+        const quad size =
+            ((quad_abs(q[3]) * b + quad_abs(q[2])) * b + quad_abs(q[1])) * b + quad_abs(q[0]);
         if (!used[j] && quad_abs(f) > 8 * (quad)delta * size) return 0;
     }
     return 1;
@@ -800,8 +828,8 @@ static int roots_agree(const float c[4], double delta, const char **why)
 static void check_cubic(const float c[4], double delta)
 {
     const char *why = "";
-    CHECK(roots_agree(c, delta, &why), "%s: %a %a %a %a", why, (double)c[0], (double)c[1], (double)c[2],
-          (double)c[3]);
+    CHECK(roots_agree(c, delta, &why), "%s: %a %a %a %a", why, (double)c[0], (double)c[1],
+          (double)c[2], (double)c[3]);
 }
 
 static void coefficients_of_roots(const double x[3], double scale, float c[4])
@@ -820,8 +848,8 @@ static void cubic_random(void)
         double x[3];
         const double scale = exp(test_range(&state, -3, 3));
         for (int k = 0; k < 3; k++) {
-            x[k] = i & 1 ? test_range(&state, -2, 2) : (test_uniform(&state) < 0.5 ? -1 : 1) *
-                                                           exp(test_range(&state, -7, 7));
+            x[k] = i & 1 ? test_range(&state, -2, 2)
+                         : (test_uniform(&state) < 0.5 ? -1 : 1) * exp(test_range(&state, -7, 7));
         }
         coefficients_of_roots(x, scale, c);
         check_cubic(c, 1e-6);
@@ -839,7 +867,9 @@ static void cubic_near_equal_roots(void)
         const double gap = exp(test_range(&state, log(1e-7), log(1e-1)));
         x[0] = test_range(&state, -1, 1);
         x[1] = x[0] + gap;
-        x[2] = i % 3 == 0 ? x[0] + gap * test_range(&state, 1, 3) : i % 3 == 1 ? x[0] : test_range(&state, -1, 1);
+        x[2] = i % 3 == 0   ? x[0] + gap * test_range(&state, 1, 3)
+               : i % 3 == 1 ? x[0]
+                            : test_range(&state, -1, 1);
         coefficients_of_roots(x, 1, c);
         check_cubic(c, 1e-6);
     }
@@ -870,7 +900,8 @@ static void cubic_triple_roots(void)
     uint64_t state = 54;
     for (int i = 0; i < test_trials(20000); i++) {
         float c[4];
-        const double root = i < 5 ? 0.5 * (i - 2) : test_range(&state, -4, 4), x[3] = {root, root, root};
+        const double root = i < 5 ? 0.5 * (i - 2) : test_range(&state, -4, 4),
+                     x[3] = {root, root, root};
         coefficients_of_roots(x, i < 5 ? 1 : exp(test_range(&state, -3, 3)), c);
         check_cubic(c, 1e-6);
         const mssm_roots3 r = mssm_solve_cubic(c[0], c[1], c[2], c[3]);
@@ -880,11 +911,13 @@ static void cubic_triple_roots(void)
 
 static void cubic_degenerate(void)
 {
-    static const float cases[][4] = {
-        {0, 0, 0, 0},  {1, 0, 0, 0},   {-1, 1, 0, 0},      {1, 2, 0, 0},  {1, -3, 2, 0},   {1, 2, 1, 0},
-        {1, 0, 1, 0},  {0, 0, 0, 1},   {0, 0, 1, 1},       {0, 1, 0, 1},  {0, -1, 0, 1},   {-1, 0, 0, 1},
-        {1, 0, 0, 1},  {0, 0, 1, 0},   {0, 1, 0, 0},       {1, 1, 1, 1},  {1, -3, 2, 1e-30f},
-        {1, 2, 1e-30f, 0}, {1, 2, 0, 1e-30f}, {1, -3, 2, 1e-7f}, {1, 2, 1e-7f, 1e-14f}};
+    static const float cases[][4] = {{0, 0, 0, 0},      {1, 0, 0, 0},       {-1, 1, 0, 0},
+                                     {1, 2, 0, 0},      {1, -3, 2, 0},      {1, 2, 1, 0},
+                                     {1, 0, 1, 0},      {0, 0, 0, 1},       {0, 0, 1, 1},
+                                     {0, 1, 0, 1},      {0, -1, 0, 1},      {-1, 0, 0, 1},
+                                     {1, 0, 0, 1},      {0, 0, 1, 0},       {0, 1, 0, 0},
+                                     {1, 1, 1, 1},      {1, -3, 2, 1e-30f}, {1, 2, 1e-30f, 0},
+                                     {1, 2, 0, 1e-30f}, {1, -3, 2, 1e-7f},  {1, 2, 1e-7f, 1e-14f}};
     static const int counts[] = {0, 0, 1, 1, 2, 2, 0, 3, 3, 1, 3, 1, 1, 2, 1, 1};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         check_cubic(cases[i], 1e-6);
@@ -931,7 +964,8 @@ static void reconstruction_holds_moments(void)
 {
     uint64_t state = 61;
     for (int format = 0; format < FORMATS; format++) {
-        worst shares_off = {-1, 4, -1, 0, 0, {{0}}}, moments_off = shares_off, shares_wrong = shares_off;
+        worst shares_off = {-1, 4, -1, 0, 0, {{0}}}, moments_off = shares_off,
+              shares_wrong = shares_off;
         for (int i = 0; i < test_trials(12000); i++) {
             const int m = i & 1 ? 6 : 4;
             const float alpha = i % 6 < 4 ? safe_alpha(m, format) : 1e-3f;
@@ -951,7 +985,8 @@ static void reconstruction_holds_moments(void)
                     mean += term;
                     size += fabs(term);
                 }
-                keep_worst(&moments_off, fabs(mean - (double)b.b[k - 1]) / size, m, p.family, alpha, b, z);
+                keep_worst(&moments_off, fabs(mean - (double)b.b[k - 1]) / size, m, p.family, alpha,
+                           b, z);
             }
             // The shares nearer than z must agree with the bounds, which take another way.
             const mssm_bounds v = visibility(m, b, z);
@@ -988,16 +1023,20 @@ static void arrays_give_the_same(void)
         const float *four_rows[4] = {b[0], b[1], b[2], b[3]};
         const float *six_rows[6] = {b[0], b[1], b[2], b[3], b[4], b[5]};
         lower[count] = upper[count] = -7;
-        if (m == 4) mssm_visibility4_array(count, four_rows, z, lower, upper);
-        else mssm_visibility6_array(count, six_rows, z, lower, upper);
+        if (m == 4)
+            mssm_visibility4_array(count, four_rows, z, lower, upper);
+        else
+            mssm_visibility6_array(count, six_rows, z, lower, upper);
         CHECK(lower[count] == -7 && upper[count] == -7, "writes past the end");
         for (int i = 0; i < count; i++) {
             moments r = {{0}};
             for (int k = 0; k < m; k++) r.b[k] = b[k][i];
             const mssm_bounds v = visibility(m, r, z[i]);
-            const double e = fabs((double)v.lower - (double)lower[i]) + fabs((double)v.upper - (double)upper[i]);
+            const double e =
+                fabs((double)v.lower - (double)lower[i]) + fabs((double)v.upper - (double)upper[i]);
             if (!garbage && e > error) error = e;
-            CHECK(lower[i] >= 0 && lower[i] <= upper[i] && upper[i] <= 1, "array bounds out of range");
+            CHECK(lower[i] >= 0 && lower[i] <= upper[i] && upper[i] <= 1,
+                  "array bounds out of range");
         }
     }
     test_note("largest difference %.1e", error);
@@ -1017,14 +1056,16 @@ static void too_small_a_bias_falls_back(void)
             patch p = random_patch(i % 3 ? FAMILY_FLAT : FAMILY_SLOPE, &state);
             float nearest = 2;
             for (int k = 0; k < p.count; k++) nearest = p.depth[k] < nearest ? p.depth[k] : nearest;
-            const float z = nearest - (float)(i % 4 ? exp(test_range(&state, log(1e-7), log(1e-1))) : 0);
+            const float z =
+                nearest - (float)(i % 4 ? exp(test_range(&state, log(1e-7), log(1e-1))) : 0);
             const moments b = biased(m, FLOAT32, stored(&p, m, FLOAT32), alpha);
             const double dark = 1 - (double)visibility(m, b, z).upper;
             sum += dark;
             bad += dark > 0.01;
             count++;
         }
-        test_note("%d moments, bias 10 and 1000 times too small: mean false shadow %.1e, over 1%% in %d of %d",
+        test_note("%d moments, bias 10 and 1000 times too small: mean false shadow %.1e, over 1%% "
+                  "in %d of %d",
                   m, sum / count, bad, count);
         CHECK(sum / count < 2e-3, "mean false shadow %g", sum / count);
     }
@@ -1049,12 +1090,15 @@ static void blocker_depth_matches_oracle(void)
                 const float depth = blocker_depth(m, b, z, self[k][0], self[k][1]);
                 quad exact = oracle_blocker_depth(&s, (quad)z, (quad)self[k][0], (quad)self[k][1]);
                 exact = exact < -1 ? -1 : exact > (quad)z ? (quad)z : exact;
-                CHECK(depth >= -1 && depth <= z, "%g is outside of [-1,%g]", (double)depth, (double)z);
+                CHECK(depth >= -1 && depth <= z, "%g is outside of [-1,%g]", (double)depth,
+                      (double)z);
                 const double error = fabs((double)((quad)depth - exact));
                 // Where hardly anything is nearer, the share that is divides by the self weight.
-                keep_worst(&w, error * (double)(s.nearer + (quad)self[k][0]), m, p.family, alpha, b, z);
+                keep_worst(&w, error * (double)(s.nearer + (quad)self[k][0]), m, p.family, alpha, b,
+                           z);
             }
-            const float low = blocker_depth(m, b, z, 1e-3f, 1e-3f), high = blocker_depth(m, b, z, 1e-3f, 1);
+            const float low = blocker_depth(m, b, z, 1e-3f, 1e-3f),
+                        high = blocker_depth(m, b, z, 1e-3f, 1);
             CHECK(low <= high + 1e-6f, "lower %a above upper %a", (double)low, (double)high);
         }
         test_note("%s", format_names[format]);
@@ -1084,8 +1128,10 @@ static void blocker_depth_of_few_blockers(void)
         const moments b = biased(m, FLOAT32, moments_of(m, count, z, w), safe_alpha(m, FLOAT32));
         const double exact = (first + 1e-3 * (double)z[last]) / (nearer + 1e-3);
         const double error = fabs((double)blocker_depth(m, b, z[last], 1e-3f, 1e-3f) - exact);
-        if (count == 2) one = error > one ? error : one;
-        else two = error > two ? error : two;
+        if (count == 2)
+            one = error > one ? error : one;
+        else
+            two = error > two ? error : two;
     }
     test_note("one blocker to %.1e, two to %.1e", one, two);
     CHECK(one < 1e-3 && two < 1e-2, "blocker depth is off by %g for one and %g for two", one, two);
@@ -1118,7 +1164,7 @@ static int repairs_box(int m, const double even[3], int powers, double alpha)
 {
     for (int v = 0; v < 1 << m; v++) {
         quad b[7], e[7] = {0};
-        for (int k = 1; k <= m; k++) e[k] = v >> (k - 1) & 1 ? 2 : -2;  // an error of 1 in (T+1)/2
+        for (int k = 1; k <= m; k++) e[k] = v >> (k - 1) & 1 ? 2 : -2; // an error of 1 in (T+1)/2
         b[0] = (quad)alpha;
         b[1] = e[1];
         b[2] = powers ? e[2] : e[2] / 2;
@@ -1132,21 +1178,23 @@ static int repairs_box(int m, const double even[3], int powers, double alpha)
     return 1;
 }
 
-// GDC slides: storage needs a numerically optimized transform. The Chebyshev basis amplifies storage
-// errors into bias as little (the optimized ones by 2.47 and 4.23), powers by far more.
+// GDC slides: storage needs a numerically optimized transform. The Chebyshev basis amplifies
+// storage errors into bias as little (the optimized ones by 2.47 and 4.23), powers by far more.
 static void chebyshev_basis_amplifies_little(void)
 {
     static const struct {
         int m, powers;
         double even[3], amplification;
-    } cases[] = {{4, 0, {1.120, 2.884, 0}, 2.430},     {6, 0, {0.657, 0.734, 1.197}, 4.544},
-                 {4, 1, {0.920, 3.804, 0}, 3.971},     {6, 1, {0.421, 0.511, 1.913}, 18.14},
-                 {4, 0, {0.628, 0.628, 0}, 5.003},     {6, 0, {0.5566, 0.489, 0.47869382}, 8.471},
-                 {4, 1, {1.120, 2.884, 0}, 6.155},     {6, 1, {0.657, 0.734, 1.197}, 37.04}};
+    } cases[] = {{4, 0, {1.120, 2.884, 0}, 2.430}, {6, 0, {0.657, 0.734, 1.197}, 4.544},
+                 {4, 1, {0.920, 3.804, 0}, 3.971}, {6, 1, {0.421, 0.511, 1.913}, 18.14},
+                 {4, 0, {0.628, 0.628, 0}, 5.003}, {6, 0, {0.5566, 0.489, 0.47869382}, 8.471},
+                 {4, 1, {1.120, 2.884, 0}, 6.155}, {6, 1, {0.657, 0.734, 1.197}, 37.04}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const double a = cases[i].amplification;
-        CHECK(repairs_box(cases[i].m, cases[i].even, cases[i].powers, a * 1.001), "more than %g", a);
-        CHECK(!repairs_box(cases[i].m, cases[i].even, cases[i].powers, a * 0.999), "less than %g", a);
+        CHECK(repairs_box(cases[i].m, cases[i].even, cases[i].powers, a * 1.001), "more than %g",
+              a);
+        CHECK(!repairs_box(cases[i].m, cases[i].even, cases[i].powers, a * 0.999), "less than %g",
+              a);
     }
 }
 

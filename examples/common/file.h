@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 typedef struct message {
-    char text[256];  // no newline; empty when all went well
+    char text[256]; // no newline; empty when all went well
 } message;
 
 // Writes the line and returns false, so that a failing function ends in `return fail(why, ...)`.

@@ -12,7 +12,8 @@
 bool image_create(image *im, int width, int height)
 {
     memset(im, 0, sizeof *im);
-    if (width < 1 || height < 1 || width > IMAGE_SIDE_MOST || height > IMAGE_SIDE_MOST) return false;
+    if (width < 1 || height < 1 || width > IMAGE_SIDE_MOST || height > IMAGE_SIDE_MOST)
+        return false;
     im->rgb = calloc((size_t)width * (size_t)height, 3 * sizeof *im->rgb);
     if (!im->rgb) return false;
     im->width = width;
@@ -26,14 +27,21 @@ void image_free(image *im)
     memset(im, 0, sizeof *im);
 }
 
-// What is left to read. Every read goes through here, so that a file can never be read past its end.
+// What is left to read. Every read goes through here, so that a file can never be read past its
+// end.
 typedef struct reader {
     const unsigned char *at, *end;
 } reader;
 
-static size_t left(const reader *in) { return (size_t)(in->end - in->at); }
+static size_t left(const reader *in)
+{
+    return (size_t)(in->end - in->at);
+}
 
-static int next(reader *in) { return in->at < in->end ? *in->at++ : -1; }
+static int next(reader *in)
+{
+    return in->at < in->end ? *in->at++ : -1;
+}
 
 // One line without its newline, cut to the room there is; false at the end of the file.
 static bool next_line(reader *in, char *line, size_t room)
@@ -100,14 +108,15 @@ static bool decode_pfm(image *im, reader in, message *why)
     }
     // The size of the number scales to physical units that nobody agrees on; its sign is the byte
     // order, little-endian when negative.
-    if (*end || !(order < 0 || order > 0)) return fail(why, "PFM scale %.20s is not a number", scale);
+    if (*end || !(order < 0 || order > 0))
+        return fail(why, "PFM scale %.20s is not a number", scale);
     const size_t row = (size_t)w * (size_t)channels;
     if (left(&in) / 4 / row < (size_t)h) {
         return fail(why, "PFM of %d x %d needs more bytes than the file has", w, h);
     }
     if (!image_create(im, w, h)) return fail(why, "no memory for %d x %d pixels", w, h);
     for (int y = 0; y < h; y++) {
-        const unsigned char *from = in.at + row * 4 * (size_t)(h - 1 - y);  // bottom row first
+        const unsigned char *from = in.at + row * 4 * (size_t)(h - 1 - y); // bottom row first
         for (int x = 0; x < w; x++) {
             for (int c = 0; c < 3; c++) {
                 const size_t i = (size_t)x * (size_t)channels + (size_t)(channels == 3 ? c : 0);
@@ -298,25 +307,27 @@ float image_exposure(const image *im)
     qsort(samples, count, sizeof *samples, compare_floats);
     const float median = count ? samples[count / 2] : 0;
     free(samples);
-    return median > 1e-20f ? 0.2f / median : 1;
+    return median > 1e-20f ? 0.33f / median : 1;
 }
 
-// Reinhard's curve with a white point: slope 1 at black, so that shadows, the subject here, keep their
-// contrast (film curves with a toe crush them), and a shoulder that reaches 1 at x = white.
+// As a layer of grains saturates: slope 1 at black, so that shadows, the subject here, keep their
+// contrast (film curves with a toe crush them), and a shoulder that never quite reaches white.
 static float film(float x)
 {
-    const float white = 5;
-    return x * (1 + x / (white * white)) / (1 + x);
+    return 1 - expf(-x);
 }
 
-static float srgb(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1 / 2.4f) - 0.055f; }
+static float srgb(float x)
+{
+    return x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1 / 2.4f) - 0.055f;
+}
 
 void image_tonemap(const image *im, float exposure, unsigned char *rgb8)
 {
     const size_t values = (size_t)im->width * (size_t)im->height * 3;
     for (size_t i = 0; i < values; i++) {
         const float x = im->rgb[i] * exposure;
-        const float y = x > 0 ? srgb(film(fminf(x, 1e6f))) : 0;  // NaN fails the comparison
+        const float y = x > 0 ? srgb(film(fminf(x, 1e6f))) : 0; // NaN fails the comparison
         rgb8[i] = (unsigned char)(fminf(y, 1) * 255 + 0.5f);
     }
 }

@@ -7,7 +7,7 @@
 
 typedef struct image {
     int width, height;
-    float *rgb;  // [(y * width + x) * 3 + channel]; from malloc
+    float *rgb; // [(y * width + x) * 3 + channel]; from malloc
 } image;
 
 // A black picture; false only when memory runs out or the size is not 1..32768.

@@ -10,12 +10,11 @@ bool lighting_create(lighting *l, const lighting_settings *settings, int probe_s
     const size_t most = (size_t)settings->probe.max_lights;
     memset(l, 0, sizeof *l);
     l->settings = *settings;
-    l->map_bytes = mssm_map_bytes(settings->map_side, 6);
     l->scratch_bytes = lightprobe_scratch_bytes(probe_side, settings->probe.max_lights);
     l->light = malloc(most * sizeof *l->light);
     l->frustum = malloc(most * sizeof *l->frustum);
     l->map = malloc(most * sizeof(mssm_map *));
-    l->map_memory = malloc(most * l->map_bytes);
+    l->map_memory = calloc(most, sizeof *l->map_memory);
     l->scratch = malloc(l->scratch_bytes);
     if (l->light && l->frustum && l->map && l->map_memory && l->scratch) return true;
     lighting_free(l);
@@ -24,6 +23,8 @@ bool lighting_create(lighting *l, const lighting_settings *settings, int probe_s
 
 void lighting_free(lighting *l)
 {
+    const int most = l->map_memory ? l->settings.probe.max_lights : 0;
+    for (int i = 0; i < most; i++) free(l->map_memory[i]);
     free(l->light);
     free(l->frustum);
     free(l->map);
@@ -36,9 +37,12 @@ bool lighting_extract(lighting *l, const probe *p, message *why)
 {
     const double start = seconds_now();
     lightprobe_cube cube = {{NULL}, p->side, 3};
+    lightprobe_settings settings = l->settings.probe;
+    if (l->lights > 0) settings.previous = l->light;
+    settings.previous_count = l->lights;
     for (int f = 0; f < 6; f++) cube.face[f] = p->face[f];
     const lightprobe_result result = lightprobe_extract(
-        &cube, &l->settings.probe, l->scratch, l->scratch_bytes, l->light, &l->lights, &l->stats);
+        &cube, &settings, l->scratch, l->scratch_bytes, l->light, &l->lights, &l->stats);
     l->extract_seconds = seconds_now() - start;
     return result == LIGHTPROBE_OK || fail(why, "lights: %s", lightprobe_result_string(result));
 }
@@ -48,27 +52,42 @@ bool lighting_extract(lighting *l, const probe *p, message *why)
 typedef struct drawing {
     lighting *l;
     const scene *s;
-    double *seconds;  // two per light: depth, map
-    bool *failed;     // one per light, so that threads do not share
+    double *seconds; // two per light: depth, map
+    bool *failed;    // one per light, so that threads do not share
 } drawing;
+
+int lighting_map_side(const lighting *l, int i)
+{
+    const bool narrow = l->light[i].tan_half_v < LIGHTING_NARROW;
+    return narrow ? 2 * l->settings.map_side : l->settings.map_side;
+}
+
+static bool open_map(lighting *l, const scene *s, int i, int side)
+{
+    const lightprobe_light *light = &l->light[i];
+    const float low[3] = {s->low.x, s->low.y, s->low.z},
+                high[3] = {s->high.x, s->high.y, s->high.z};
+    const size_t bytes = mssm_map_bytes(side, 6);
+    void *memory = realloc(l->map_memory[i], bytes);
+    if (!memory) return false;
+    l->map_memory[i] = memory;
+    return mssm_light_directional(&l->frustum[i], light->direction, light->axis_u,
+                                  light->tan_half_u, light->tan_half_v, low, high) == MSSM_OK &&
+           mssm_map_init(&l->map[i], memory, bytes, side, 6) == MSSM_OK;
+}
 
 static bool draw_map(lighting *l, const scene *s, int i, double seconds[2])
 {
-    const lightprobe_light *light = &l->light[i];
-    const float low[3] = {s->low.x, s->low.y, s->low.z}, high[3] = {s->high.x, s->high.y, s->high.z};
-    const int side = l->settings.map_side, samples = l->settings.map_samples;
+    const int side = lighting_map_side(l, i), samples = l->settings.map_samples;
     const size_t count = (size_t)side * (size_t)side * (size_t)samples;
     const double start = seconds_now();
-    if (mssm_light_directional(&l->frustum[i], light->direction, light->axis_u, light->tan_half_u,
-                               light->tan_half_v, low, high) != MSSM_OK ||
-        mssm_map_init(&l->map[i], l->map_memory + (size_t)i * l->map_bytes, l->map_bytes, side, 6) !=
-            MSSM_OK) {
-        return false;
-    }
+    if (!open_map(l, s, i, side)) return false;
     const raster_frustum frustum = {l->frustum[i].world_to_shadow, false, 0, 0};
-    float *front = malloc(2 * count * sizeof *front), *back = front + count;
+    const bool both = l->settings.back_faces;
+    float *front = malloc((both ? 2 : 1) * count * sizeof *front);
+    float *back = front && both ? front + count : NULL;
     bool drawn = front && raster_depth(s, &frustum, RASTER_FRONT, side, samples, front) &&
-                 raster_depth(s, &frustum, RASTER_BACK, side, samples, back);
+                 (!back || raster_depth(s, &frustum, RASTER_BACK, side, samples, back));
     seconds[0] = seconds_now() - start;
     if (drawn) drawn = mssm_map_update(l->map[i], front, back, samples) == MSSM_OK;
     seconds[1] = seconds_now() - start - seconds[0];
@@ -84,7 +103,7 @@ static void draw_one(void *context, int i)
 
 bool lighting_draw_maps(lighting *l, const scene *s, message *why)
 {
-    const size_t lights = (size_t)l->lights + 1;  // none is allowed
+    const size_t lights = (size_t)l->lights + 1; // none is allowed
     drawing d = {l, s, calloc(lights, 2 * sizeof *d.seconds), calloc(lights, sizeof *d.failed)};
     const double start = seconds_now();
     double depth = 0, maps = 0;
@@ -113,17 +132,21 @@ static float share_of(const lightprobe_light *light, vec3 normal)
 }
 
 // What the lights do not carry comes from everywhere alike: radiance residual / 4 pi, times pi.
-static vec3 ambient(const lighting *l) { return vec_scale(vec_of(l->stats.residual), 0.25f); }
+static vec3 ambient(const lighting *l)
+{
+    return vec_scale(vec_of(l->stats.residual), 0.25f);
+}
 
 vec3 lighting_at(const lighting *l, vec3 point, vec3 normal)
 {
     const float at[3] = {point.x, point.y, point.z};
+    const float little = 2e-5f * vec_luminance(vec_of(l->stats.total));
     vec3 sum = ambient(l);
     for (int i = 0; i < l->lights; i++) {
         const float share = share_of(&l->light[i], normal);
-        if (share < 1e-4f) continue;  // below the horizon, or next to nothing
-        const float seen =
-            mssm_map_visibility(l->map[i], &l->frustum[i], &l->settings.shadows, at);
+        // Below the horizon, or not worth looking up what is in its way.
+        if (share * vec_luminance(vec_of(l->light[i].irradiance)) < little) continue;
+        const float seen = mssm_map_visibility(l->map[i], &l->frustum[i], &l->settings.shadows, at);
         sum = vec_mad(sum, vec_of(l->light[i].irradiance), share * seen);
     }
     return sum;
@@ -136,11 +159,11 @@ static vec3 trace_lights(const light_source *source, vec3 point, vec3 normal, un
     for (int i = 0; i < l->lights; i++) {
         const lightprobe_light *light = &l->light[i];
         const float share = share_of(light, normal);
-        if (share < 1e-4f) continue;
-        const float seen = trace_rectangle(
-            source->tree, point, vec_of(light->direction), vec_of(light->axis_u),
-            vec_of(light->axis_v), light->tan_half_u, light->tan_half_v, source->rays,
-            seed * 64 + (unsigned)i);
+        if (share <= 0) continue;
+        const float seen =
+            trace_rectangle(source->tree, point, vec_of(light->direction), vec_of(light->axis_u),
+                            vec_of(light->axis_v), light->tan_half_u, light->tan_half_v,
+                            source->rays, seed * 64 + (unsigned)i);
         sum = vec_mad(sum, vec_of(light->irradiance), share * seen);
     }
     return sum;

@@ -12,7 +12,10 @@ typedef struct parser {
     message *why;
 } parser;
 
-static bool no_memory(parser *p) { return fail(p->why, "line %d: no memory", p->line); }
+static bool no_memory(parser *p)
+{
+    return fail(p->why, "line %d: no memory", p->line);
+}
 
 static const char *skip_blanks(const char *at)
 {

@@ -10,9 +10,10 @@ const char options_help[] =
     "  --probe FILE      .hdr (lat-long) or .pfm (lat-long or a strip of six cube faces)\n"
     "  --mesh FILE.obj   takes the place of the knot in the middle\n"
     "  --lights N        at most so many lights, 1..1024 (64)\n"
-    "  --tolerance T     stop adding lights at this error, 0..1 (0: what the library thinks right)\n"
+    "  --tolerance T     stop adding lights at this estimated error, 0..1 (0.01)\n"
     "  --estimator NAME  layered, lower or upper (layered)\n"
     "  --moments N       4, 6, or 0 for as few as every point needs (0)\n"
+    "  --faces WHICH     front or both: what the depth maps are made of (front)\n"
     "  --size WxH        of the picture, 16..8192 (960x540)\n"
     "  --out FILE        where the PNG goes (build/demo.png)\n"
     "  --orbit N         N numbered frames with a turning probe and moving objects\n"
@@ -49,15 +50,30 @@ static bool parse_size(const char *text, int *width, int *height)
     return parse_int(copy, 16, 8192, width) && parse_int(x + 1, 16, 8192, height);
 }
 
-static bool parse_estimator(const char *text, int *estimator)
+// The place of a word in a list that ends with NULL.
+static bool parse_word(const char *text, const char *const *words, int *place)
 {
-    const char *names[] = {"layered", "lower", "upper"};
-    for (int i = 0; i < 3; i++) {
-        if (strcmp(text, names[i]) != 0) continue;
-        *estimator = i;
+    for (int i = 0; words[i]; i++) {
+        if (strcmp(text, words[i]) != 0) continue;
+        *place = i;
         return true;
     }
     return false;
+}
+
+static bool parse_estimator(const char *text, int *estimator)
+{
+    const char *const names[] = {"layered", "lower", "upper", NULL};
+    return parse_word(text, names, estimator);
+}
+
+static bool parse_faces(const char *text, bool *back_faces)
+{
+    const char *const names[] = {"front", "both", NULL};
+    int place;
+    if (!parse_word(text, names, &place)) return false;
+    *back_faces = place == 1;
+    return true;
 }
 
 // An option with a value. *known is false when there is none of that name.
@@ -72,6 +88,7 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
     if (!strcmp(name, "--lights")) return parse_int(value, 1, 1024, &o->lights);
     if (!strcmp(name, "--tolerance")) return parse_float(value, 0, 1, &o->tolerance);
     if (!strcmp(name, "--estimator")) return parse_estimator(value, &o->estimator);
+    if (!strcmp(name, "--faces")) return parse_faces(value, &o->back_faces);
     if (!strcmp(name, "--size")) return parse_size(value, &o->width, &o->height);
     if (!strcmp(name, "--orbit")) return parse_int(value, 1, 9999, &o->orbit);
     if (!strcmp(name, "--moments")) {
@@ -83,7 +100,8 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
 
 bool options_parse(options *o, int argc, char **argv, message *why)
 {
-    *o = (options){.out = "build/demo.png", .lights = 64, .width = 960, .height = 540};
+    *o = (options){
+        .out = "build/demo.png", .lights = 64, .tolerance = 0.01f, .width = 960, .height = 540};
     for (int i = 1; i < argc; i++) {
         const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
         bool known;

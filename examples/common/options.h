@@ -7,13 +7,14 @@
 typedef enum truth_kind { TRUTH_NONE, TRUTH_PROBE, TRUTH_LIGHTS } truth_kind;
 
 typedef struct options {
-    const char *probe, *mesh, *out;  // file names; probe and mesh NULL for the built-in ones
+    const char *probe, *mesh, *out; // file names; probe and mesh NULL for the built-in ones
     int lights;
     float tolerance;
-    int estimator;  // mssm_estimator
+    int estimator; // mssm_estimator
     int moments;
+    bool back_faces;
     int width, height;
-    int orbit;  // frames; 0 for a single picture
+    int orbit; // frames; 0 for a single picture
     truth_kind truth;
     bool help;
 } options;

@@ -9,9 +9,9 @@
 typedef struct stream {
     unsigned char *bytes;
     size_t size, room;
-    uint32_t bits;  // not written yet
+    uint32_t bits; // not written yet
     int bit_count;
-    bool failed;  // out of memory: everything after is dropped
+    bool failed; // out of memory: everything after is dropped
 } stream;
 
 static void put_byte(stream *out, unsigned byte)
@@ -29,7 +29,7 @@ static void put_byte(stream *out, unsigned byte)
     out->bytes[out->size++] = (unsigned char)byte;
 }
 
-static void put_word(stream *out, uint32_t word)  // big-endian
+static void put_word(stream *out, uint32_t word) // big-endian
 {
     for (int shift = 24; shift >= 0; shift -= 8) put_byte(out, word >> shift & 255);
 }
@@ -54,10 +54,14 @@ static void put_code(stream *out, unsigned code, int length)
 
 static void put_symbol(stream *out, unsigned symbol)
 {
-    if (symbol < 144) put_code(out, 0x30 + symbol, 8);
-    else if (symbol < 256) put_code(out, 0x190 + symbol - 144, 9);
-    else if (symbol < 280) put_code(out, symbol - 256, 7);
-    else put_code(out, 0xc0 + symbol - 280, 8);
+    if (symbol < 144)
+        put_code(out, 0x30 + symbol, 8);
+    else if (symbol < 256)
+        put_code(out, 0x190 + symbol - 144, 9);
+    else if (symbol < 280)
+        put_code(out, symbol - 256, 7);
+    else
+        put_code(out, 0xc0 + symbol - 280, 8);
 }
 
 // Lengths and distances share one scheme: the classes double in width every few steps. Writes value
@@ -76,7 +80,7 @@ static void put_match(stream *out, unsigned length, unsigned distance)
     int extra_bits;
     unsigned extra;
     if (length == 258) {
-        put_symbol(out, 285);  // the longest has a class of its own
+        put_symbol(out, 285); // the longest has a class of its own
     } else {
         put_symbol(out, 257 + split_value(length - 3, 4, &extra_bits, &extra));
         put_bits(out, extra, extra_bits);
@@ -90,13 +94,14 @@ enum { WINDOW = 32768, HASHES = 1 << 15, CHAIN = 64 };
 typedef struct matcher {
     const unsigned char *data;
     size_t size;
-    size_t newest[HASHES];   // position + 1 of the last three bytes with this hash; 0 for none
-    size_t earlier[WINDOW];  // the one before it
+    size_t newest[HASHES];  // position + 1 of the last three bytes with this hash; 0 for none
+    size_t earlier[WINDOW]; // the one before it
 } matcher;
 
 static unsigned hash_at(const unsigned char *p)
 {
-    return ((unsigned)p[0] * 0x9e37u ^ (unsigned)p[1] * 0x79b9u ^ (unsigned)p[2] * 0x4f1bu) % HASHES;
+    return ((unsigned)p[0] * 0x9e37u ^ (unsigned)p[1] * 0x79b9u ^ (unsigned)p[2] * 0x4f1bu) %
+           HASHES;
 }
 
 static void remember(matcher *m, size_t at)
@@ -133,7 +138,7 @@ static void deflate(stream *out, const unsigned char *data, size_t size)
     if (!m) return;
     m->data = data;
     m->size = size;
-    put_bits(out, 3, 3);  // last block, fixed code
+    put_bits(out, 3, 3); // last block, fixed code
     for (size_t at = 0; at < size;) {
         unsigned distance = 0, later = 0;
         unsigned length = longest_match(m, at, &distance);
@@ -149,7 +154,7 @@ static void deflate(stream *out, const unsigned char *data, size_t size)
         for (size_t end = at + length; ++at < end;) remember(m, at);
     }
     put_symbol(out, 256);
-    put_bits(out, 0, 7);  // to the next whole byte
+    put_bits(out, 0, 7); // to the next whole byte
     free(m);
 }
 
@@ -245,15 +250,15 @@ unsigned char *png_encode(const unsigned char *rgb8, int width, int height, size
     size_t chunk = begin_chunk(&out, "IHDR");
     put_word(&out, (uint32_t)width);
     put_word(&out, (uint32_t)height);
-    put_byte(&out, 8);                              // bits a channel
-    put_byte(&out, 2);                              // RGB
-    for (int i = 0; i < 3; i++) put_byte(&out, 0);  // deflate, adaptive filters, not interlaced
+    put_byte(&out, 8);                             // bits a channel
+    put_byte(&out, 2);                             // RGB
+    for (int i = 0; i < 3; i++) put_byte(&out, 0); // deflate, adaptive filters, not interlaced
     end_chunk(&out, chunk);
     chunk = begin_chunk(&out, "sRGB");
     put_byte(&out, 0);
     end_chunk(&out, chunk);
     chunk = begin_chunk(&out, "IDAT");
-    put_byte(&out, 0x78);  // deflate with a window of 32 KiB
+    put_byte(&out, 0x78); // deflate with a window of 32 KiB
     put_byte(&out, 0x9c);
     deflate(&out, lines, filtered);
     put_word(&out, adler32(lines, filtered));

@@ -46,8 +46,10 @@ int probe_locate(vec3 d, float *s, float *t)
 {
     const float x = fabsf(d.x), y = fabsf(d.y), z = fabsf(d.z);
     int face = d.z < 0 ? 5 : 4;
-    if (x >= y && x >= z) face = d.x < 0 ? 1 : 0;
-    else if (y >= z) face = d.y < 0 ? 3 : 2;
+    if (x >= y && x >= z)
+        face = d.x < 0 ? 1 : 0;
+    else if (y >= z)
+        face = d.y < 0 ? 3 : 2;
     const float major = vec_dot(d, vec_of(face_axes[face][0]));
     *s = vec_dot(d, vec_of(face_axes[face][1])) / major;
     *t = vec_dot(d, vec_of(face_axes[face][2])) / major;
@@ -107,8 +109,8 @@ static void polygon_clip(polygon *p, vec3 normal)
     }
 }
 
-// The solid angle of a small polygon on the plane z = 1, its corners (s,t,1): area times the density
-// at the centre.
+// The solid angle of a small polygon on the plane z = 1, its corners (s,t,1): area times the
+// density at the centre.
 static float polygon_solid_angle(const polygon *p)
 {
     vec3 centre = vec(0, 0, 0);
@@ -126,8 +128,8 @@ static float polygon_solid_angle(const polygon *p)
 
 typedef struct spread {
     probe *to;
-    double *weight;  // a texel's share of solid angle received so far
-    double *sum;     // and the radiance times that
+    double *weight; // a texel's share of solid angle received so far
+    double *sum;    // and the radiance times that
 } spread;
 
 static void spread_to_texel(const spread *out, int face, int x, int y, const polygon *p,
@@ -151,7 +153,7 @@ static void spread_to_face(const spread *out, int face, polygon p, const float r
     if (p.count < 3) return;
     for (int i = 0; i < p.count; i++) {
         const vec3 c = p.corner[i];
-        if (!(c.z > 0)) return;  // only the apex of the pyramid is left
+        if (!(c.z > 0)) return; // only the apex of the pyramid is left
         p.corner[i] = vec(c.x / c.z, c.y / c.z, 1);
         low_s = fminf(low_s, p.corner[i].x);
         high_s = fmaxf(high_s, p.corner[i].x);
@@ -174,8 +176,11 @@ static void spread_to_face(const spread *out, int face, polygon p, const float r
     }
 }
 
-static void spread_quad(const spread *out, const vec3 corner[4], const float rgb[3])
+static void spread_quad(const spread *out, const vec3 corner[4], const float value[3])
 {
+    float rgb[3];
+    // A broken texel must not break its neighbours.
+    for (int c = 0; c < 3; c++) rgb[c] = isfinite(value[c]) ? value[c] : 0;
     for (int face = 0; face < 6; face++) {
         polygon p = {.count = 4};
         bool ahead = false;
@@ -183,7 +188,7 @@ static void spread_quad(const spread *out, const vec3 corner[4], const float rgb
             p.corner[i] = vec(vec_dot(corner[i], vec_of(face_axes[face][1])),
                               vec_dot(corner[i], vec_of(face_axes[face][2])),
                               vec_dot(corner[i], vec_of(face_axes[face][0])));
-            ahead |= p.corner[i].z > 0.5f;  // unit vectors on a face have at least 0.577
+            ahead |= p.corner[i].z > 0.5f; // unit vectors on a face have at least 0.577
         }
         if (ahead) spread_to_face(out, face, p, rgb);
     }
@@ -212,6 +217,10 @@ bool probe_rotate(probe *out, const probe *in, float angle)
 {
     spread to;
     const float n = (float)in->side;
+    if (angle == 0 && in->side == out->side) { // exactly, broken texels included
+        memcpy(out->texels, in->texels, 18 * (size_t)in->side * (size_t)in->side * sizeof(float));
+        return true;
+    }
     if (!spread_begin(&to, out)) return false;
     for (int i = 0; i < 6 * in->side * in->side; i++) {
         const int face = i / (in->side * in->side), y = i / in->side % in->side, x = i % in->side;
@@ -261,8 +270,9 @@ static bool lat_long_shrink(image *out, const image *in, int factor, int *broken
                 sum[1] += w * (double)value.y;
                 sum[2] += w * (double)value.z;
             }
-            image_set(out, x, y, vec((float)(sum[0] / weights), (float)(sum[1] / weights),
-                                     (float)(sum[2] / weights)));
+            image_set(out, x, y,
+                      vec((float)(sum[0] / weights), (float)(sum[1] / weights),
+                          (float)(sum[2] / weights)));
         }
     }
     return true;
@@ -366,28 +376,30 @@ static float soft_box(vec3 d, vec3 towards, float half_width, float half_height)
 
 static vec3 default_radiance(vec3 d)
 {
-    const vec3 sun = vec_unit(vec(-0.62f, 0.60f, 0.50f));
-    const vec3 window = vec_unit(vec(0.86f, 0.42f, 0.28f));
+    const vec3 sun = vec_unit(vec(-0.72f, 0.60f, -0.34f));
+    const vec3 window = vec_unit(vec(0.72f, 0.40f, 0.60f));
     const float towards_sun = fmaxf(vec_dot(d, sun), 0);
     const float height = fmaxf(d.y, 0);
-    vec3 sky = vec_mix(vec(0.75f, 0.62f, 0.55f), vec(0.16f, 0.30f, 0.62f), sqrtf(height));
+    vec3 sky = vec_mix(vec(0.80f, 0.56f, 0.44f), vec(0.10f, 0.22f, 0.52f), sqrtf(height));
     sky = vec_mad(sky, vec(0.9f, 0.55f, 0.28f), powf(towards_sun, 12));
-    vec3 ground = vec_mix(vec(0.34f, 0.29f, 0.26f), vec(0.12f, 0.10f, 0.09f), sqrtf(fmaxf(-d.y, 0)));
+    vec3 ground =
+        vec_mix(vec(0.42f, 0.32f, 0.27f), vec(0.14f, 0.11f, 0.10f), sqrtf(fmaxf(-d.y, 0)));
     vec3 sum = vec_mix(ground, sky, soft_step(d.y, 0.05f));
     // The disc is 4 degrees wide instead of half a degree: as behind thin haze.
-    sum = vec_mad(sum, vec(1500, 1180, 800), soft_step(towards_sun - 0.99939f, 0.0005f));
-    return vec_mad(sum, vec(2.6f, 3.5f, 4.8f), soft_box(d, window, 0.42f, 0.30f));
+    sum = vec_mad(sum, vec(1900, 1480, 980), soft_step(towards_sun - 0.99939f, 0.0005f));
+    return vec_mad(sum, vec(2.0f, 2.7f, 3.7f), soft_box(d, window, 0.42f, 0.30f));
 }
 
 bool probe_default(probe *p, int side)
 {
-    enum { GRID = 4 };  // samples along the side of a texel
+    enum { GRID = 4 }; // samples along the side of a texel
     if (!probe_create(p, side)) return false;
     for (int i = 0; i < 6 * side * side; i++) {
         vec3 sum = vec(0, 0, 0);
         for (int k = 0; k < GRID * GRID; k++) {
             const float s = ((float)(i % side) + ((float)(k % GRID) + 0.5f) / GRID) / (float)side;
-            const float t = ((float)(i / side % side) + ((float)(k / GRID) + 0.5f) / GRID) / (float)side;
+            const float t =
+                ((float)(i / side % side) + ((float)(k / GRID) + 0.5f) / GRID) / (float)side;
             const vec3 d = vec_unit(probe_direction(i / side / side, 2 * s - 1, 2 * t - 1));
             sum = vec_mad(sum, default_radiance(d), 1.0f / (GRID * GRID));
         }

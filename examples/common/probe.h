@@ -11,14 +11,14 @@
 
 typedef struct probe {
     int side;
-    float *texels;         // [((face * side + y) * side + x) * 3 + channel]; from malloc
-    const float *face[6];  // the six faces in texels, for lightprobe_cube
-    int broken;            // NaN and infinite texels of a lat-long picture, taken as black
+    float *texels;        // [((face * side + y) * side + x) * 3 + channel]; from malloc
+    const float *face[6]; // the six faces in texels, for lightprobe_cube
+    int broken;           // NaN and infinite texels of a lat-long picture, taken as black
 } probe;
 
 #define PROBE_DEFAULT_SIDE 128
 
-bool probe_create(probe *p, int side);  // black
+bool probe_create(probe *p, int side); // black
 void probe_free(probe *p);
 
 // A lat-long picture (2:1) or a strip of six faces from top to bottom (1:6), which is taken as it
@@ -33,8 +33,8 @@ bool probe_to_image(const probe *p, image *im);
 bool probe_default(probe *p, int side);
 
 // Turns the probe by an angle about +Y (counter-clockwise seen from above) into out, which has been
-// created with any side. Texels are split where they come to overlap several, so that energy is kept
-// and steps far below a texel still show.
+// created with any side. Texels are split where they come to overlap several, so that energy is
+// kept and steps far below a texel still show.
 bool probe_rotate(probe *out, const probe *in, float angle);
 
 // Not normalized; face 0..5, s and t in [-1,1].

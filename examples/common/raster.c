@@ -38,10 +38,10 @@ typedef struct point4 {
 
 typedef struct target {
     int width, height, samples;
-    bool flip_y;            // row 0 at the top
-    float *depth;           // smaller is nearer
-    int *triangle;          // or NULL
-    bool perspective;       // see raster_frustum
+    bool flip_y;      // row 0 at the top
+    float *depth;     // smaller is nearer
+    int *triangle;    // or NULL
+    bool perspective; // see raster_frustum
     float z_near, z_far;
 } target;
 
@@ -51,12 +51,15 @@ typedef struct plane {
 } plane;
 
 typedef struct setup {
-    plane edge[3];  // >= 0 inside, 1 at the opposite corner
-    plane depth;    // z, or 1/w in perspective
+    plane edge[3]; // >= 0 inside, 1 at the opposite corner
+    plane depth;   // z, or 1/w in perspective
     float low_x, high_x, low_y, high_y;
 } setup;
 
-static float plane_at(const plane *p, float x, float y) { return p->dx * x + p->dy * y + p->c; }
+static float plane_at(const plane *p, float x, float y)
+{
+    return p->dx * x + p->dy * y + p->c;
+}
 
 // Positions in pixels. False for triangles seen from behind or edge on.
 static bool triangle_setup(setup *t, const float x[3], const float y[3], const float value[3])
@@ -84,15 +87,21 @@ static bool triangle_setup(setup *t, const float x[3], const float y[3], const f
 
 // Two triangles that share an edge must leave no sample between them, whatever the rounding: a hole
 // of one sample lets light through, a hair of overlap does not show.
-static float edge_slack(const plane *p) { return 2e-4f * (fabsf(p->dx) + fabsf(p->dy)); }
+static float edge_slack(const plane *p)
+{
+    return 2e-4f * (fabsf(p->dx) + fabsf(p->dy));
+}
 
 // Narrows [low, high] to where the edge can be inside somewhere in the row of pixels y .. y+1.
 static void narrow(const plane *p, float y, float *low, float *high)
 {
     const float inside = p->c + p->dy * (p->dy > 0 ? y + 1 : y) + edge_slack(p);
-    if (p->dx > 0) *low = fmaxf(*low, -inside / p->dx);
-    else if (p->dx < 0) *high = fminf(*high, -inside / p->dx);
-    else if (inside < 0) *high = *low - 1;
+    if (p->dx > 0)
+        *low = fmaxf(*low, -inside / p->dx);
+    else if (p->dx < 0)
+        *high = fminf(*high, -inside / p->dx);
+    else if (inside < 0)
+        *high = *low - 1;
 }
 
 static int clamp_to(float x, int low, int high)
@@ -194,15 +203,17 @@ static bool mirrors(const float m[16])
 {
     // Rows 0, 1 and the row of depth: z, or w in perspective, which also grows away from the light.
     const int k = m[3] != 0 || m[7] != 0 || m[11] != 0 ? 3 : 2;
-    const vec3 x = vec(m[0], m[4], m[8]), y = vec(m[1], m[5], m[9]), z = vec(m[k], m[4 + k], m[8 + k]);
+    const vec3 x = vec(m[0], m[4], m[8]), y = vec(m[1], m[5], m[9]),
+               z = vec(m[k], m[4 + k], m[8 + k]);
     return vec_dot(vec_cross(x, y), z) > 0;
 }
 
 bool raster_depth(const scene *s, const raster_frustum *frustum, raster_faces faces, int side,
                   int samples, float *depth)
 {
-    const target to = {side, side,  samples, false, depth, NULL, frustum->perspective,
-                       frustum->z_near, frustum->z_far};
+    const target to = {
+        side,          side, samples, false, depth, NULL, frustum->perspective, frustum->z_near,
+        frustum->z_far};
     const size_t count = (size_t)side * (size_t)side * (size_t)samples;
     for (size_t i = 0; i < count; i++) depth[i] = 1;
     return draw(&to, s, frustum->world_to_shadow,
@@ -296,12 +307,14 @@ int view_surfaces(const view *v, const scene *s, int x, int y, surface piece[VIE
         vec3 position, normal;
         int k = 0;
         view_sample(v, s, x, y, i, triangle[i], &position, &normal);
-        while (k < pieces && (piece[k].object != s->object[triangle[i]] ||
-                              vec_dot(piece[k].normal, normal) < 0.8f * vec_length(piece[k].normal))) {
+        while (k < pieces &&
+               (piece[k].object != s->object[triangle[i]] ||
+                vec_dot(piece[k].normal, normal) < 0.8f * vec_length(piece[k].normal))) {
             k++;
         }
         // The mean position of several samples would lie below a curved surface, and in its shadow.
-        if (k == pieces) piece[pieces++] = (surface){position, {0, 0, 0}, s->object[triangle[i]], 0};
+        if (k == pieces)
+            piece[pieces++] = (surface){position, {0, 0, 0}, s->object[triangle[i]], 0};
         piece[k].normal = vec_add(piece[k].normal, normal);
         piece[k].share += 1;
     }

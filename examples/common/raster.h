@@ -1,4 +1,5 @@
-// One rasterizer for both jobs: depth maps as seen from lights, and the picture as seen by a camera.
+// One rasterizer for both jobs: depth maps as seen from lights, and the picture as seen by a
+// camera.
 #ifndef RASTER_H
 #define RASTER_H
 
@@ -12,8 +13,8 @@ typedef enum raster_faces { RASTER_FRONT, RASTER_BACK } raster_faces;
 
 typedef struct raster_frustum {
     const float *world_to_shadow;
-    bool perspective;       // false: w = 1 and depth is clip.z
-    float z_near, z_far;    // perspective: depth is -1 + 2 (w - near) / (far - near)
+    bool perspective;    // false: w = 1 and depth is clip.z
+    float z_near, z_far; // perspective: depth is -1 + 2 (w - near) / (far - near)
 } raster_frustum;
 
 // Writes the depth of the surfaces nearest the light that face it, or that face away from it, into
@@ -28,8 +29,8 @@ void raster_sample_position(int samples, int s, float *x, float *y);
 // The camera -------------------------------------------------------------------------------------
 
 typedef struct camera {
-    vec3 position, right, up, back;  // unit axes; it looks against back
-    float tan_x, tan_y;              // half the field of view
+    vec3 position, right, up, back; // unit axes; it looks against back
+    float tan_x, tan_y;             // half the field of view
 } camera;
 
 camera camera_look(vec3 from, vec3 to, float vertical_angle, float aspect);
@@ -42,18 +43,19 @@ vec3 camera_ray(const camera *c, float x, float y);
 typedef struct view {
     camera eye;
     int width, height;
-    int *triangle;  // [(y*width + x)*VIEW_SAMPLES + s], row 0 at the top; from malloc
+    int *triangle; // [(y*width + x)*VIEW_SAMPLES + s], row 0 at the top; from malloc
 } view;
 
 bool view_create(view *v, const scene *s, const camera *eye, int width, int height);
 void view_free(view *v);
 
-// A piece of surface in a pixel: the samples that lie on the same object and face about the same way,
-// so that a pixel is shaded once unless an edge runs through it. Position of one, mean normal of all.
+// A piece of surface in a pixel: the samples that lie on the same object and face about the same
+// way, so that a pixel is shaded once unless an edge runs through it. Position of one, mean normal
+// of all.
 typedef struct surface {
     vec3 position, normal;
     int object;
-    float share;  // of the pixel
+    float share; // of the pixel
 } surface;
 
 // Returns the number of pieces; what their shares leave is background.

@@ -8,8 +8,8 @@
 
 typedef struct bvh_node {
     vec3 low, high;
-    int first;  // a leaf's first triangle, or the first of two children
-    int count;  // triangles of a leaf, 0 for inner nodes
+    int first; // a leaf's first triangle, or the first of two children
+    int count; // triangles of a leaf, 0 for inner nodes
 } bvh_node;
 
 typedef struct bvh_triangle {
@@ -29,7 +29,10 @@ typedef struct item {
 
 enum { BINS = 16, LEAF = 4, DEPTH_MOST = 64 };
 
-static float axis_of(vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+static float axis_of(vec3 v, int axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
 
 static float box_area(vec3 low, vec3 high)
 {
@@ -101,12 +104,13 @@ static int partition(item *items, int count)
     for (int axis = 0; axis < 3; axis++) {
         const float size = axis_of(high, axis) - axis_of(low, axis);
         if (!(size > 0)) continue;
-        const int split = best_split(items, count, axis, axis_of(low, axis), BINS / size, &best_cost);
+        const int split =
+            best_split(items, count, axis, axis_of(low, axis), BINS / size, &best_cost);
         if (split < 0) continue;
         best_axis = axis;
         best_bin = split;
     }
-    if (best_axis < 0) return count / 2;  // all centres in one place
+    if (best_axis < 0) return count / 2; // all centres in one place
     const float from = axis_of(low, best_axis), scale = BINS / (axis_of(high, best_axis) - from);
     int left = 0;
     for (int i = 0; i < count; i++) {
@@ -156,8 +160,8 @@ bvh *bvh_create(const scene *s)
     for (size_t i = 0; i < count; i++) {
         const int *t = s->triangle[items[i].triangle];
         const vec3 a = s->position[t[0]];
-        tree->triangle[i] = (bvh_triangle){a, vec_sub(s->position[t[1]], a),
-                                           vec_sub(s->position[t[2]], a)};
+        tree->triangle[i] =
+            (bvh_triangle){a, vec_sub(s->position[t[1]], a), vec_sub(s->position[t[2]], a)};
     }
     free(items);
     return tree;
@@ -191,8 +195,14 @@ static float hit_triangle(const bvh_triangle *t, const ray *r)
     return distance > 0 ? distance : HUGE_VALF;
 }
 
-static float smaller(float a, float b) { return a < b ? a : b; }
-static float larger(float a, float b) { return a > b ? a : b; }
+static float smaller(float a, float b)
+{
+    return a < b ? a : b;
+}
+static float larger(float a, float b)
+{
+    return a > b ? a : b;
+}
 
 // Where the ray enters the box; HUGE_VALF when it misses or enters beyond the limit.
 static float enter_box(const bvh_node *n, const ray *r, float limit)
@@ -207,8 +217,7 @@ static float enter_box(const bvh_node *n, const ray *r, float limit)
 // The nearest hit before the limit, or with any set the first one found.
 static float walk(const bvh *tree, vec3 origin, vec3 direction, float limit, bool any)
 {
-    const ray r = {origin, direction,
-                   {1 / direction.x, 1 / direction.y, 1 / direction.z}};
+    const ray r = {origin, direction, {1 / direction.x, 1 / direction.y, 1 / direction.z}};
     int stack[DEPTH_MOST + 1], waiting = 0;
     float nearest = limit;
     stack[waiting++] = 0;
@@ -309,7 +318,8 @@ bool probe_sampler_create(probe_sampler *sampler, const probe *p)
         for (int i = 0; i < texels; i++) {
             float s, t;
             texel_corner(p, i, &s, &t);
-            const float weight = face_density(s + half, t + half) * vec_luminance(clean_texel(p, i));
+            const float weight =
+                face_density(s + half, t + half) * vec_luminance(clean_texel(p, i));
             sum += (double)weight;
             if (pass) sampler->cumulative[i] = total > 0 ? sum / total : (i + 1.0) / texels;
         }
@@ -331,15 +341,17 @@ static int find_texel(const probe_sampler *sampler, double x, float *share)
     int low = 0, high = 6 * side * side - 1;
     while (low < high) {
         const int middle = low + (high - low) / 2;
-        if (sampler->cumulative[middle] > x) high = middle;
-        else low = middle + 1;
+        if (sampler->cumulative[middle] > x)
+            high = middle;
+        else
+            low = middle + 1;
     }
     *share = (float)(sampler->cumulative[low] - (low ? sampler->cumulative[low - 1] : 0));
     return low;
 }
 
-vec3 trace_irradiance(const bvh *tree, const probe_sampler *sampler, vec3 point, vec3 normal, int rays,
-                      unsigned seed)
+vec3 trace_irradiance(const bvh *tree, const probe_sampler *sampler, vec3 point, vec3 normal,
+                      int rays, unsigned seed)
 {
     const probe *p = sampler->source;
     const float step = 2 / (float)p->side;

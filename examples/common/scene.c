@@ -17,7 +17,10 @@ static vec3 frame_vector(const frame *f, vec3 v)
     return vec_mad(vec_mad(vec_scale(f->x, v.x), f->y, v.y), f->z, v.z);
 }
 
-static vec3 frame_point(const frame *f, vec3 p) { return vec_add(f->origin, frame_vector(f, p)); }
+static vec3 frame_point(const frame *f, vec3 p)
+{
+    return vec_add(f->origin, frame_vector(f, p));
+}
 
 // Turned about +Y first, then leaning by tilt about its own x axis.
 static frame frame_at(vec3 origin, float turn, float tilt)
@@ -49,7 +52,10 @@ static int add_vertex(scene *s, vec3 position, vec3 normal)
     return s->vertices++;
 }
 
-static bool same(vec3 a, vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+static bool same(vec3 a, vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
 
 // Triangles with two corners in one place, at poles and tips, are left out: their neighbours meet.
 static void add_triangle(scene *s, int a, int b, int c)
@@ -92,7 +98,8 @@ static void add_box(scene *s, const frame *f, vec3 half)
         const vec3 u = axes[(side / 2 + 1) % 3], v = vec_scale(axes[(side / 2 + 2) % 3], sign);
         int corner[4];
         for (int i = 0; i < 4; i++) {
-            const vec3 p = vec_mad(vec_mad(n, u, i == 1 || i == 2 ? 1.0f : -1.0f), v, i >= 2 ? 1.0f : -1.0f);
+            const vec3 p =
+                vec_mad(vec_mad(n, u, i == 1 || i == 2 ? 1.0f : -1.0f), v, i >= 2 ? 1.0f : -1.0f);
             corner[i] = add_vertex(s, frame_point(f, p), frame_vector(f, n));
         }
         add_quad(s, corner[0], corner[1], corner[2], corner[3]);
@@ -104,16 +111,17 @@ typedef struct profile_point {
 } profile_point;
 
 // One band of a surface of revolution, from ring a to ring b, with the given normals there.
-static void add_band(scene *s, const frame *f, const profile_point p[2], const profile_point normal[2],
-                     int around)
+static void add_band(scene *s, const frame *f, const profile_point p[2],
+                     const profile_point normal[2], int around)
 {
     const int first = s->vertices;
     for (int i = 0; i < around; i++) {
-        const float c = cosf(TAU * (float)i / (float)around), d = sinf(TAU * (float)i / (float)around);
+        const float c = cosf(TAU * (float)i / (float)around),
+                    d = sinf(TAU * (float)i / (float)around);
         for (int k = 0; k < 2; k++) {
-            add_vertex(s, frame_point(f, vec(p[k].radius * c, p[k].height, p[k].radius * d)),
-                       frame_vector(f, vec(normal[k].radius * c, normal[k].height,
-                                           normal[k].radius * d)));
+            add_vertex(
+                s, frame_point(f, vec(p[k].radius * c, p[k].height, p[k].radius * d)),
+                frame_vector(f, vec(normal[k].radius * c, normal[k].height, normal[k].radius * d)));
         }
     }
     for (int i = 0; i < around; i++) {
@@ -195,9 +203,9 @@ static void add_leaf(scene *s, const frame *f, float length, float width)
             for (int k = 0; k <= ACROSS; k++) {
                 const float u = 2 * (float)i / ALONG - 1, v = 2 * (float)k / ACROSS - 1;
                 const float open = 1 - u * u;
-                const vec3 bent = vec(length * u, 0.35f * length * (u * u - 0.3f * u) +
-                                                      0.5f * width * open * v * v,
-                                      width * open * (1.0f - 0.3f * u) * v);
+                const vec3 bent = vec(
+                    length * u, 0.35f * length * (u * u - 0.3f * u) + 0.5f * width * open * v * v,
+                    width * open * (1.0f - 0.3f * u) * v);
                 // The bend is slight: its slopes make a normal good enough for shading.
                 const vec3 n = vec(-0.35f * (2 * u - 0.3f), 1, -v);
                 const float lift = thickness * (float)skin * open * (1 - v * v);
@@ -207,8 +215,10 @@ static void add_leaf(scene *s, const frame *f, float length, float width)
         }
         for (int i = 0; i < ALONG * ACROSS; i++) {
             const int a = first + i / ACROSS * ROW + i % ACROSS;
-            if (skin > 0) add_quad(s, a, a + 1, a + ROW + 1, a + ROW);
-            else add_quad(s, a, a + ROW, a + ROW + 1, a + 1);
+            if (skin > 0)
+                add_quad(s, a, a + 1, a + ROW + 1, a + ROW);
+            else
+                add_quad(s, a, a + ROW, a + ROW + 1, a + 1);
         }
     }
 }
@@ -288,8 +298,8 @@ static void add_mesh(scene *s, const frame *f, const mesh *m, float radius, floa
 
 static void add_ground(scene *s)
 {
-    const profile_point slab[] = {{0, -0.16f}, {4.3f, -0.16f}, {4.4f, -0.06f}, {4.4f, -0.02f},
-                                  {4.38f, 0},  {0, 0}};
+    const profile_point slab[] = {{0, -0.16f},    {4.3f, -0.16f}, {4.4f, -0.06f},
+                                  {4.4f, -0.02f}, {4.38f, 0},     {0, 0}};
     const frame f = frame_at(vec(0, 0, 0), 0, 0);
     begin_object(s, 0.66f, 0.63f, 0.60f);
     add_lathe(s, &f, slab, 6, 128);
@@ -309,14 +319,16 @@ static void add_columns(scene *s)
 // Slats and two rails: thin things whose shadows are sharp at the foot and dissolve further on.
 static void add_railing(scene *s)
 {
+    const float turn = 0.86f;
+    const vec3 middle = vec(-2.25f, 0.42f, 1.25f), along = vec_turn(vec(1, 0, 0), turn);
     begin_object(s, 0.45f, 0.50f, 0.42f);
     for (int i = 0; i < 9; i++) {
-        const frame f = frame_at(vec(-2.75f + 0.24f * (float)i, 0.42f, 1.35f + 0.1f * (float)i), -0.4f, 0);
+        const frame f = frame_at(vec_mad(middle, along, 0.26f * ((float)i - 4)), turn, 0);
         add_box(s, &f, vec(0.035f, 0.42f, 0.012f));
     }
     for (int i = 0; i < 2; i++) {
-        const frame f = frame_at(vec(-1.79f, 0.2f + 0.5f * (float)i, 1.75f), -0.395f, 0);
-        add_box(s, &f, vec(1.14f, 0.025f, 0.018f));
+        const frame f = frame_at(vec_add(middle, vec(0, 0.5f * (float)i - 0.24f, 0)), turn, 0);
+        add_box(s, &f, vec(1.2f, 0.025f, 0.018f));
     }
 }
 
@@ -325,14 +337,15 @@ static void add_blocks_and_ring(scene *s, float phase)
 {
     begin_object(s, 0.70f, 0.62f, 0.36f);
     const float size[3] = {0.42f, 0.28f, 0.2f};
-    const vec3 place[3] = {vec(2.35f, 0.24f, -0.95f), vec(1.65f, 0.16f, -0.35f), vec(2.5f, 0.62f, -0.9f)};
+    const vec3 place[3] = {vec(3.0f, 0.24f, 0.45f), vec(2.45f, 0.16f, 1.0f),
+                           vec(3.1f, 0.62f, 0.4f)};
     const float height[3] = {0.24f, 0.16f, 0.14f};
     for (int i = 0; i < 3; i++) {
         const frame f = frame_at(place[i], 0.35f + 0.5f * (float)i, 0);
         add_box(s, &f, vec(size[i], height[i], size[i]));
     }
-    begin_object(s, 0.80f, 0.66f, 0.22f);
-    const frame ring = frame_at(vec(1.35f + 0.25f * sinf(phase), 1.85f + 0.15f * cosf(phase), -0.1f),
+    begin_object(s, 0.85f, 0.62f, 0.14f);
+    const frame ring = frame_at(vec(1.2f + 0.25f * sinf(phase), 1.6f + 0.15f * cosf(phase), -0.45f),
                                 0.5f + phase, 1.15f);
     add_tube(s, &ring, 0.52f, 0, 0.085f, 96, 20);
 }
@@ -344,7 +357,7 @@ static void add_centre(scene *s, float phase, const mesh *centre)
     const frame foot = frame_at(vec(-0.15f, 0, -0.2f), 0, 0);
     begin_object(s, 0.60f, 0.56f, 0.54f);
     add_lathe(s, &foot, pedestal, 8, 72);
-    begin_object(s, 0.80f, 0.27f, 0.16f);
+    begin_object(s, 0.80f, 0.22f, 0.11f);
     if (centre) {
         const frame f = frame_at(vec(-0.15f, 0.42f, -0.2f), phase, 0);
         add_mesh(s, &f, centre, 0.95f, 1.35f);
@@ -358,14 +371,14 @@ static void add_balls_and_leaves(scene *s, float phase)
 {
     const frame large = frame_at(vec(1.25f, 0.45f, 1.3f), 0, 0);
     const frame small = frame_at(vec(0.35f, 0.2f, 2.05f), 0, 0);
-    begin_object(s, 0.24f, 0.42f, 0.66f);
+    begin_object(s, 0.13f, 0.33f, 0.62f);
     add_sphere(s, &large, 0.45f, 28);
     begin_object(s, 0.82f, 0.80f, 0.78f);
     add_sphere(s, &small, 0.2f, 20);
-    begin_object(s, 0.38f, 0.56f, 0.18f);
+    begin_object(s, 0.33f, 0.56f, 0.10f);
     for (int i = 0; i < 4; i++) {
         const float k = (float)i, swing = 0.12f * sinf(phase + 1.7f * k);
-        const frame f = frame_at(vec(2.55f - 0.3f * k + swing, 0.28f + 0.33f * k, 1.0f - 0.25f * k),
+        const frame f = frame_at(vec(2.5f - 0.33f * k + swing, 0.25f + 0.3f * k, -1.3f - 0.15f * k),
                                  0.8f + 1.3f * k, 0.25f + swing);
         add_leaf(s, &f, 0.3f, 0.12f);
     }

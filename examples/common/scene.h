@@ -22,20 +22,20 @@ void mesh_free(mesh *m);
 #define SCENE_OBJECTS 16
 
 typedef struct scene {
-    vec3 *position, *normal;  // per vertex
+    vec3 *position, *normal; // per vertex
     int (*triangle)[3];
-    unsigned char *object;  // per triangle
+    unsigned char *object; // per triangle
     vec3 albedo[SCENE_OBJECTS];
     int vertices, triangles, objects;
-    vec3 low, high;  // bounds
+    vec3 low, high; // bounds
     // Private to scene.c.
     int vertex_room, triangle_room;
     bool failed;
 } scene;
 
 // Builds the default scene as it stands at a time (seconds; the moving parts come round every 8).
-// centre, unless NULL, takes the place of the knot on the pedestal, scaled to fit and standing on it.
-// False when memory runs out.
+// centre, unless NULL, takes the place of the knot on the pedestal, scaled to fit and standing on
+// it. False when memory runs out.
 bool scene_create(scene *s, float time, const mesh *centre);
 void scene_free(scene *s);
 

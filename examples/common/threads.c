@@ -35,7 +35,10 @@ static void finish(const loop *l)
 
 #if defined _WIN32
 
-double seconds_now(void) { return (double)clock() / CLOCKS_PER_SEC; }
+double seconds_now(void)
+{
+    return (double)clock() / CLOCKS_PER_SEC;
+}
 
 void parallel_for(int count, void (*work)(void *context, int index), void *context,
                   const char *label)

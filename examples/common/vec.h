@@ -16,17 +16,44 @@ static inline vec3 vec(float x, float y, float z)
     return v;
 }
 
-static inline vec3 vec_of(const float v[3]) { return vec(v[0], v[1], v[2]); }
+static inline vec3 vec_of(const float v[3])
+{
+    return vec(v[0], v[1], v[2]);
+}
 
-static inline vec3 vec_add(vec3 a, vec3 b) { return vec(a.x + b.x, a.y + b.y, a.z + b.z); }
-static inline vec3 vec_sub(vec3 a, vec3 b) { return vec(a.x - b.x, a.y - b.y, a.z - b.z); }
-static inline vec3 vec_mul(vec3 a, vec3 b) { return vec(a.x * b.x, a.y * b.y, a.z * b.z); }
-static inline vec3 vec_scale(vec3 a, float f) { return vec(a.x * f, a.y * f, a.z * f); }
-static inline vec3 vec_mad(vec3 a, vec3 b, float f) { return vec_add(a, vec_scale(b, f)); }
-static inline vec3 vec_mix(vec3 a, vec3 b, float t) { return vec_mad(vec_scale(a, 1 - t), b, t); }
+static inline vec3 vec_add(vec3 a, vec3 b)
+{
+    return vec(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+static inline vec3 vec_sub(vec3 a, vec3 b)
+{
+    return vec(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+static inline vec3 vec_mul(vec3 a, vec3 b)
+{
+    return vec(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+static inline vec3 vec_scale(vec3 a, float f)
+{
+    return vec(a.x * f, a.y * f, a.z * f);
+}
+static inline vec3 vec_mad(vec3 a, vec3 b, float f)
+{
+    return vec_add(a, vec_scale(b, f));
+}
+static inline vec3 vec_mix(vec3 a, vec3 b, float t)
+{
+    return vec_mad(vec_scale(a, 1 - t), b, t);
+}
 
-static inline float vec_dot(vec3 a, vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-static inline float vec_length(vec3 a) { return sqrtf(vec_dot(a, a)); }
+static inline float vec_dot(vec3 a, vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+static inline float vec_length(vec3 a)
+{
+    return sqrtf(vec_dot(a, a));
+}
 
 static inline vec3 vec_cross(vec3 a, vec3 b)
 {

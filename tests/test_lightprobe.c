@@ -1,0 +1,967 @@
+// lightprobe.h against oracle_lightprobe.h.
+#include "oracle_lightprobe.h"
+#include "test.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+static const char *const shared_names[3] = {"interior_128", "city_sun_128", "overcast_128"};
+
+// ----------------------------------------------------------------------------------------- helpers
+
+// Lights of a probe, in fresh memory of exactly the size asked for (so that a sanitizer sees overruns),
+// misaligned by one byte.
+static lightprobe_result extract(const test_probe *p, const lightprobe_settings *settings,
+                                 lightprobe_light *lights, int *count, lightprobe_stats *stats)
+{
+    const lightprobe_cube cube = test_probe_cube(p);
+    const size_t bytes = lightprobe_scratch_bytes(p->side, settings ? settings->max_lights : 0);
+    char *memory = malloc(bytes + 1);
+    memset(memory, 0x7f, bytes + 1);
+    const lightprobe_result result =
+        lightprobe_extract(&cube, settings, memory + 1, bytes, lights, count, stats);
+    free(memory);
+    return result;
+}
+
+static lightprobe_settings settings_of(int max_lights, int mode)
+{
+    lightprobe_settings s;
+    memset(&s, 0, sizeof s);
+    s.max_lights = max_lights;
+    s.mode = mode;
+    return s;
+}
+
+// Calls visit for scenes made of formulas and for the shared probes, if they are there.
+static void each_probe(int side, void (*visit)(const test_probe *, const char *))
+{
+    for (int scene = 0; scene < SCENE_COUNT; scene++) {
+        test_probe p = test_scene_probe((test_scene)scene, side);
+        visit(&p, test_scene_names[scene]);
+        test_probe_free(&p);
+    }
+    for (int i = 0; i < 3; i++) {
+        test_probe p = test_probe_load(shared_names[i]);
+        if (p.side) visit(&p, shared_names[i]);
+        else test_note("without %s: set SHARED_DATA to the folder that holds probes/", shared_names[i]);
+        test_probe_free(&p);
+    }
+}
+
+static double dot(const float a[3], const float b[3])
+{
+    return (double)a[0] * (double)b[0] + (double)a[1] * (double)b[1] + (double)a[2] * (double)b[2];
+}
+
+static int finite_light(const lightprobe_light *l)
+{
+    int good = isfinite(l->tan_half_u) && isfinite(l->tan_half_v) && l->cos_alpha >= -1 &&
+               l->cos_alpha <= 1 && l->solid_angle > 0 && l->tan_half_u >= l->tan_half_v;
+    for (int i = 0; i < 3; i++) good = good && isfinite(l->irradiance[i]) && l->irradiance[i] >= 0;
+    return good && fabs(dot(l->direction, l->direction) - 1) < 1e-6 &&
+           fabs(dot(l->axis_u, l->axis_u) - 1) < 1e-6 && fabs(dot(l->axis_v, l->axis_v) - 1) < 1e-6 &&
+           fabs(dot(l->direction, l->axis_u)) < 1e-6 && fabs(dot(l->direction, l->axis_v)) < 1e-6;
+}
+
+// ------------------------------------------------------------------------- solid angles, directions
+
+static void solid_angles_are_exact(void)
+{
+    static const int sides[] = {1, 2, 3, 4, 5, 7, 8, 16, 31, 64, 100, 128, 256, 1000, 4096, 8192};
+    uint64_t random = 1;
+    double worst = 0;
+    for (size_t i = 0; i < sizeof sides / sizeof *sides; i++) {
+        const int n = sides[i], all = n <= 64, trials = all ? n * n : test_trials(4000);
+        for (int k = 0; k < trials; k++) {
+            const int x = all ? k % n : (int)test_range(&random, 0, n);
+            const int y = all ? k / n : (int)test_range(&random, 0, n);
+            const double truth = (double)oracle_solid_angle(n, x, y);
+            const double error = fabs((double)lightprobe_texel_solid_angle(n, x, y) / truth - 1);
+            CHECK(error < 2e-7, "side %d texel %d %d: off by %.3g", n, x, y, error);
+            worst = error > worst ? error : worst;
+        }
+    }
+    test_note("worst relative error %.2g", worst);
+    CHECK(lightprobe_texel_solid_angle(4, 4, 0) == 0 && lightprobe_texel_solid_angle(4, 0, -1) == 0 &&
+              lightprobe_texel_solid_angle(0, 0, 0) == 0 && lightprobe_texel_solid_angle(-3, 0, 0) == 0,
+          "outside the face must be 0");
+}
+
+static void solid_angles_fill_the_sphere(void)
+{
+    for (int n = 1; n <= 256; n += n < 20 ? 1 : 59) {
+        double sum = 0;
+        for (int i = 0; i < n * n; i++) sum += (double)lightprobe_texel_solid_angle(n, i % n, i / n);
+        CHECK(fabs(6 * sum / (4 * pi) - 1) < 1e-7, "side %d: %.9g of 4 pi", n, 6 * sum / (4 * pi));
+    }
+}
+
+// Erratum: Eq. 8 prints w = r^(3/2), r = u^2 + v^2 + 1; the exponent is -3/2.
+static void printed_weight_misses_the_sphere(void)
+{
+    const int n = 256;
+    double printed = 0, mended = 0;
+    for (int i = 0; i < n * n; i++) {
+        const double u = -1 + (2 * (i % n) + 1.0) / n, v = -1 + (2 * (i / n) + 1.0) / n;
+        printed += pow(u * u + v * v + 1, 1.5) * 6 * 4 / (n * n);
+        mended += pow(u * u + v * v + 1, -1.5) * 6 * 4 / (n * n);
+    }
+    CHECK(fabs(mended / (4 * pi) - 1) < 1e-4, "exponent -3/2 gives %.6g", mended);
+    CHECK(fabs(printed / (4 * pi) - 1) > 1, "exponent 3/2 gives %.6g, not far enough", printed);
+    test_note("six faces sum to %.2f with the printed exponent, to %.5f with -3/2; 4 pi is %.5f",
+              printed, mended, 4 * pi);
+}
+
+static void directions_follow_the_convention(void)
+{
+    for (int i = 0; i < 6 * 81; i++) {
+        const int face = i / 81;
+        const float s = (float)(i % 9 - 4) / 4, t = (float)(i / 9 % 9 - 4) / 4;
+        float d[3];
+        double truth[3];
+        lightprobe_texel_direction(face, s, t, d);
+        oracle_direction(face, (double)s, (double)t, truth);
+        for (int k = 0; k < 3; k++)
+            CHECK(fabs((double)d[k] - truth[k]) < 2e-7, "face %d s %g t %g", face, (double)s, (double)t);
+    }
+}
+
+// ---------------------------------------------------------------------------------- disc irradiance
+
+static void disc_irradiance_is_exact(void)
+{
+    uint64_t random = 2;
+    double worst = 0, worst_scaled = 0;
+    for (int k = 0; k < test_trials(3000); k++) {
+        const double any = test_range(&random, 0, pi), tiny = pow(10, test_range(&random, -4, 0));
+        const double alpha = k % 3 ? tiny : any;
+        const double theta = k % 2 ? test_range(&random, 0, pi) : pi / 2 + tiny * test_range(&random, -1.1, 1.1);
+        const float c = (float)cos(alpha), n = (float)cos(theta);
+        if (c >= 1) continue;
+        const double truth = oracle_disc_irradiance((double)c, (double)n);
+        const double error = fabs((double)lightprobe_disc_irradiance(c, n) - truth);
+        CHECK(error < 1e-6, "cos alpha %.9g cos theta %.9g: %.9g off by %.3g", (double)c, (double)n,
+              truth, error);
+        worst = error > worst ? error : worst;
+        // Near the horizon the irradiance of a small disc is of the size of its angle.
+        const double scale = sqrt(1 - (double)c) + fabs((double)n);
+        CHECK(error < 2e-6 * scale, "cos alpha %.9g cos theta %.9g: %.9g off by %.3g of its scale",
+              (double)c, (double)n, truth, error / scale);
+        worst_scaled = error / scale > worst_scaled ? error / scale : worst_scaled;
+    }
+    test_note("worst error %.2g, relative to alpha + cos theta %.2g", worst, worst_scaled);
+}
+
+static void disc_irradiance_has_known_values(void)
+{
+    const struct { float c, n; double truth; } cases[] = {
+        {1, 1, 1},         {1, 0.5f, 0.5}, {1, 0, 0},       {1, -0.5f, 0}, {0, 1, 0.5},
+        {0, 0, 0.25},      {0, -1, 0},     {-1, 0.3f, 0.25}, {-1, -1, 0.25}, {0.5f, 1, 0.75},
+        {-0.5f, 1, 1 / 3.0}, {-0.5f, -1, 1 / 12.0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const double got = (double)lightprobe_disc_irradiance(cases[i].c, cases[i].n);
+        CHECK(fabs(got - cases[i].truth) < 2e-7, "cos alpha %g cos theta %g: %.9g, not %.9g",
+              (double)cases[i].c, (double)cases[i].n, got, cases[i].truth);
+    }
+}
+
+static void disc_irradiance_is_total(void)
+{
+    static const float edge[] = {-FLT_MAX, -2, -1, -0.99999994f, -FLT_MIN, 0, FLT_MIN, 1e-4f, 0.5f,
+                                 0.99999994f, 1, 1.0000001f, 3, FLT_MAX};
+    const int n = (int)(sizeof edge / sizeof *edge);
+    uint64_t random = 3;
+    for (int k = 0; k < n * n + test_trials(200000); k++) {
+        const uint64_t bits = test_random(&random);
+        float c, t;
+        const uint32_t low = (uint32_t)bits, high = (uint32_t)(bits >> 32);
+        memcpy(&c, &low, sizeof c);
+        memcpy(&t, &high, sizeof t);
+        if (k < n * n) {
+            c = edge[k / n];
+            t = edge[k % n];
+        }
+        if (!isfinite(c) || !isfinite(t)) continue;
+        const float e = lightprobe_disc_irradiance(c, t);
+        CHECK(e >= 0 && e <= 1, "cos alpha %.9g cos theta %.9g: %g", (double)c, (double)t, (double)e);
+    }
+}
+
+// Erratum: Eq. 18 is energy preserving only above the horizon.
+static void eq18_loses_energy_below_the_horizon(void)
+{
+    for (int degrees = 30; degrees <= 60; degrees += 30) {
+        const double c = cos(degrees * pi / 180);
+        double exact = 0, printed = 0;
+        for (int i = 0; i < 2000; i++) {  // mean over all directions of the normal
+            const double n = -1 + (i + 0.5) / 1000;
+            exact += (double)lightprobe_disc_irradiance((float)c, (float)n);
+            printed += n > 0 ? 0.5 * (1 + c) * n : 0;
+        }
+        const double lost = 1 - printed / exact, predicted = 0.5 * (1 - c);
+        CHECK(fabs(exact / 2000 - 0.25) < 1e-5, "mean irradiance %.6g instead of 1/4", exact / 2000);
+        CHECK(fabs(lost - predicted) < 1e-4, "loss %.4g instead of sin^2(alpha/2) = %.4g", lost,
+              predicted);
+        test_note("half-angle %d degrees: Eq. 18 loses %.1f%%", degrees, 100 * lost);
+    }
+    for (int i = 0; i < 100; i++) {  // above the horizon it is right
+        const float c = 0.8f, n = 0.6001f + 0.399f * (float)i / 100;
+        CHECK(fabs((double)lightprobe_disc_irradiance(c, n) - 0.9 * (double)n) < 2e-7, "n %g", (double)n);
+    }
+}
+
+// ------------------------------------------------------------------------------------------- energy
+
+static void check_energy(const test_probe *p, const char *name)
+{
+    static const int counts[] = {1, 2, 3, 5, 6, 7, 17, 32, 64, 100, 200, 1024};
+    static lightprobe_light lights[1024];
+    double total[3], vector[3];
+    oracle_total(p, total);
+    oracle_vector(p, vector);
+    for (int k = 0; k < 24; k++) {
+        const int most = counts[k / 2], mode = k % 2 ? LIGHTPROBE_MEDIAN_CUT : LIGHTPROBE_BEST;
+        const lightprobe_settings s = settings_of(most, mode);
+        lightprobe_stats stats;
+        int count = -1;
+        const lightprobe_result result = extract(p, &s, lights, &count, &stats);
+        CHECK(result == LIGHTPROBE_OK && count == stats.lights && count >= 1 && count <= most,
+              "%s, %d lights: result %d, %d lights", name, most, result, count);
+        double omega = 0, carried[3] = {0}, pull[3] = {0};
+        for (int i = 0; i < count; i++) {
+            const lightprobe_light *l = lights + i;
+            omega += (double)l->solid_angle;
+            for (int c = 0; c < 3; c++) {
+                const double y = 0.2126 * (double)l->irradiance[0] + 0.7152 * (double)l->irradiance[1] +
+                                 0.0722 * (double)l->irradiance[2];
+                carried[c] += (double)l->irradiance[c];
+                pull[c] += y * 0.5 * (1 + (double)l->cos_alpha) * (double)l->direction[c];
+            }
+            if (mode == LIGHTPROBE_BEST) CHECK(finite_light(l), "%s: light %d of %d", name, i, count);
+        }
+        for (int c = 0; c < 3; c++) {
+            const double off = (carried[c] + (double)stats.residual[c]) / total[c] - 1;
+            const double left = (double)stats.residual[c] / total[c];
+            CHECK(fabs(off) < 1e-6, "%s, mode %d, %d lights: energy off by %.3g", name, mode, most, off);
+            CHECK(fabs((double)stats.total[c] / total[c] - 1) < 1e-6, "%s: total", name);
+            CHECK(fabs(left) < 2e-6 || (mode && most < 6), "%s, mode %d, %d lights: residual %.3g", name,
+                  mode, most, left);
+            // A face of few texels has wide texels: their own width takes 3% off at side 6.
+            CHECK(mode || fabs(pull[c] - vector[c]) < 1e-4 * total[1], "%s, %d lights: vector %.6g %.6g",
+                  name, most, pull[c], vector[c]);
+        }
+        CHECK((mode && most < 6) || fabs(omega / (4 * pi) - 1) < 1e-5, "%s, mode %d, %d lights: %.7g of 4 pi",
+              name, mode, most, omega / (4 * pi));
+    }
+}
+
+static void energy_is_conserved(void)
+{
+    each_probe(64, check_energy);
+}
+
+static void any_number_of_lights(void)
+{
+    static lightprobe_light lights[200];
+    test_probe p = test_scene_probe(SCENE_LAMPS, 32);
+    double total[3];
+    oracle_total(&p, total);
+    double last = 2;
+    for (int most = 1; most <= 200; most += test_trials(4) > 1 ? 1 : 13) {
+        const lightprobe_settings s = settings_of(most, 0);
+        lightprobe_stats stats;
+        int count;
+        extract(&p, &s, lights, &count, &stats);
+        double sum = (double)stats.residual[1];
+        for (int i = 0; i < count; i++) sum += (double)lights[i].irradiance[1];
+        CHECK(count == most, "asked for %d, got %d", most, count);
+        CHECK(fabs(sum / total[1] - 1) < 1e-6, "%d lights: energy off by %.3g", most, sum / total[1] - 1);
+        CHECK((double)stats.error < last * 1.05, "%d lights: error %g after %g", most,
+              (double)stats.error, last);
+        last = (double)stats.error;
+    }
+    test_probe_free(&p);
+}
+
+// --------------------------------------------------------------------------------------- irradiance
+
+static double worst_ratio;
+
+static void check_irradiance(const test_probe *p, const char *name)
+{
+    static lightprobe_light lights[32];
+    static oracle_irradiance truth, e;
+    int count;
+    oracle_irradiance_of_probe(p, &truth);
+    lightprobe_settings s = settings_of(32, LIGHTPROBE_MEDIAN_CUT);
+    extract(p, &s, lights, &count, NULL);
+    oracle_irradiance_of_lights(lights, count, 1, &e);
+    const double paper = oracle_error(&truth, &e);
+    oracle_irradiance_of_lights(lights, count, 0, &e);
+    const double clipped = oracle_error(&truth, &e);
+    s.mode = LIGHTPROBE_BEST;
+    extract(p, &s, lights, &count, NULL);
+    oracle_irradiance_of_lights(lights, count, 0, &e);
+    const double best = oracle_error(&truth, &e);
+    CHECK(best <= paper / 5, "%s: %.3f%%, the paper's way %.3f%%", name, best, paper);
+    test_note("%-13s rms error %.2f%%; the paper's way %.2f%% (%.1f times), with clipped discs %.2f%%",
+              name, best, paper, paper / best, clipped);
+    worst_ratio = paper / best < worst_ratio ? paper / best : worst_ratio;
+}
+
+static void irradiance_beats_the_paper(void)
+{
+    worst_ratio = 1e9;
+    each_probe(64, check_irradiance);
+    for (int i = 0; i < 3; i++) {
+        test_probe p = test_probe_load(shared_names[i]);
+        if (!p.side) continue;
+        for (int k = 1; k <= test_trials(3); k++) {
+            char name[40];
+            snprintf(name, sizeof name, "turned %d", k);
+            test_probe turned = test_probe_turned(&p, 0.7 * k, 0.4 * k);
+            check_irradiance(&turned, name);
+            test_probe_free(&turned);
+        }
+        test_probe_free(&p);
+    }
+    test_note("smallest ratio %.1f", worst_ratio);
+}
+
+// --------------------------------------------------------------------------------- shape of a light
+
+static double angle_between(const float a[3], const double b[3])
+{
+    const double x = (double)a[1] * b[2] - (double)a[2] * b[1];
+    const double y = (double)a[2] * b[0] - (double)a[0] * b[2];
+    const double z = (double)a[0] * b[1] - (double)a[1] * b[0];
+    return asin(sqrt(x * x + y * y + z * z)) * 180 / pi;
+}
+
+static void a_disc_is_one_light_wherever_it_lies(void)
+{
+    static const double places[][3] = {{1, 0, 0},  {1, 1, 0},       {1, 1, 1},   {0, 0, -1},
+                                       {0, -1, 1}, {-1, -1, -1}, {1, 0.95, 0.2}, {0.3, -1, 0.98}};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        const double r = sqrt(places[i][0] * places[i][0] + places[i][1] * places[i][1] +
+                              places[i][2] * places[i][2]);
+        const double d[3] = {places[i][0] / r, places[i][1] / r, places[i][2] / r};
+        test_probe p = test_disc_probe(64, d, 10 * pi / 180, 0);
+        lightprobe_light lights[32];
+        int count;
+        extract(&p, NULL, lights, &count, NULL);
+        CHECK(count == 1, "place %d: %d lights", (int)i, count);
+        const double off = angle_between(lights[0].direction, d);
+        const double alpha = acos((double)lights[0].cos_alpha) * 180 / pi;
+        CHECK(off < 0.02, "place %d: %.3f degrees off", (int)i, off);
+        CHECK(fabs(alpha - 10) < 0.1, "place %d: half-angle %.3f degrees", (int)i, alpha);
+        CHECK(fabs((double)(lights[0].tan_half_u / lights[0].tan_half_v) - 1) < 0.05, "place %d: not round",
+              (int)i);
+        test_probe_free(&p);
+        // Before a dim sky it still is one light, next to others for the sky.
+        p = test_disc_probe(64, d, 10 * pi / 180, 0.002);
+        lightprobe_settings s = settings_of(8, 0);
+        s.tolerance = 0.05f;
+        extract(&p, &s, lights, &count, NULL);
+        double nearest = 90;
+        for (int k = 0; k < count; k++)
+            if (lights[k].irradiance[1] > 0.08f) nearest = angle_between(lights[k].direction, d);
+        CHECK(nearest < 1, "place %d before a sky: %d lights, %.2f degrees off", (int)i, count, nearest);
+        test_probe_free(&p);
+    }
+}
+
+// Erratum: the variance of U(mu - d, mu + d) is d^2/3, not d/3.
+static void a_rectangle_keeps_its_size(void)
+{
+    for (int mode = 0; mode < 2; mode++) {
+        test_probe p = test_probe_new(128);
+        for (int y = 50; y < 70; y++)
+            for (int x = 50; x < 80; x++)
+                for (int c = 0; c < 3; c++) p.face[4][3 * (y * 128 + x) + c] = 1;
+        const double s = -1 + 2 * 65 / 128.0, t = -1 + 2 * 60 / 128.0;
+        double d[3];
+        oracle_direction(4, s, t, d);
+        lightprobe_light lights[6];
+        lightprobe_settings settings = settings_of(mode ? 6 : 1, mode);
+        int count;
+        extract(&p, &settings, lights, &count, NULL);
+        CHECK(count == 1 && angle_between(lights[0].direction, d) < 0.5, "mode %d: direction", mode);
+        // Seen from the centre: s runs slantwise, t nearly across.
+        const double r = sqrt(1 + s * s + t * t);
+        const double u = 30 / 128.0 * sqrt(1 - s * s / (r * r)) / r;
+        const double v = 20 / 128.0 * sqrt(1 - t * t / (r * r)) / r;
+        CHECK(fabs((double)lights[0].tan_half_u / u - 1) < 0.03, "mode %d: half-size %.4f, not %.4f", mode,
+              (double)lights[0].tan_half_u, u);
+        CHECK(fabs((double)lights[0].tan_half_v / v - 1) < 0.03, "mode %d: half-size %.4f, not %.4f", mode,
+              (double)lights[0].tan_half_v, v);
+        const double printed = 3 * (u * u / 3);  // d from variance = d / 3
+        CHECK(fabs(printed / u - 1) > 0.5, "the printed formula would do as well");
+        test_probe_free(&p);
+    }
+}
+
+static void a_whole_sphere_is_one_light(void)
+{
+    test_probe p = test_probe_new(8);
+    for (int f = 0; f < 6; f++)
+        for (int i = 0; i < 3 * 64; i++) p.face[f][i] = 0.5f;
+    lightprobe_light light;
+    const lightprobe_settings s = settings_of(1, 0);
+    int count;
+    CHECK(!extract(&p, &s, &light, &count, NULL) && count == 1, "no light");
+    CHECK((double)light.cos_alpha < -0.999, "cos alpha %g", (double)light.cos_alpha);
+    for (int i = 0; i < 10; i++) {
+        const double e = (double)lightprobe_disc_irradiance(light.cos_alpha, (float)i / 5 - 1);
+        CHECK(fabs(e * (double)light.irradiance[0] / (0.5 * pi) - 1) < 1e-3, "irradiance %g", e);
+    }
+    test_probe_free(&p);
+}
+
+// -------------------------------------------------------------------------------------- metamorphic
+
+static void scaling_scales(void)
+{
+    static lightprobe_light a[48], b[48];
+    test_probe p = test_scene_probe(SCENE_SKY_SUN, 32), q = test_probe_new(32);
+    static const int powers[] = {-30, 1, 40};
+    for (int k = 0; k < 3; k++) {
+        const float factor = (float)ldexp(1, powers[k]);
+        for (int f = 0; f < 6; f++)
+            for (int i = 0; i < 3 * 32 * 32; i++) q.face[f][i] = p.face[f][i] * factor;
+        const lightprobe_settings s = settings_of(48, 0);
+        int n, m;
+        lightprobe_stats stats;
+        extract(&p, &s, a, &n, NULL);
+        extract(&q, &s, b, &m, &stats);
+        CHECK(n == m, "%d and %d lights", n, m);
+        for (int i = 0; i < n; i++) {
+            for (int c = 0; c < 3; c++) a[i].irradiance[c] *= factor;
+            CHECK(memcmp(a + i, b + i, sizeof *a) == 0, "factor 2^%d: light %d differs", powers[k], i);
+        }
+    }
+    test_probe_free(&p);
+    test_probe_free(&q);
+}
+
+// A quarter turn about Y: (x, y, z) -> (z, y, -x), as a permutation of texels.
+static test_probe quarter_turn(const test_probe *p)
+{
+    const int n = p->side;
+    test_probe q = test_probe_new(n);
+    for (int face = 0; face < 6; face++) {
+        for (int y = 0; y < n; y++) {
+            for (int x = 0; x < n; x++) {
+                // The new texel at d shows what was at the inverse turn of d, (-z, y, x).
+                static const int from[6] = {4, 5, 2, 3, 1, 0};
+                const int i = face == 2 ? n - 1 - y : face == 3 ? y : x;
+                const int j = face == 2 ? x : face == 3 ? n - 1 - x : y;
+                memcpy(q.face[face] + 3 * (y * n + x), p->face[from[face]] + 3 * (j * n + i),
+                       3 * sizeof(float));
+            }
+        }
+    }
+    return q;
+}
+
+static void check_quarter_turn(const test_probe *p, const char *name)
+{
+    static lightprobe_light a[32], b[32];
+    test_probe q = quarter_turn(p);
+    double va[3], vb[3];
+    oracle_vector(p, va);
+    oracle_vector(&q, vb);
+    CHECK(fabs(vb[0] - va[2]) + fabs(vb[1] - va[1]) + fabs(vb[2] + va[0]) < 1e-5 * fabs(va[1]) + 1e-3,
+          "%s: the test turns wrongly: %g %g %g, %g %g %g", name, va[0], va[1], va[2], vb[0], vb[1], vb[2]);
+    const lightprobe_settings s = settings_of(32, 0);
+    int n, m;
+    extract(p, &s, a, &n, NULL);
+    extract(&q, &s, b, &m, NULL);
+    double worst = 0;
+    for (int i = 0; i < n; i++) {
+        const double want[3] = {(double)a[i].direction[2], (double)a[i].direction[1], -(double)a[i].direction[0]};
+        double nearest = 1e9;
+        for (int k = 0; k < m; k++) {
+            const double off = angle_between(b[k].direction, want) * pi / 180 +
+                               fabs((double)b[k].irradiance[1] / (double)a[i].irradiance[1] - 1);
+            nearest = off < nearest ? off : nearest;
+        }
+        worst = nearest > worst ? nearest : worst;
+    }
+    CHECK(n == m && worst < 1e-3, "%s: %d and %d lights, worst %.3g", name, n, m, worst);
+    test_note("%-13s worst difference after a quarter turn %.2g", name, worst);
+    test_probe_free(&q);
+}
+
+static void a_quarter_turn_permutes_the_lights(void)
+{
+    each_probe(64, check_quarter_turn);
+}
+
+static void same_input_same_output(void)
+{
+    static lightprobe_light a[32], b[32];
+    test_probe p = test_scene_probe(SCENE_NOISE, 16);
+    int n, m;
+    const lightprobe_settings s = settings_of(32, 0);
+    memset(a, 0, sizeof a);
+    memset(b, 0, sizeof b);
+    extract(&p, &s, a, &n, NULL);
+    extract(&p, &s, b, &m, NULL);
+    CHECK(n == m && memcmp(a, b, sizeof a) == 0, "two runs differ");
+    test_probe_free(&p);
+}
+
+static void four_channels_are_three(void)
+{
+    static lightprobe_light a[16], b[16];
+    const int n = 37;  // not a multiple of a tile
+    test_probe p = test_scene_probe(SCENE_WINDOW, n);
+    float *texels = malloc((size_t)(6 * n * n * 4) * sizeof *texels);
+    lightprobe_cube cube = {{NULL}, n, 4};
+    for (int f = 0; f < 6; f++) {
+        cube.face[f] = texels + f * n * n * 4;
+        for (int i = 0; i < n * n; i++) {
+            memcpy(texels + 4 * (f * n * n + i), p.face[f] + 3 * i, 3 * sizeof *texels);
+            texels[4 * (f * n * n + i) + 3] = i % 2 ? NAN : -1;
+        }
+    }
+    const lightprobe_settings s = settings_of(16, 0);
+    const size_t bytes = lightprobe_scratch_bytes(n, 16);
+    void *scratch = malloc(bytes);
+    int ca, cb;
+    lightprobe_stats stats;
+    extract(&p, &s, a, &ca, NULL);
+    CHECK(!lightprobe_extract(&cube, &s, scratch, bytes, b, &cb, &stats), "failed");
+    CHECK(ca == cb && memcmp(a, b, sizeof *a * (size_t)ca) == 0, "lights differ");
+    CHECK(stats.repaired_texels == 0, "the fourth channel was looked at");
+    free(scratch);
+    free(texels);
+    test_probe_free(&p);
+}
+
+static void tolerance_is_met_with_few_lights(void)
+{
+    static lightprobe_light lights[256];
+    for (int scene = 0; scene < SCENE_COUNT; scene++) {
+        test_probe p = test_scene_probe((test_scene)scene, 32);
+        int last = 1000;
+        for (int k = 1; k <= 64; k *= 2) {
+            lightprobe_settings s = settings_of(256, 0);
+            s.tolerance = 0.004f * (float)k;
+            lightprobe_stats stats;
+            int count;
+            extract(&p, &s, lights, &count, &stats);
+            CHECK(count <= last, "%s: tolerance %g needs %d lights, a smaller one %d",
+                  test_scene_names[scene], (double)s.tolerance, count, last);
+            CHECK(stats.error <= s.tolerance * 1.001f || count == 256, "%s: error %g above tolerance %g",
+                  test_scene_names[scene], (double)stats.error, (double)s.tolerance);
+            last = count;
+        }
+        CHECK(last <= 8, "%s: %d lights at tolerance 0.26", test_scene_names[scene], last);
+        test_probe_free(&p);
+    }
+}
+
+static void dim_lights_go_to_the_residual(void)
+{
+    static lightprobe_light lights[32];
+    test_probe p = test_scene_probe(SCENE_SKY_SUN, 32);
+    double total[3];
+    oracle_total(&p, total);
+    lightprobe_settings s = settings_of(32, 0);
+    s.min_share = 0.03f;
+    lightprobe_stats stats;
+    int count;
+    extract(&p, &s, lights, &count, &stats);
+    CHECK(count >= 1 && count < 32, "%d lights", count);
+    double sum = (double)stats.residual[0];
+    for (int i = 0; i < count; i++) sum += (double)lights[i].irradiance[0];
+    CHECK((double)stats.residual[0] > 0.01 * total[0], "no residual");
+    CHECK(fabs(sum / total[0] - 1) < 1e-6, "energy off by %g", sum / total[0] - 1);
+    test_probe_free(&p);
+}
+
+// ---------------------------------------------------------------------------------------- animation
+
+// What a surface with this normal gets of the lights that a half-space does not hide; a disc is hidden
+// by the share of its area (flat) that lies behind.
+static double behind_blocker(const lightprobe_light *lights, int count, const float edge[3])
+{
+    double sum = 0;
+    for (int i = 0; i < count; i++) {
+        const lightprobe_light *l = lights + i;
+        const double alpha = acos((double)l->cos_alpha) + 1e-6;
+        double x = asin(dot(l->direction, edge)) / alpha;
+        x = x < -1 ? -1 : x > 1 ? 1 : x;
+        sum += (double)lightprobe_disc_irradiance(l->cos_alpha, l->direction[1]) *
+               (double)l->irradiance[1] * (0.5 + (x * sqrt(1 - x * x) + asin(x)) / pi);
+    }
+    return sum;
+}
+
+static double map_behind_blocker(const test_probe *p, const float edge[3])
+{
+    const int n = p->side;
+    double sum = 0;
+    for (int i = 0; i < 6 * n * n; i++) {
+        float d[3];
+        const int x = i % n, y = i / n % n;
+        lightprobe_texel_direction(i / (n * n), -1 + (2 * (float)x + 1) / (float)n,
+                                   -1 + (2 * (float)y + 1) / (float)n, d);
+        double seen = 0.5 + dot(d, edge) * n / 2;  // the edge blurred over a texel
+        seen = seen < 0 ? 0 : seen > 1 ? 1 : seen;
+        if (d[1] > 0 && seen > 0)
+            sum += seen * (double)d[1] * (double)p->face[i / (n * n)][3 * (i % (n * n)) + 1] *
+                   (double)lightprobe_texel_solid_angle(n, x, y);
+    }
+    return sum;
+}
+
+enum { EDGES = 8, WAYS = 4 };  // of: the map itself, median cut, afresh, from the previous lights
+
+static void flicker_frame(const test_probe *p, lightprobe_light *held, int *held_count, int *new_ids,
+                          double out[WAYS][EDGES])
+{
+    static lightprobe_light lights[32];
+    for (int way = 0; way < WAYS; way++) {
+        lightprobe_settings s = settings_of(32, way == 1 ? LIGHTPROBE_MEDIAN_CUT : LIGHTPROBE_BEST);
+        int count = 0;
+        if (way == 3) {
+            s.previous = held;
+            s.previous_count = *held_count;
+        }
+        if (way > 0) extract(p, &s, lights, &count, NULL);
+        for (int i = 0; i < EDGES; i++) {
+            const double a = i * 2 * pi / EDGES + 0.1;
+            const float edge[3] = {(float)cos(a), 0, (float)sin(a)};
+            out[way][i] = way ? behind_blocker(lights, count, edge) : map_behind_blocker(p, edge);
+        }
+        if (way < 3) continue;
+        for (int i = 0; i < count; i++) {
+            int known = *held_count == 0;
+            for (int k = 0; k < *held_count; k++) known |= held[k].id == lights[i].id;
+            for (int k = 0; k < i; k++) CHECK(lights[k].id != lights[i].id, "id %d twice", lights[i].id);
+            *new_ids += !known;
+        }
+        memcpy(held, lights, sizeof lights);
+        *held_count = count;
+    }
+}
+
+static void lights_follow_a_turning_probe(void)
+{
+    test_probe p = test_probe_load("city_sun_128");
+    const int real = p.side > 0;
+    if (!real) p = test_scene_probe(SCENE_SKY_SUN, 64);
+    const int frames = test_trials(120) + 1;
+    static lightprobe_light held[32];
+    int held_count = 0, new_ids = 0;
+    double worst[WAYS] = {0}, last[WAYS][EDGES], now[WAYS][EDGES], mean = 0;
+    for (int frame = 0; frame < frames; frame++) {
+        test_probe turned = test_probe_turned(&p, frame * 0.25 * pi / 180, 0);
+        flicker_frame(&turned, held, &held_count, &new_ids, now);
+        for (int i = 0; i < EDGES; i++) mean += now[0][i] / EDGES / frames;
+        for (int way = 0; way < WAYS && frame > 0; way++) {
+            for (int i = 0; i < EDGES; i++) {
+                const double step = fabs(now[way][i] - last[way][i]);
+                worst[way] = step > worst[way] ? step : worst[way];
+            }
+        }
+        memcpy(last, now, sizeof last);
+        test_probe_free(&turned);
+    }
+    for (int way = 0; way < WAYS; way++) worst[way] *= 100 / mean;
+    test_note("%s, %d steps of 0.25 degrees behind a half-space, largest step in %% of the mean:",
+              real ? "city_sun" : "sky and sun", frames - 1);
+    test_note("map itself %.1f, median cut %.1f, afresh %.1f, from the previous lights %.1f; %d new ids",
+              worst[0], worst[1], worst[2], worst[3], new_ids);
+    CHECK(worst[3] < 1.5 * worst[0] + 2, "%.1f%% with previous lights", worst[3]);
+    CHECK(new_ids <= frames / 20, "%d new ids", new_ids);
+    test_probe_free(&p);
+}
+
+static void lights_follow_a_new_lamp(void)
+{
+    static lightprobe_light lights[16];
+    const double d[3] = {0.6, 0, 0.8};
+    test_probe dark = test_scene_probe(SCENE_GRADIENT, 32), lit = test_disc_probe(32, d, 0.05, 0);
+    for (int f = 0; f < 6; f++)
+        for (int i = 0; i < 3 * 32 * 32; i++) lit.face[f][i] = lit.face[f][i] * 2000 + dark.face[f][i];
+    lightprobe_settings s = settings_of(16, 0);
+    int count, same = 0;
+    extract(&dark, &s, lights, &count, NULL);
+    for (int frame = 0; frame < 3; frame++) {
+        s.previous = lights;  // in place
+        s.previous_count = count;
+        extract(&lit, &s, lights, &count, NULL);
+    }
+    double nearest = 90;
+    for (int i = 0; i < count; i++) {
+        const double off = angle_between(lights[i].direction, d);
+        nearest = off < nearest && lights[i].irradiance[1] > 10 ? off : nearest;
+        same += lights[i].id < 16;
+    }
+    CHECK(nearest < 0.5, "the lamp's light is %.2f degrees off", nearest);
+    CHECK(same >= 8, "only %d of 16 ids are left", same);
+    // And with the lamp off again, and a tolerance, lights are given back.
+    s.tolerance = 0.2f;
+    for (int frame = 0; frame < 30; frame++) {
+        s.previous_count = count;
+        extract(&dark, &s, lights, &count, NULL);
+    }
+    CHECK(count < 12, "%d lights at tolerance 0.2", count);
+    test_probe_free(&dark);
+    test_probe_free(&lit);
+}
+
+// ------------------------------------------------------------------------------------ hostile probes
+
+static void bad_texels_are_repaired_and_counted(void)
+{
+    static const int sides[] = {1, 3, 4, 7, 16, 30};
+    uint64_t random = 11;
+    for (size_t k = 0; k < sizeof sides / sizeof *sides; k++) {
+        const int n = sides[k];
+        test_probe p = test_scene_probe(SCENE_SKY_SUN, n), q = test_scene_probe(SCENE_SKY_SUN, n);
+        const float bad[] = {NAN, -NAN, INFINITY, -INFINITY, -1, -FLT_MIN, -0.0f};
+        int count = 0;
+        for (int f = 0; f < 6; f++) {
+            for (int i = 0; i < n * n; i++) {
+                if (test_uniform(&random) > 0.1) continue;
+                const int which = (int)test_range(&random, 0, 7), c = (int)test_range(&random, 0, 3);
+                p.face[f][3 * i + c] = bad[which];
+                q.face[f][3 * i + c] = 0;
+                count += which != 6;  // minus zero is a zero
+            }
+        }
+        static lightprobe_light a[20], b[20];
+        for (int mode = 0; mode < 2; mode++) {
+            const lightprobe_settings s = settings_of(20, mode);
+            lightprobe_stats stats;
+            int ca, cb;
+            extract(&p, &s, a, &ca, &stats);
+            extract(&q, &s, b, &cb, NULL);
+            CHECK(stats.repaired_texels == count, "side %d: %d counted, %d there", n,
+                  stats.repaired_texels, count);
+            CHECK(ca == cb && memcmp(a, b, (size_t)ca * sizeof *a) == 0, "side %d mode %d: not as with 0", n,
+                  mode);
+        }
+        test_probe_free(&p);
+        test_probe_free(&q);
+    }
+}
+
+static void check_hostile(const test_probe *p, const char *name)
+{
+    static lightprobe_light lights[1024];
+    static const int counts[] = {1, 2, 5, 32, 200, 1024};
+    for (int k = 0; k < 12; k++) {
+        const lightprobe_settings s = settings_of(counts[k / 2], k % 2);
+        lightprobe_stats stats;
+        int count = -1;
+        const lightprobe_result result = extract(p, &s, lights, &count, &stats);
+        CHECK(!result && count >= 1 && count <= counts[k / 2], "%s: result %d, %d lights", name, result, count);
+        for (int i = 0; i < count; i++) {
+            int good = k % 2 ? isfinite(lights[i].irradiance[1]) && isfinite(lights[i].direction[0]) &&
+                                   isfinite(lights[i].tan_half_u)
+                             : finite_light(lights + i);
+            CHECK(good, "%s, mode %d, at most %d: light %d", name, k % 2, counts[k / 2], i);
+        }
+        for (int c = 0; c < 3; c++) CHECK(isfinite(stats.total[c]) && isfinite(stats.residual[c]), "%s", name);
+        CHECK(stats.error >= 0 && stats.error <= 1.0001f, "%s: error %g", name, (double)stats.error);
+    }
+}
+
+static void hostile_probes_give_finite_lights(void)
+{
+    static const int sides[] = {1, 2, 3, 5, 8, 33};
+    static const float values[] = {1, 1e-25f, 1e38f, FLT_MAX};
+    for (size_t k = 0; k < sizeof sides / sizeof *sides; k++) {
+        const int n = sides[k];
+        char name[60];
+        for (int v = 0; v < 4; v++) {
+            test_probe p = test_probe_new(n);
+            for (int f = 0; f < 6; f++)
+                for (int i = 0; i < 3 * n * n; i++) p.face[f][i] = values[v];
+            snprintf(name, sizeof name, "constant %g, side %d", (double)values[v], n);
+            check_hostile(&p, name);
+            test_probe_free(&p);
+            p = test_probe_new(n);  // one hot texel, alone and 1e6 : 1
+            for (int hot = 0; hot < 2; hot++) {
+                for (int c = 0; c < 3; c++) p.face[3][3 * (n * n / 2) + c] = values[v];
+                snprintf(name, sizeof name, "hot texel %g, side %d", (double)values[v], n);
+                check_hostile(&p, name);
+                for (int f = 0; f < 6; f++)
+                    for (int i = 0; i < 3 * n * n; i++) p.face[f][i] = values[v] * 1e-6f;
+            }
+            test_probe_free(&p);
+        }
+    }
+}
+
+static void one_texel_faces_work(void)
+{
+    test_probe p = test_probe_new(1);
+    for (int f = 0; f < 6; f++)
+        for (int c = 0; c < 3; c++) p.face[f][c] = (float)(f + 1);
+    lightprobe_light lights[100];
+    const lightprobe_settings s = settings_of(100, 0);
+    int count;
+    CHECK(!extract(&p, &s, lights, &count, NULL) && count == 6, "%d lights", count);
+    for (int i = 0; i < count && count == 6; i++) {  // brightest first
+        static const double axis[6][3] = {{0, 0, -1}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}};
+        CHECK(angle_between(lights[i].direction, axis[i]) < 1e-3, "light %d", i);
+        CHECK(fabs((double)lights[i].irradiance[0] / ((6 - i) * 4 * pi / 6) - 1) < 1e-6, "light %d", i);
+    }
+    test_probe_free(&p);
+}
+
+// ---------------------------------------------------------------------------------------- arguments
+
+static int log_calls;
+
+static void count_log(void *user, const char *message)
+{
+    log_calls += user == &log_calls && message[0] && !strchr(message, '\n');
+}
+
+static void check_refused(lightprobe_result want, lightprobe_result got, const char *what)
+{
+    CHECK(got == want, "%s: result %d (%s), not %d", what, got, lightprobe_result_string(got), want);
+    CHECK(log_calls == 1, "%s: %d messages", what, log_calls);
+    log_calls = 0;
+}
+
+static void bad_arguments_are_refused(void)
+{
+    test_probe p = test_scene_probe(SCENE_SKY_SUN, 8);
+    const lightprobe_cube good = test_probe_cube(&p);
+    lightprobe_settings ok = settings_of(4, 0);
+    ok.log = count_log;
+    ok.user = &log_calls;
+    log_calls = 0;
+    char scratch[100000];
+    lightprobe_light lights[4], untouched[4];
+    lightprobe_stats stats, old_stats;
+    int count = -5;
+    memset(untouched, 0x55, sizeof untouched);
+    memcpy(lights, untouched, sizeof lights);
+    memset(&stats, 0x55, sizeof stats);
+    old_stats = stats;
+    const size_t bytes = lightprobe_scratch_bytes(8, 4);
+    CHECK(bytes > 0 && bytes <= sizeof scratch, "%d bytes", (int)bytes);
+#define REFUSED(want, cube, settings, memory, size, out, number) \
+    check_refused(want, lightprobe_extract(cube, settings, memory, size, out, number, &stats), #want)
+    REFUSED(LIGHTPROBE_ERROR_NULL, NULL, &ok, scratch, bytes, lights, &count);
+    REFUSED(LIGHTPROBE_ERROR_NULL, &good, &ok, NULL, bytes, lights, &count);
+    REFUSED(LIGHTPROBE_ERROR_NULL, &good, &ok, scratch, bytes, NULL, &count);
+    REFUSED(LIGHTPROBE_ERROR_NULL, &good, &ok, scratch, bytes, lights, NULL);
+    REFUSED(LIGHTPROBE_ERROR_SCRATCH, &good, &ok, scratch, bytes - 1, lights, &count);
+    lightprobe_cube cube = good;
+    cube.face[5] = NULL;
+    REFUSED(LIGHTPROBE_ERROR_NULL, &cube, &ok, scratch, bytes, lights, &count);
+    static const int sides[] = {0, -1, 8193, 1 << 30};
+    for (int i = 0; i < 4; i++) {
+        cube = good;
+        cube.side = sides[i];
+        REFUSED(LIGHTPROBE_ERROR_SIDE, &cube, &ok, scratch, bytes, lights, &count);
+        CHECK(lightprobe_scratch_bytes(sides[i], 4) == 0, "bytes for side %d", sides[i]);
+    }
+    static const int channels[] = {0, 1, 2, 5, -3};
+    for (int i = 0; i < 5; i++) {
+        cube = good;
+        cube.channels = channels[i];
+        REFUSED(LIGHTPROBE_ERROR_CHANNELS, &cube, &ok, scratch, bytes, lights, &count);
+    }
+    lightprobe_settings s = ok;
+    s.max_lights = -1;
+    REFUSED(LIGHTPROBE_ERROR_LIGHTS, &good, &s, scratch, bytes, lights, &count);
+    s.max_lights = 1 << 30;
+    REFUSED(LIGHTPROBE_ERROR_LIGHTS, &good, &s, scratch, bytes, lights, &count);
+    s = ok;
+    s.previous_count = -1;
+    REFUSED(LIGHTPROBE_ERROR_LIGHTS, &good, &s, scratch, bytes, lights, &count);
+    static const float wrong[] = {NAN, -1, INFINITY, -INFINITY};
+    for (int i = 0; i < 4; i++) {
+        s = ok;
+        s.tolerance = wrong[i];
+        REFUSED(LIGHTPROBE_ERROR_SETTINGS, &good, &s, scratch, bytes, lights, &count);
+        s = ok;
+        s.min_share = wrong[i];
+        REFUSED(LIGHTPROBE_ERROR_SETTINGS, &good, &s, scratch, bytes, lights, &count);
+    }
+    s = ok;
+    s.mode = 7;
+    REFUSED(LIGHTPROBE_ERROR_SETTINGS, &good, &s, scratch, bytes, lights, &count);
+    for (int f = 0; f < 6; f++) memset(p.face[f], 0, 3 * 64 * sizeof(float));
+    REFUSED(LIGHTPROBE_ERROR_BLACK, &good, &ok, scratch, bytes, lights, &count);
+#undef REFUSED
+    CHECK(count == -5 && memcmp(lights, untouched, sizeof lights) == 0 &&
+              memcmp(&stats, &old_stats, sizeof stats) == 0,
+          "a failing call wrote something");
+    CHECK(lightprobe_extract(NULL, NULL, NULL, 0, NULL, NULL, NULL), "all null went through");
+    for (int r = -3; r < 20; r++)
+        CHECK(lightprobe_result_string((lightprobe_result)r)[0], "no text for result %d", r);
+    test_probe_free(&p);
+}
+
+static void bad_previous_lights_do_no_harm(void)
+{
+    test_probe p = test_scene_probe(SCENE_WINDOW, 16);
+    lightprobe_light lights[8], previous[8];
+    memset(previous, 0, sizeof previous);
+    previous[1].direction[0] = NAN;
+    previous[2].direction[1] = INFINITY;
+    previous[3].direction[2] = 1e30f;
+    previous[3].id = 2147483647;
+    previous[4].direction[2] = -1e-30f;
+    previous[4].id = -7;
+    for (int most = 1; most <= 8; most++) {
+        lightprobe_settings s = settings_of(most, 0);
+        s.previous = previous;
+        s.previous_count = 8;
+        int count;
+        CHECK(!extract(&p, &s, lights, &count, NULL) && count == most, "%d lights of %d", count, most);
+        for (int i = 0; i < count; i++)
+            CHECK(finite_light(lights + i) && lights[i].id >= 0, "light %d of %d", i, count);
+    }
+    test_probe_free(&p);
+}
+
+const test_case lightprobe_tests[] = {
+    {"probe: texel solid angles are exact at every side", solid_angles_are_exact},
+    {"probe: texel solid angles fill the sphere", solid_angles_fill_the_sphere},
+    {"probe: erratum, Eq. 8 as printed does not fill the sphere", printed_weight_misses_the_sphere},
+    {"probe: texel directions follow the OpenGL convention", directions_follow_the_convention},
+    {"probe: disc irradiance is that of brute force", disc_irradiance_is_exact},
+    {"probe: disc irradiance has its known values", disc_irradiance_has_known_values},
+    {"probe: disc irradiance is total", disc_irradiance_is_total},
+    {"probe: erratum, Eq. 18 loses energy below the horizon", eq18_loses_energy_below_the_horizon},
+    {"probe: lights and residual carry all energy", energy_is_conserved},
+    {"probe: any number of lights from 1 to 200", any_number_of_lights},
+    {"probe: irradiance of 32 lights errs at most a fifth of the paper's", irradiance_beats_the_paper},
+    {"probe: a disc is one light on faces, edges and corners", a_disc_is_one_light_wherever_it_lies},
+    {"probe: erratum, a rectangle keeps its size (variance d^2/3)", a_rectangle_keeps_its_size},
+    {"probe: a whole sphere can be one light", a_whole_sphere_is_one_light},
+    {"probe: scaling by powers of two scales the lights bit for bit", scaling_scales},
+    {"probe: a quarter turn permutes the lights", a_quarter_turn_permutes_the_lights},
+    {"probe: same input, same output", same_input_same_output},
+    {"probe: a fourth channel changes nothing", four_channels_are_three},
+    {"probe: tolerance is met, monotonously", tolerance_is_met_with_few_lights},
+    {"probe: dim lights go to the residual", dim_lights_go_to_the_residual},
+    {"probe: lights follow a turning probe without jumps", lights_follow_a_turning_probe},
+    {"probe: lights move to a new lamp and are given back", lights_follow_a_new_lamp},
+    {"probe: bad texels are repaired and counted", bad_texels_are_repaired_and_counted},
+    {"probe: hostile probes give finite lights", hostile_probes_give_finite_lights},
+    {"probe: faces of one texel work", one_texel_faces_work},
+    {"probe: bad arguments are refused, outputs untouched", bad_arguments_are_refused},
+    {"probe: bad previous lights do no harm", bad_previous_lights_do_no_harm},
+    {NULL, NULL},
+};
