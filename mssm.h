@@ -53,6 +53,8 @@
 // MACROS, each to be defined before the #include
 //
 //   MSSM_IMPLEMENTATION   in one source file: compiles the functions
+//   MSSM_NO_GL            there: leaves out the OpenGL half (which needs no GL header and no library)
+//   MSSM_MALLOC(bytes), MSSM_FREE(memory)   there: for the OpenGL half; the rest never allocates
 //
 // Threads: no global state. Functions that take a const map may run in parallel on one map.
 // Floats: any finite input gives finite output. NaN and infinity are treated as the nearest number
@@ -153,7 +155,10 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3);
 typedef enum mssm_result {
     MSSM_OK = 0,
     MSSM_ERROR_ARGUMENT,  // a null pointer, a number that is not finite or out of its range
-    MSSM_ERROR_MEMORY     // the memory passed in is too small
+    MSSM_ERROR_MEMORY,    // the memory passed in is too small, or malloc has none
+    MSSM_ERROR_GL_VERSION,  // not OpenGL 4.5, or the loader does not find a function of it
+    MSSM_ERROR_GL,        // a shader, a framebuffer or storage that the driver refuses: see the log
+    MSSM_ERROR_ORDER      // a call between begin and end, or an end without a begin
 } mssm_result;
 
 // One line for people. Never null.
@@ -248,6 +253,83 @@ const char *mssm_glsl_math(void);
 // float half_y), which is yours to define: the Chebyshev moments that a rectangle of the map holds.
 const char *mssm_glsl_shading(void);
 
+// ------------------------------------------------------------------------------------------------
+// OpenGL 4.5
+// ------------------------------------------------------------------------------------------------
+//
+// Any number of lights; each frame:
+//
+//     for (int i = 0; i < lights; i++) {
+//         mssm_gl_set_light(gl, i, &light[i]);            // where it changed
+//         mssm_gl_begin_depth(gl, i, 0);
+//         draw_casters(light[i].world_to_shadow);         // gl_Position = world_to_shadow * position
+//         mssm_gl_end_depth(gl);
+//     }
+//     mssm_gl_build(gl);
+//     mssm_gl_bind(gl);
+//     draw_scene();                                       // with mssm_visibility() in its shader
+//
+// Calls must come with the context of mssm_gl_create current; several contexts may have one mssm_gl each.
+// They leave the GL state as they found it, but for what mssm_gl_bind says it binds and, between begin and
+// end, the state of the depth pass. Objects carry labels that start with "mssm".
+
+typedef void (*mssm_gl_function)(void);
+typedef mssm_gl_function (*mssm_gl_loader)(const char *name);  // glfwGetProcAddress and the like
+
+typedef struct mssm_gl_desc {  // zero means default everywhere
+    mssm_gl_loader load;       // needed
+    int lights;                // 1 to 4096; default 1
+    int side;                  // of the maps, 1 to 16384; default 256
+    int samples;               // of the depth target, default 4
+    int moments;               // 4 or 6; default 6. settings.moments chooses among what is stored
+    mssm_settings settings;    // compiled into the shading text
+    int first_texture_unit;    // mssm_gl_bind takes two texture units from here
+    int first_buffer_binding;  // and this binding of shader storage buffers
+    void (*log)(void *user, const char *message);  // one line, or a shader's whole log; may be NULL
+    void *user;
+} mssm_gl_desc;
+
+typedef struct mssm_gl mssm_gl;
+
+// Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 24 bytes and a
+// third more, and two depth targets of side^2 * samples * 4. On failure *gl is untouched, nothing is left
+// behind, and the log has said why.
+mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
+
+// Deletes all objects. gl may be NULL. A depth pass under way is ended.
+void mssm_gl_destroy(mssm_gl *gl);
+
+// Other numbers of lights or texels, 0 for the defaults. Lights stay set, maps must be drawn again. On failure
+// everything is as it was.
+mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side);
+
+// The light with this index, from mssm_light_directional or mssm_light_spot, or filled in by hand.
+mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
+
+// Between these two the application draws its casters into the light's depth map. begin binds a multisampled
+// framebuffer without colour, sets viewport, depth test, depth range and clip control (-1 to 1) and clears
+// depth; culling is off, or with back_faces front faces are culled. end restores all of that and turns
+// depth into moments. A pass with back_faces must directly follow the light's pass without: the mean of both is
+// used then, sample by sample, as with mssm_map_update.
+mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
+mssm_result mssm_gl_end_depth(mssm_gl *gl);
+
+// Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of as many
+// levels as the widest light needs.
+mssm_result mssm_gl_build(mssm_gl *gl);
+
+// Binds what shading reads: textures at units first_texture_unit and the next (and no samplers), a shader
+// storage buffer at first_buffer_binding. Once a frame after the build, or whenever these were changed.
+mssm_result mssm_gl_bind(mssm_gl *gl);
+
+// GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
+// float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth. Lives as long as gl.
+const char *mssm_gl_shader(const mssm_gl *gl);
+
+// The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip levels.
+// which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments.
+unsigned mssm_gl_texture(const mssm_gl *gl, int which);
+
 #ifdef __cplusplus
 }
 #endif
@@ -278,6 +360,7 @@ extern "C" {
 #else
 #define MSSM_SHARED static inline
 #endif
+#define MSSM_PRECISE
 
 // [glsl begin]
 
@@ -366,6 +449,25 @@ mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha)
 MSSM_SHARED float mssm_to_unit(float t)
 {
     return mssm_clamp(0.5f + 0.5f * t, 0.0f, 1.0f);
+}
+
+// T_1(z) to T_6(z). In GLSL nothing here may be fused: tables are equal bit for bit.
+MSSM_SHARED mssm_moments6 mssm_chebyshev(float z)
+{
+    MSSM_PRECISE float twice = z + z;
+    MSSM_PRECISE float t2 = twice * z - 1.0f;
+    MSSM_PRECISE float t3 = twice * t2 - z;
+    MSSM_PRECISE float t4 = twice * t3 - t2;
+    MSSM_PRECISE float t5 = twice * t4 - t3;
+    MSSM_PRECISE float t6 = twice * t5 - t4;
+    mssm_moments6 t;
+    t.b[0] = z;
+    t.b[1] = t2;
+    t.b[2] = t3;
+    t.b[3] = t4;
+    t.b[4] = t5;
+    t.b[5] = t6;
+    return t;
 }
 
 // T1 = z, T2 = 2z^2 - 1, T3 = 4z^3 - 3z, T4 = 8z^4 - 8z^2 + 1, ...
@@ -928,20 +1030,27 @@ MSSM_SHARED mssm_points4 mssm_points_of6(struct mssm_kernel6 k)
     float t_low = tb.x0 < tb.x1 ? tb.x0 : tb.x1;
     tb.x1 = tb.x0 < tb.x1 ? tb.x1 : tb.x0;
     tb.x0 = t_low;
-    mssm_roots3 t = mssm_sort3(ta, tb);
-    float s1 = mssm_share6(k, t.x[0]);
-    float s2 = mssm_share6(k, t.x[1]);
-    float s3 = mssm_share6(k, t.x[2]);
-    float rest = (1.0f - k.w0) / (s1 + s2 + s3);
+    // The single root is the well-conditioned one, and so is its share. The shares of a close pair are
+    // not, but their sum is: what the others leave.
+    float total = 1.0f - k.w0;
+    float share_a = mssm_share6(k, ta);
+    share_a = share_a < total ? share_a : total;
+    float s1 = mssm_share6(k, tb.x0);
+    float s2 = mssm_share6(k, tb.x1);
+    float share_b = (total - share_a) * (s1 / (s1 + s2));
+    float share_c = (total - share_a) * (s2 / (s1 + s2));
+    int first = ta < tb.x0 ? 1 : 0;
+    int last = ta > tb.x1 ? 1 : 0;
+    float t2 = first == 1 ? tb.x0 : (last == 1 ? tb.x1 : ta);
     mssm_points4 r;
     r.z[0] = k.mean + k.u0;
-    r.z[1] = k.mean + (k.u0 + t.x[0]);
-    r.z[2] = k.mean + (k.u0 + t.x[1]);
-    r.z[3] = k.mean + (k.u0 + t.x[2]);
+    r.z[1] = k.mean + (k.u0 + (first == 1 ? ta : tb.x0));
+    r.z[2] = k.mean + (k.u0 + t2);
+    r.z[3] = k.mean + (k.u0 + (last == 1 ? ta : tb.x1));
     r.w[0] = k.w0;
-    r.w[1] = s1 * rest;
-    r.w[2] = s2 * rest;
-    r.w[3] = s3 * rest;
+    r.w[1] = first == 1 ? share_a : share_b;
+    r.w[2] = first == 1 ? share_b : (last == 1 ? share_c : share_a);
+    r.w[3] = last == 1 ? share_a : share_c;
     return r;
 }
 
@@ -1053,7 +1162,10 @@ const char *mssm_result_string(mssm_result r)
     switch (r) {
     case MSSM_OK: return "no error";
     case MSSM_ERROR_ARGUMENT: return "an argument is null, not finite or out of its range";
-    case MSSM_ERROR_MEMORY: return "the memory passed in is too small";
+    case MSSM_ERROR_MEMORY: return "the memory passed in is too small, or there is none left";
+    case MSSM_ERROR_GL_VERSION: return "OpenGL 4.5 is needed";
+    case MSSM_ERROR_GL: return "the driver refuses a shader, a framebuffer or storage";
+    case MSSM_ERROR_ORDER: return "calls of a depth pass are out of order";
     }
     return "unknown result";
 }
@@ -1288,15 +1400,8 @@ static float mssm__depth(float z)
 MSSM_SHARED void mssm__add_samples(const float z[MSSM__BLOCK], float sum[6][MSSM__BLOCK])
 {
     for (int i = 0; i < MSSM__BLOCK; i++) {
-        const float t1 = z[i], twice = t1 + t1;
-        const float t2 = twice * t1 - 1.0f, t3 = twice * t2 - t1, t4 = twice * t3 - t2;
-        const float t5 = twice * t4 - t3, t6 = twice * t5 - t4;
-        sum[0][i] += t1;
-        sum[1][i] += t2;
-        sum[2][i] += t3;
-        sum[3][i] += t4;
-        sum[4][i] += t5;
-        sum[5][i] += t6;
+        const mssm_moments6 t = mssm_chebyshev(z[i]);
+        for (int k = 0; k < 6; k++) sum[k][i] += t.b[k];
     }
 }
 
@@ -1548,8 +1653,10 @@ typedef struct mssm_view {
     float distance_offset;
     float texel;            // width of a texel in units of z; perspective: at distance 1
     float side;
+    float max_half;         // of the kernel, in texels
     int perspective;
     int averaged;           // the map is made of front and back faces
+    int levels;             // of its tables
 } mssm_view;
 
 // Settings with their defaults filled in.
@@ -1559,7 +1666,6 @@ struct mssm_options {
     float alpha4;
     float alpha6;
     float depth_bias;  // 0: a texel
-    float max_half;    // of the kernel, in texels
     float tolerance;
 };
 
@@ -1641,11 +1747,11 @@ MSSM_CALLED struct mssm_receiver mssm_receive(mssm_view v, struct mssm_options o
 }
 
 // Chebyshev moments of the kernel for blockers at distance d.
-MSSM_SHARED mssm_moments6 mssm_look(MSSM_MAP map, mssm_view v, struct mssm_options o,
-                                    struct mssm_receiver r, int moments, float d)
+MSSM_SHARED mssm_moments6 mssm_look(MSSM_MAP map, mssm_view v, struct mssm_receiver r, int moments,
+                                    float d)
 {
-    return mssm_query(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * d, 0.5f, o.max_half),
-                      mssm_clamp(v.kernel_v * d, 0.5f, o.max_half));
+    return mssm_query(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * d, 0.5f, v.max_half),
+                      mssm_clamp(v.kernel_v * d, 0.5f, v.max_half));
 }
 
 MSSM_SHARED struct mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)
@@ -1742,7 +1848,7 @@ MSSM_CALLED struct mssm_plan mssm_plan_layers(mssm_view v, struct mssm_options o
 MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r)
 {
     int moments = o.moments == 6 ? 6 : 4;
-    mssm_moments6 t = mssm_look(map, v, o, r, o.moments == 4 ? 4 : 6, r.d_max);
+    mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, r.d_max);
     mssm_points4 p = mssm_layers(o, moments, t, r.z_test);
     // Four moments will do where they leave little to the receiver itself: 20% of receivers, at no error.
     if (o.moments == 0 && p.w[0] > 4.0f * o.tolerance) {
@@ -1759,7 +1865,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     for (int i = 0; i < 3; i++) {
         // Kernels of one texel are all the same.
         if (i == 0 || kernel * plan.d[i > 0 ? i - 1 : 0] > 0.5f) {
-            p = mssm_layers(o, moments, mssm_look(map, v, o, r, moments, plan.d[i]), r.z_test);
+            p = mssm_layers(o, moments, mssm_look(map, v, r, moments, plan.d[i]), r.z_test);
         }
         float share = 0.0f;
         float front = 0.0f;
@@ -1789,7 +1895,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
 MSSM_CALLED struct mssm_split mssm_split_at(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                             struct mssm_receiver r, float d)
 {
-    mssm_moments6 t = mssm_look(map, v, o, r, o.moments == 4 ? 4 : 6, d);
+    mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, d);
     if (o.moments != 6) {
         struct mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));
         if (o.moments == 4 || s.self <= o.tolerance) return s;
@@ -1816,7 +1922,8 @@ MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, struct mssm_options o
 }
 // [glsl end]
 
-static mssm_view mssm__view(const mssm_light *light, int side, int averaged)
+static mssm_view mssm__view(const mssm_light *light, const mssm_settings *set, int side, int levels,
+                            int averaged)
 {
     mssm_view v;
     const float range = light->z_far - light->z_near, to_texels = 0.5f * (float)side;
@@ -1829,8 +1936,10 @@ static mssm_view mssm__view(const mssm_light *light, int side, int averaged)
     v.distance_offset = 0.5f * range + light->z_near;
     v.texel = 2.0f * extent / ((float)side * v.distance_scale);
     v.side = (float)side;
+    v.max_half = set && set->max_kernel > 0 ? 0.5f * (float)set->max_kernel : MSSM_FAR_AWAY;
     v.perspective = light->perspective;
     v.averaged = averaged;
+    v.levels = levels;
     return v;
 }
 
@@ -1849,7 +1958,6 @@ static struct mssm_options mssm__options(const mssm_settings *set, int map_momen
     o.alpha4 = mssm__or_default(set->moment_bias, MSSM_BIAS4_TABLE);
     o.alpha6 = mssm__or_default(set->moment_bias, MSSM_BIAS6_TABLE);
     o.depth_bias = mssm__or_default(set->depth_bias, 0.0f);
-    o.max_half = set->max_kernel > 0 ? 0.5f * (float)set->max_kernel : MSSM_FAR_AWAY;
     o.tolerance = mssm__or_default(set->tolerance, 1.0f / 256.0f);
     return o;
 }
@@ -1858,7 +1966,7 @@ float mssm_map_visibility(const mssm_map *map, const mssm_light *light, const ms
                           const float point[3])
 {
     if (!map || !light || !point || !mssm__all_finite(point, 3)) return 1;
-    const mssm_view view = mssm__view(light, map->side, map->averaged);
+    const mssm_view view = mssm__view(light, settings, map->side, map->levels, map->averaged);
     const struct mssm_options options = mssm__options(settings, map->moments);
     return mssm_estimate(map, view, options,
                          mssm_receive(view, options, point[0], point[1], point[2]));
@@ -1891,6 +1999,7 @@ mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half
 #define MSSM__GLSL_NAMES                                                                           \
     "#define MSSM_SHARED\n"                                                                        \
     "#define MSSM_CALLED\n"                                                                        \
+    "#define MSSM_PRECISE precise\n"                                                               \
     "#define sqrtf sqrt\n"                                                                         \
     "#define fabsf abs\n"                                                                          \
     "#define floorf floor\n"                                                                       \
@@ -1898,6 +2007,7 @@ mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half
 #define MSSM__GLSL_FORGET                                                                          \
     "#undef MSSM_SHARED\n"                                                                         \
     "#undef MSSM_CALLED\n"                                                                         \
+    "#undef MSSM_PRECISE\n"                                                                        \
     "#undef sqrtf\n"                                                                               \
     "#undef fabsf\n"                                                                               \
     "#undef floorf\n"                                                                              \
@@ -1998,6 +2108,25 @@ static const char mssm__glsl_math[] =
     "MSSM_SHARED float mssm_to_unit(float t)\n"
     "{\n"
     "    return mssm_clamp(0.5f + 0.5f * t, 0.0f, 1.0f);\n"
+    "}\n"
+    "\n"
+    "// T_1(z) to T_6(z). In GLSL nothing here may be fused: tables are equal bit for bit.\n"
+    "MSSM_SHARED mssm_moments6 mssm_chebyshev(float z)\n"
+    "{\n"
+    "    MSSM_PRECISE float twice = z + z;\n"
+    "    MSSM_PRECISE float t2 = twice * z - 1.0f;\n"
+    "    MSSM_PRECISE float t3 = twice * t2 - z;\n"
+    "    MSSM_PRECISE float t4 = twice * t3 - t2;\n"
+    "    MSSM_PRECISE float t5 = twice * t4 - t3;\n"
+    "    MSSM_PRECISE float t6 = twice * t5 - t4;\n"
+    "    mssm_moments6 t;\n"
+    "    t.b[0] = z;\n"
+    "    t.b[1] = t2;\n"
+    "    t.b[2] = t3;\n"
+    "    t.b[3] = t4;\n"
+    "    t.b[4] = t5;\n"
+    "    t.b[5] = t6;\n"
+    "    return t;\n"
     "}\n"
     "\n"
     "// T1 = z, T2 = 2z^2 - 1, T3 = 4z^3 - 3z, T4 = 8z^4 - 8z^2 + 1, ...\n"
@@ -2560,20 +2689,27 @@ static const char mssm__glsl_math[] =
     "    float t_low = tb.x0 < tb.x1 ? tb.x0 : tb.x1;\n"
     "    tb.x1 = tb.x0 < tb.x1 ? tb.x1 : tb.x0;\n"
     "    tb.x0 = t_low;\n"
-    "    mssm_roots3 t = mssm_sort3(ta, tb);\n"
-    "    float s1 = mssm_share6(k, t.x[0]);\n"
-    "    float s2 = mssm_share6(k, t.x[1]);\n"
-    "    float s3 = mssm_share6(k, t.x[2]);\n"
-    "    float rest = (1.0f - k.w0) / (s1 + s2 + s3);\n"
+    "    // The single root is the well-conditioned one, and so is its share. The shares of a close pair are\n"
+    "    // not, but their sum is: what the others leave.\n"
+    "    float total = 1.0f - k.w0;\n"
+    "    float share_a = mssm_share6(k, ta);\n"
+    "    share_a = share_a < total ? share_a : total;\n"
+    "    float s1 = mssm_share6(k, tb.x0);\n"
+    "    float s2 = mssm_share6(k, tb.x1);\n"
+    "    float share_b = (total - share_a) * (s1 / (s1 + s2));\n"
+    "    float share_c = (total - share_a) * (s2 / (s1 + s2));\n"
+    "    int first = ta < tb.x0 ? 1 : 0;\n"
+    "    int last = ta > tb.x1 ? 1 : 0;\n"
+    "    float t2 = first == 1 ? tb.x0 : (last == 1 ? tb.x1 : ta);\n"
     "    mssm_points4 r;\n"
     "    r.z[0] = k.mean + k.u0;\n"
-    "    r.z[1] = k.mean + (k.u0 + t.x[0]);\n"
-    "    r.z[2] = k.mean + (k.u0 + t.x[1]);\n"
-    "    r.z[3] = k.mean + (k.u0 + t.x[2]);\n"
+    "    r.z[1] = k.mean + (k.u0 + (first == 1 ? ta : tb.x0));\n"
+    "    r.z[2] = k.mean + (k.u0 + t2);\n"
+    "    r.z[3] = k.mean + (k.u0 + (last == 1 ? ta : tb.x1));\n"
     "    r.w[0] = k.w0;\n"
-    "    r.w[1] = s1 * rest;\n"
-    "    r.w[2] = s2 * rest;\n"
-    "    r.w[3] = s3 * rest;\n"
+    "    r.w[1] = first == 1 ? share_a : share_b;\n"
+    "    r.w[2] = first == 1 ? share_b : (last == 1 ? share_c : share_a);\n"
+    "    r.w[3] = last == 1 ? share_a : share_c;\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -2708,8 +2844,10 @@ static const char mssm__glsl_shading[] =
     "    float distance_offset;\n"
     "    float texel;            // width of a texel in units of z; perspective: at distance 1\n"
     "    float side;\n"
+    "    float max_half;         // of the kernel, in texels\n"
     "    int perspective;\n"
     "    int averaged;           // the map is made of front and back faces\n"
+    "    int levels;             // of its tables\n"
     "};\n"
     "\n"
     "// Settings with their defaults filled in.\n"
@@ -2719,7 +2857,6 @@ static const char mssm__glsl_shading[] =
     "    float alpha4;\n"
     "    float alpha6;\n"
     "    float depth_bias;  // 0: a texel\n"
-    "    float max_half;    // of the kernel, in texels\n"
     "    float tolerance;\n"
     "};\n"
     "\n"
@@ -2801,11 +2938,11 @@ static const char mssm__glsl_shading[] =
     "}\n"
     "\n"
     "// Chebyshev moments of the kernel for blockers at distance d.\n"
-    "MSSM_SHARED mssm_moments6 mssm_look(MSSM_MAP map, mssm_view v, mssm_options o,\n"
-    "                                    mssm_receiver r, int moments, float d)\n"
+    "MSSM_SHARED mssm_moments6 mssm_look(MSSM_MAP map, mssm_view v, mssm_receiver r, int moments,\n"
+    "                                    float d)\n"
     "{\n"
-    "    return mssm_query(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * d, 0.5f, o.max_half),\n"
-    "                      mssm_clamp(v.kernel_v * d, 0.5f, o.max_half));\n"
+    "    return mssm_query(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * d, 0.5f, v.max_half),\n"
+    "                      mssm_clamp(v.kernel_v * d, 0.5f, v.max_half));\n"
     "}\n"
     "\n"
     "MSSM_SHARED mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)\n"
@@ -2902,7 +3039,7 @@ static const char mssm__glsl_shading[] =
     "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r)\n"
     "{\n"
     "    int moments = o.moments == 6 ? 6 : 4;\n"
-    "    mssm_moments6 t = mssm_look(map, v, o, r, o.moments == 4 ? 4 : 6, r.d_max);\n"
+    "    mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, r.d_max);\n"
     "    mssm_points4 p = mssm_layers(o, moments, t, r.z_test);\n"
     "    // Four moments will do where they leave little to the receiver itself: 20% of receivers, at no error.\n"
     "    if (o.moments == 0 && p.w[0] > 4.0f * o.tolerance) {\n"
@@ -2919,7 +3056,7 @@ static const char mssm__glsl_shading[] =
     "    for (int i = 0; i < 3; i++) {\n"
     "        // Kernels of one texel are all the same.\n"
     "        if (i == 0 || kernel * plan.d[i > 0 ? i - 1 : 0] > 0.5f) {\n"
-    "            p = mssm_layers(o, moments, mssm_look(map, v, o, r, moments, plan.d[i]), r.z_test);\n"
+    "            p = mssm_layers(o, moments, mssm_look(map, v, r, moments, plan.d[i]), r.z_test);\n"
     "        }\n"
     "        float share = 0.0f;\n"
     "        float front = 0.0f;\n"
@@ -2949,7 +3086,7 @@ static const char mssm__glsl_shading[] =
     "MSSM_CALLED mssm_split mssm_split_at(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                                            mssm_receiver r, float d)\n"
     "{\n"
-    "    mssm_moments6 t = mssm_look(map, v, o, r, o.moments == 4 ? 4 : 6, d);\n"
+    "    mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, d);\n"
     "    if (o.moments != 6) {\n"
     "        mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));\n"
     "        if (o.moments == 4 || s.self <= o.tolerance) return s;\n"
@@ -2990,6 +3127,1070 @@ const char *mssm_glsl_shading(void)
 {
     return mssm__glsl_shading;
 }
+
+// ---- OpenGL 4.5 ----
+
+#ifndef MSSM_NO_GL
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#ifndef MSSM_MALLOC
+#define MSSM_MALLOC(bytes) malloc(bytes)
+#define MSSM_FREE(memory) free(memory)
+#endif
+
+#if defined _WIN32 && !defined _WIN64
+#define MSSM__GLAPI __stdcall
+#else
+#define MSSM__GLAPI
+#endif
+
+// Types and constants under names of our own, so that any GL header may be included too.
+typedef unsigned int mssm__glenum;
+typedef unsigned char mssm__glboolean;
+
+// X(result, name without "gl", parameters)
+#define MSSM__GL_FUNCTIONS(X)                                                                      \
+    X(void, GetIntegerv, (mssm__glenum, int *))                                                    \
+    X(const unsigned char *, GetString, (mssm__glenum))                                            \
+    X(mssm__glenum, GetError, (void))                                                              \
+    X(void, GetIntegeri_v, (mssm__glenum, unsigned, int *))                                        \
+    X(void, GetInteger64i_v, (mssm__glenum, unsigned, int64_t *))                                  \
+    X(void, GetFloati_v, (mssm__glenum, unsigned, float *))                                        \
+    X(mssm__glboolean, IsEnabled, (mssm__glenum))                                                  \
+    X(mssm__glboolean, IsEnabledi, (mssm__glenum, unsigned))                                       \
+    X(void, Enable, (mssm__glenum))                                                                \
+    X(void, Disable, (mssm__glenum))                                                               \
+    X(void, Enablei, (mssm__glenum, unsigned))                                                     \
+    X(void, Disablei, (mssm__glenum, unsigned))                                                    \
+    X(void, ViewportIndexedf, (unsigned, float, float, float, float))                              \
+    X(void, DepthRangeIndexed, (unsigned, double, double))                                         \
+    X(void, DepthFunc, (mssm__glenum))                                                             \
+    X(void, DepthMask, (mssm__glboolean))                                                          \
+    X(void, ClipControl, (mssm__glenum, mssm__glenum))                                             \
+    X(void, CullFace, (mssm__glenum))                                                              \
+    X(void, PolygonMode, (mssm__glenum, mssm__glenum))                                             \
+    X(void, BindFramebuffer, (mssm__glenum, unsigned))                                             \
+    X(void, CreateFramebuffers, (int, unsigned *))                                                 \
+    X(void, DeleteFramebuffers, (int, const unsigned *))                                           \
+    X(void, NamedFramebufferTexture, (unsigned, mssm__glenum, unsigned, int))                      \
+    X(void, NamedFramebufferDrawBuffer, (unsigned, mssm__glenum))                                  \
+    X(void, NamedFramebufferReadBuffer, (unsigned, mssm__glenum))                                  \
+    X(mssm__glenum, CheckNamedFramebufferStatus, (unsigned, mssm__glenum))                         \
+    X(void, ClearNamedFramebufferfv, (unsigned, mssm__glenum, int, const float *))                 \
+    X(void, CreateTextures, (mssm__glenum, int, unsigned *))                                       \
+    X(void, DeleteTextures, (int, const unsigned *))                                               \
+    X(void, TextureStorage3D, (unsigned, int, mssm__glenum, int, int, int))                        \
+    X(void, TextureStorage2DMultisample,                                                           \
+      (unsigned, int, mssm__glenum, int, int, mssm__glboolean))                                    \
+    X(void, TextureParameteri, (unsigned, mssm__glenum, int))                                      \
+    X(void, ActiveTexture, (mssm__glenum))                                                         \
+    X(void, BindTextureUnit, (unsigned, unsigned))                                                 \
+    X(void, BindTexture, (mssm__glenum, unsigned))                                                 \
+    X(void, BindSampler, (unsigned, unsigned))                                                     \
+    X(void, BindImageTexture,                                                                      \
+      (unsigned, unsigned, int, mssm__glboolean, int, mssm__glenum, mssm__glenum))                 \
+    X(void, CreateBuffers, (int, unsigned *))                                                      \
+    X(void, DeleteBuffers, (int, const unsigned *))                                                \
+    X(void, NamedBufferStorage, (unsigned, ptrdiff_t, const void *, unsigned))                     \
+    X(void, NamedBufferSubData, (unsigned, ptrdiff_t, ptrdiff_t, const void *))                    \
+    X(void, BindBuffer, (mssm__glenum, unsigned))                                                  \
+    X(void, BindBufferBase, (mssm__glenum, unsigned, unsigned))                                    \
+    X(unsigned, CreateShader, (mssm__glenum))                                                      \
+    X(void, DeleteShader, (unsigned))                                                              \
+    X(void, ShaderSource, (unsigned, int, const char *const *, const int *))                       \
+    X(void, CompileShader, (unsigned))                                                             \
+    X(void, GetShaderiv, (unsigned, mssm__glenum, int *))                                          \
+    X(void, GetShaderInfoLog, (unsigned, int, int *, char *))                                      \
+    X(unsigned, CreateProgram, (void))                                                             \
+    X(void, DeleteProgram, (unsigned))                                                             \
+    X(void, AttachShader, (unsigned, unsigned))                                                    \
+    X(void, LinkProgram, (unsigned))                                                               \
+    X(void, GetProgramiv, (unsigned, mssm__glenum, int *))                                         \
+    X(void, GetProgramInfoLog, (unsigned, int, int *, char *))                                     \
+    X(void, UseProgram, (unsigned))                                                                \
+    X(void, ProgramUniform1i, (unsigned, int, int))                                                \
+    X(void, ProgramUniform1iv, (unsigned, int, int, const int *))                                  \
+    X(void, ProgramUniform4f, (unsigned, int, float, float, float, float))                         \
+    X(void, DispatchCompute, (unsigned, unsigned, unsigned))                                       \
+    X(void, MemoryBarrier, (unsigned))                                                             \
+    X(void, ObjectLabel, (mssm__glenum, unsigned, int, const char *))
+
+enum {
+    MSSM__GL_OUT_OF_MEMORY = 0x0505,
+    MSSM__GL_VERSION = 0x1F02,
+    MSSM__GL_MAJOR_VERSION = 0x821B,
+    MSSM__GL_MINOR_VERSION = 0x821C,
+    MSSM__GL_MAX_TEXTURE_SIZE = 0x0D33,
+    MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS = 0x88FF,
+    MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES = 0x910F,
+    MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS = 0x8B4D,
+    MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS = 0x90DD,
+    MSSM__GL_CURRENT_PROGRAM = 0x8B8D,
+    MSSM__GL_DRAW_FRAMEBUFFER = 0x8CA9,
+    MSSM__GL_DRAW_FRAMEBUFFER_BINDING = 0x8CA6,
+    MSSM__GL_FRAMEBUFFER_COMPLETE = 0x8CD5,
+    MSSM__GL_DEPTH_ATTACHMENT = 0x8D00,
+    MSSM__GL_DEPTH = 0x1801,
+    MSSM__GL_DEPTH_COMPONENT32F = 0x8CAC,
+    MSSM__GL_VIEWPORT = 0x0BA2,
+    MSSM__GL_DEPTH_RANGE = 0x0B70,
+    MSSM__GL_SCISSOR_TEST = 0x0C11,
+    MSSM__GL_DEPTH_TEST = 0x0B71,
+    MSSM__GL_DEPTH_FUNC = 0x0B74,
+    MSSM__GL_DEPTH_WRITEMASK = 0x0B72,
+    MSSM__GL_STENCIL_TEST = 0x0B90,
+    MSSM__GL_CULL_FACE = 0x0B44,
+    MSSM__GL_CULL_FACE_MODE = 0x0B45,
+    MSSM__GL_FRONT = 0x0404,
+    MSSM__GL_FRONT_AND_BACK = 0x0408,
+    MSSM__GL_POLYGON_MODE = 0x0B40,
+    MSSM__GL_FILL = 0x1B02,
+    MSSM__GL_RASTERIZER_DISCARD = 0x8C89,
+    MSSM__GL_DEPTH_CLAMP = 0x864F,
+    MSSM__GL_POLYGON_OFFSET_FILL = 0x8037,
+    MSSM__GL_MULTISAMPLE = 0x809D,
+    MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE = 0x809E,
+    MSSM__GL_SAMPLE_COVERAGE = 0x80A0,
+    MSSM__GL_SAMPLE_MASK = 0x8E51,
+    MSSM__GL_SAMPLE_SHADING = 0x8C36,
+    MSSM__GL_LESS = 0x0201,
+    MSSM__GL_CLIP_ORIGIN = 0x935C,
+    MSSM__GL_CLIP_DEPTH_MODE = 0x935D,
+    MSSM__GL_LOWER_LEFT = 0x8CA1,
+    MSSM__GL_NEGATIVE_ONE_TO_ONE = 0x935E,
+    MSSM__GL_TEXTURE0 = 0x84C0,
+    MSSM__GL_ACTIVE_TEXTURE = 0x84E0,
+    MSSM__GL_TEXTURE_2D_ARRAY = 0x8C1A,
+    MSSM__GL_TEXTURE_2D_MULTISAMPLE = 0x9100,
+    MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE = 0x9104,
+    MSSM__GL_TEXTURE_MIN_FILTER = 0x2801,
+    MSSM__GL_TEXTURE_MAG_FILTER = 0x2800,
+    MSSM__GL_NEAREST = 0x2600,
+    MSSM__GL_NEAREST_MIPMAP_NEAREST = 0x2700,
+    MSSM__GL_SAMPLER_BINDING = 0x8919,
+    MSSM__GL_RGBA32I = 0x8D82,
+    MSSM__GL_RG32I = 0x823B,
+    MSSM__GL_IMAGE_BINDING_NAME = 0x8F3A,
+    MSSM__GL_IMAGE_BINDING_LEVEL = 0x8F3B,
+    MSSM__GL_IMAGE_BINDING_LAYERED = 0x8F3C,
+    MSSM__GL_IMAGE_BINDING_LAYER = 0x8F3D,
+    MSSM__GL_IMAGE_BINDING_ACCESS = 0x8F3E,
+    MSSM__GL_IMAGE_BINDING_FORMAT = 0x906E,
+    MSSM__GL_READ_ONLY = 0x88B8,
+    MSSM__GL_READ_WRITE = 0x88BA,
+    MSSM__GL_SHADER_STORAGE_BUFFER = 0x90D2,
+    MSSM__GL_SHADER_STORAGE_BUFFER_BINDING = 0x90D3,
+    MSSM__GL_DYNAMIC_STORAGE_BIT = 0x0100,
+    MSSM__GL_COMPUTE_SHADER = 0x91B9,
+    MSSM__GL_COMPILE_STATUS = 0x8B81,
+    MSSM__GL_LINK_STATUS = 0x8B82,
+    MSSM__GL_INFO_LOG_LENGTH = 0x8B84,
+    MSSM__GL_BARRIERS = 0x20 | 0x8,  // image access, texture fetch
+    MSSM__GL_BUFFER = 0x82E0,
+    MSSM__GL_SHADER = 0x82E1,
+    MSSM__GL_PROGRAM = 0x82E2,
+    MSSM__GL_TEXTURE = 0x1702,
+    MSSM__GL_FRAMEBUFFER = 0x8D40
+};
+
+typedef struct mssm__gl_functions {
+#define MSSM__GL_MEMBER(result, name, parameters) result(MSSM__GLAPI *name) parameters;
+    MSSM__GL_FUNCTIONS(MSSM__GL_MEMBER)
+#undef MSSM__GL_MEMBER
+} mssm__gl_functions;
+
+enum { MSSM__RESOLVE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__PROGRAMS };
+enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
+enum { MSSM__CAPABILITIES = 10 };
+
+// State of the caller from begin to end of a depth pass.
+typedef struct mssm__gl_state {
+    int framebuffer, depth_func, depth_mask, cull_mode, clip_origin, clip_depth, polygon_mode[2];
+    int enabled[MSSM__CAPABILITIES], scissor;
+    float viewport[4], depth_range[2];
+} mssm__gl_state;
+
+typedef struct mssm__gl_light {
+    mssm_light light;
+    int averaged, drawn;  // drawn: since the last build
+} mssm__gl_light;
+
+struct mssm_gl {
+    mssm__gl_functions f;
+    mssm_gl_desc desc;  // with defaults filled in
+    int levels, padded;
+    int drawing, back;  // light of the pass between begin and end, or -1; which faces
+    int front_of;       // light whose front faces the depth target holds, or -1
+    int views_stale;
+    unsigned depth[2], framebuffer[2], table[2], views, program[MSSM__PROGRAMS];
+    mssm__gl_state saved;
+    mssm__gl_light *lights;
+    mssm_view *view;
+    char *shader;
+};
+
+static const char mssm__glsl_version[] = "#version 450 core\n";
+
+// Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from fusing
+// what the C code does not fuse: tables are equal bit for bit.
+static const char mssm__glsl_resolve[] =
+    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "layout(binding = MSSM_UNIT + 1) uniform sampler2DMS back;\n"
+    "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray table0;\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "layout(binding = 1, rg32i) writeonly uniform iimage2DArray table1;\n"
+    "#endif\n"
+    "layout(location = 0) uniform int samples;\n"
+    "layout(location = 1) uniform int averaged;\n"
+    "layout(location = 2) uniform int layer;\n"
+    "layout(location = 3) uniform vec4 range;  // perspective: 1, near, far\n"
+    "float linear_depth(float d)\n"
+    "{\n"
+    "    precise float z = 2.0 * d - 1.0;\n"
+    "    float w = 2.0 * range.y * range.z / (range.z + range.y - z * (range.z - range.y));\n"
+    "    float linear = -1.0 + 2.0 * (w - range.y) / (range.z - range.y);\n"
+    "    return d >= 1.0 ? 1.0 : clamp(range.x > 0.0 ? linear : z, -1.0, 1.0);\n"
+    "}\n"
+    "ivec4 to_integer(vec4 t)\n"
+    "{\n"
+    "    float one = float(MSSM_SCALE);\n"
+    "    precise vec4 scaled = t * (one / float(samples)) + (one + 1.5);\n"
+    "    return ivec4(scaled) - (MSSM_SCALE + 1);\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
+    "    if (any(greaterThanEqual(p, imageSize(table0).xy))) return;\n"
+    "    bool inside = all(lessThan(p, textureSize(front)));\n"
+    "    precise vec4 sum = vec4(0.0);\n"
+    "    precise vec4 more = vec4(0.0);\n"
+    "    for (int s = 0; s < samples; s++) {\n"
+    "        float z = inside ? linear_depth(texelFetch(front, p, s).x) : 1.0;\n"
+    "        if (averaged != 0 && inside) z = 0.5 * (z + linear_depth(texelFetch(back, p, s).x));\n"
+    "        mssm_moments6 t = mssm_chebyshev(z);\n"
+    "        sum += vec4(t.b[0], t.b[1], t.b[2], t.b[3]);\n"
+    "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
+    "    }\n"
+    "    imageStore(table0, ivec3(p, layer), to_integer(sum));\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    imageStore(table1, ivec3(p, layer), to_integer(more));\n"
+    "#endif\n"
+    "}\n";
+
+// What the table passes share: the level in hand, and the lights of a batch. Channels 5 and 6 are there
+// for 6 moments only.
+static const char mssm__glsl_tables[] =
+    "layout(binding = 0, rgba32i) uniform iimage2DArray table0;\n"
+    "layout(location = 0) uniform int layers[MSSM_BATCH];\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "layout(binding = 1, rg32i) uniform iimage2DArray table1;\n"
+    "#endif\n"
+    "struct entry { ivec4 a; ivec2 b; };\n"
+    "entry load(ivec3 p)\n"
+    "{\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    return entry(imageLoad(table0, p), imageLoad(table1, p).xy);\n"
+    "#else\n"
+    "    return entry(imageLoad(table0, p), ivec2(0));\n"
+    "#endif\n"
+    "}\n"
+    "void store(ivec3 p, entry e)\n"
+    "{\n"
+    "    imageStore(table0, p, e.a);\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    imageStore(table1, p, ivec4(e.b, 0, 0));\n"
+    "#endif\n"
+    "}\n"
+    "entry add(entry e, entry f)\n"
+    "{\n"
+    "    return entry(e.a + f.a, e.b + f.b);\n"
+    "}\n";
+
+// Prefix sums along rows, one work group a row: four texels a thread in registers, a scan of the threads'
+// sums in shared memory, a carry from block to block. MSSM_HALVE makes the texels of a coarser level on
+// the way: each is the mean of four of the level below, one difference of that level's finished table.
+static const char mssm__glsl_rows[] =
+    "layout(local_size_x = 64) in;\n"
+    "#ifdef MSSM_HALVE\n"
+    "layout(binding = 2, rgba32i) readonly uniform iimage2DArray finer0;\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "layout(binding = 3, rg32i) readonly uniform iimage2DArray finer1;\n"
+    "#endif\n"
+    "entry finer(ivec3 p)\n"
+    "{\n"
+    "    if (p.x < 0 || p.y < 0) return entry(ivec4(0), ivec2(0));\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    return entry(imageLoad(finer0, p), imageLoad(finer1, p).xy);\n"
+    "#else\n"
+    "    return entry(imageLoad(finer0, p), ivec2(0));\n"
+    "#endif\n"
+    "}\n"
+    "entry value(ivec3 p)\n"
+    "{\n"
+    "    ivec3 q = ivec3(2 * p.xy - 1, p.z);\n"
+    "    entry a = finer(q);\n"
+    "    entry b = finer(q + ivec3(2, 0, 0));\n"
+    "    entry c = finer(q + ivec3(0, 2, 0));\n"
+    "    entry d = finer(q + ivec3(2, 2, 0));\n"
+    "    return entry((d.a - c.a - b.a + a.a + 2) >> 2, (d.b - c.b - b.b + a.b + 2) >> 2);\n"
+    "}\n"
+    "#else\n"
+    "entry value(ivec3 p)\n"
+    "{\n"
+    "    return load(p);\n"
+    "}\n"
+    "#endif\n"
+    "shared ivec4 sums_a[64];\n"
+    "shared ivec2 sums_b[64];\n"
+    "void main()\n"
+    "{\n"
+    "    int size = imageSize(table0).x;\n"
+    "    int thread = int(gl_LocalInvocationID.x);\n"
+    "    ivec3 p = ivec3(0, gl_WorkGroupID.y, layers[gl_WorkGroupID.z]);\n"
+    "    entry carry = entry(ivec4(0), ivec2(0));\n"
+    "    for (int start = 0; start < size; start += 256) {\n"
+    "        entry e[4];\n"
+    "        for (int i = 0; i < 4; i++) {\n"
+    "            p.x = start + 4 * thread + i;\n"
+    "            e[i] = entry(ivec4(0), ivec2(0));\n"
+    "            if (p.x < size) e[i] = value(p);\n"
+    "            if (i > 0) e[i] = add(e[i - 1], e[i]);\n"
+    "        }\n"
+    "        entry before = entry(ivec4(0), ivec2(0));\n"
+    "        sums_a[thread] = e[3].a;\n"
+    "        sums_b[thread] = e[3].b;\n"
+    "        for (int step = 1; step < 64; step *= 2) {\n"
+    "            barrier();\n"
+    "            entry left = entry(ivec4(0), ivec2(0));\n"
+    "            if (thread >= step) left = entry(sums_a[thread - step], sums_b[thread - step]);\n"
+    "            barrier();\n"
+    "            before = add(before, left);\n"
+    "            sums_a[thread] += left.a;\n"
+    "            sums_b[thread] += left.b;\n"
+    "        }\n"
+    "        barrier();\n"
+    "        before = add(before, carry);\n"
+    "        for (int i = 0; i < 4; i++) {\n"
+    "            p.x = start + 4 * thread + i;\n"
+    "            if (p.x < size) store(p, add(before, e[i]));\n"
+    "        }\n"
+    "        carry = add(carry, entry(sums_a[63], sums_b[63]));\n"
+    "        barrier();\n"
+    "    }\n"
+    "}\n";
+
+// Prefix sums along columns, one thread a column: neighbours read neighbouring texels.
+static const char mssm__glsl_columns[] =
+    "layout(local_size_x = 64) in;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 size = imageSize(table0).xy;\n"
+    "    ivec3 p = ivec3(gl_GlobalInvocationID.x, 0, layers[gl_WorkGroupID.z]);\n"
+    "    if (p.x >= size.x) return;\n"
+    "    entry sum = load(p);\n"
+    "    for (p.y = 1; p.y < size.y; p.y++) {\n"
+    "        sum = add(sum, load(p));\n"
+    "        store(p, sum);\n"
+    "    }\n"
+    "}\n";
+
+// Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first texel
+// they are 0.
+static const char mssm__glsl_entry[] =
+    "layout(binding = MSSM_UNIT) uniform isampler2DArray mssm_table0;\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "layout(binding = MSSM_UNIT + 1) uniform isampler2DArray mssm_table1;\n"
+    "#endif\n"
+    "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
+    "ivec4 mssm_entry(int texture_index, ivec3 p, int level)\n"
+    "{\n"
+    "    if (p.x < 0 || p.y < 0) return ivec4(0);\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    if (texture_index == 1) return texelFetch(mssm_table1, p, level);\n"
+    "#endif\n"
+    "    return texelFetch(mssm_table0, p, level);\n"
+    "}\n"
+    "vec4 mssm_sums(int texture_index, int light, int level, mssm_strips x, mssm_strips y)\n"
+    "{\n"
+    "    vec4 strip[3];\n"
+    "    ivec4 low[4];\n"
+    "    for (int j = 0; j < 4; j++) {\n"
+    "        ivec4 high[4];\n"
+    "        for (int i = 0; i < 4; i++) {\n"
+    "            ivec3 p = ivec3(int(x.edge[i]) - 1, int(y.edge[j]) - 1, light);\n"
+    "            high[i] = mssm_entry(texture_index, p, level);\n"
+    "        }\n"
+    "        if (j > 0) {\n"
+    "            vec4 first = vec4((high[1] - low[1]) - (high[0] - low[0]));\n"
+    "            vec4 whole = vec4((high[2] - low[2]) - (high[1] - low[1]));\n"
+    "            vec4 last = vec4((high[3] - low[3]) - (high[2] - low[2]));\n"
+    "            strip[j - 1] = (x.first * first + x.last * last) + whole;\n"
+    "        }\n"
+    "        low = high;\n"
+    "    }\n"
+    "    return (y.first * strip[0] + y.last * strip[2]) + strip[1];\n"
+    "}\n"
+    "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y)\n"
+    "{\n"
+    "    int level = mssm_level_of(2.0 * (half_x > half_y ? half_x : half_y), mssm_views[light].levels);\n"
+    "    int side = int(mssm_views[light].side);\n"
+    "    float size = float((side + (1 << level) - 1) >> level);\n"
+    "    float scale = 1.0 / float(1 << level);\n"
+    "    mssm_strips sx = mssm_cut((x - half_x) * scale, (x + half_x) * scale, size);\n"
+    "    mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);\n"
+    "    float area = sx.whole * sy.whole;\n"
+    "    float inverse = MSSM_INVERSE_SCALE / area;\n"
+    "    float outside = (area - sx.inside * sy.inside) / area;\n"
+    "    vec4 a = mssm_sums(0, light, level, sx, sy) * inverse + outside;\n"
+    "    mssm_moments6 t;\n"
+    "    t.b[0] = a.x;\n"
+    "    t.b[1] = a.y;\n"
+    "    t.b[2] = a.z;\n"
+    "    t.b[3] = a.w;\n"
+    "    t.b[4] = 0.0;\n"
+    "    t.b[5] = 0.0;\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    if (moments == 6) {\n"
+    "        vec4 b = mssm_sums(1, light, level, sx, sy) * inverse + outside;\n"
+    "        t.b[4] = b.x;\n"
+    "        t.b[5] = b.y;\n"
+    "    }\n"
+    "#endif\n"
+    "    return t;\n"
+    "}\n"
+    "\n"
+    "// Visibility of a light from a world-space point: 1 where the whole light is seen.\n"
+    "float mssm_visibility(int light, vec3 world_position)\n"
+    "{\n"
+    "    mssm_view v = mssm_views[light];\n"
+    "    vec3 p = world_position;\n"
+    "    return mssm_estimate(light, v, mssm_chosen, mssm_receive(v, mssm_chosen, p.x, p.y, p.z));\n"
+    "}\n"
+    "\n"
+    "// The same from shadow-space x, y in [-1,1] and depth, for frusta of one's own.\n"
+    "float mssm_visibility_at(int light, vec3 shadow)\n"
+    "{\n"
+    "    mssm_view v = mssm_views[light];\n"
+    "    return mssm_estimate(light, v, mssm_chosen,\n"
+    "                         mssm_receive_at(v, mssm_chosen, shadow.x, shadow.y, shadow.z));\n"
+    "}\n";
+
+static void mssm__log(const mssm_gl *gl, const char *what, const char *detail)
+{
+    if (!gl->desc.log) return;
+    char line[256];
+    snprintf(line, sizeof line, "mssm: %s%s", what, detail ? detail : "");
+    gl->desc.log(gl->desc.user, line);
+}
+
+static int mssm__get(const mssm_gl *gl, mssm__glenum name)
+{
+    int value[4] = {0};  // four: some drivers write more than one
+    gl->f.GetIntegerv(name, value);
+    return value[0];
+}
+
+// Errors since the last call; those of the caller are reported to him, not lost. Bounded: a lost
+// context reports one forever.
+static mssm__glenum mssm__take_error(const mssm_gl *gl)
+{
+    mssm__glenum first = 0;
+    for (int i = 0; i < 16; i++) {
+        const mssm__glenum e = gl->f.GetError();
+        if (!e) break;
+        if (!first) first = e;
+    }
+    return first;
+}
+
+static mssm_result mssm__load(mssm_gl *gl)
+{
+    const char *missing = NULL;
+#define MSSM__GL_LOAD(result, name, parameters)                                                    \
+    {                                                                                              \
+        const mssm_gl_function f = gl->desc.load("gl" #name);                                      \
+        memcpy(&gl->f.name, &f, sizeof f);                                                         \
+        if (!f && !missing) missing = "gl" #name;                                                  \
+    }
+    MSSM__GL_FUNCTIONS(MSSM__GL_LOAD)
+#undef MSSM__GL_LOAD
+    if (gl->f.GetIntegerv && gl->f.GetString && gl->f.GetError) {
+        const char *text = (const char *)gl->f.GetString(MSSM__GL_VERSION);
+        const int version = mssm__get(gl, MSSM__GL_MAJOR_VERSION) * 10 +
+                            mssm__get(gl, MSSM__GL_MINOR_VERSION);
+        if (!text || !strncmp(text, "OpenGL ES", 9) || version < 45) {
+            mssm__log(gl, "OpenGL 4.5 is needed, this context is ", text ? text : "not current");
+            return MSSM_ERROR_GL_VERSION;
+        }
+    }
+    if (missing) {
+        mssm__log(gl, "OpenGL 4.5 is needed, the loader does not find ", missing);
+        return MSSM_ERROR_GL_VERSION;
+    }
+    return MSSM_OK;
+}
+
+// Shader or program: passes the whole log on.
+static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const char *what)
+{
+    int length = 0;
+    (program ? gl->f.GetProgramiv : gl->f.GetShaderiv)(name, MSSM__GL_INFO_LOG_LENGTH, &length);
+    mssm__log(gl, "cannot build ", what);
+    if (!gl->desc.log || length <= 1 || length > 1 << 20) return;
+    char *text = (char *)MSSM_MALLOC((size_t)length + 1);
+    if (!text) return;
+    memset(text, 0, (size_t)length + 1);
+    (program ? gl->f.GetProgramInfoLog : gl->f.GetShaderInfoLog)(name, length, NULL, text);
+    gl->desc.log(gl->desc.user, text);
+    MSSM_FREE(text);
+}
+
+static mssm_result mssm__build_program(mssm_gl *gl, int which, const char *const *text, int count)
+{
+    static const char *const names[] = {"mssm resolve", "mssm rows", "mssm halve", "mssm columns"};
+    const mssm__gl_functions *f = &gl->f;
+    int good = 0;
+    const unsigned shader = f->CreateShader(MSSM__GL_COMPUTE_SHADER);
+    const unsigned program = gl->program[which] = f->CreateProgram();
+    if (!shader || !program) {
+        if (shader) f->DeleteShader(shader);
+        mssm__log(gl, "no shader or program object for ", names[which]);
+        return MSSM_ERROR_GL;
+    }
+    f->ShaderSource(shader, count, text, NULL);
+    f->CompileShader(shader);
+    f->GetShaderiv(shader, MSSM__GL_COMPILE_STATUS, &good);
+    if (good) {
+        f->AttachShader(program, shader);
+        f->LinkProgram(program);
+        f->GetProgramiv(program, MSSM__GL_LINK_STATUS, &good);
+        if (!good) mssm__log_all(gl, program, 1, names[which]);
+        f->ObjectLabel(MSSM__GL_PROGRAM, program, -1, names[which]);
+    } else {
+        mssm__log_all(gl, shader, 0, names[which]);
+    }
+    f->DeleteShader(shader);
+    return good ? MSSM_OK : MSSM_ERROR_GL;
+}
+
+static mssm_result mssm__build_programs(mssm_gl *gl)
+{
+    char defines[256];
+    snprintf(defines, sizeof defines,
+             "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_BATCH %d\n"
+             "#define MSSM_SCALE %d\n",
+             gl->desc.moments, gl->desc.first_texture_unit, (int)MSSM__BATCH, MSSM_SCALE);
+    const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math, mssm__glsl_resolve};
+    const char *const rows[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_rows};
+    const char *const halve[] = {mssm__glsl_version, defines, "#define MSSM_HALVE\n",
+                                 mssm__glsl_tables, mssm__glsl_rows};
+    const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_columns};
+    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 4);
+    if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
+    if (!r) r = mssm__build_program(gl, MSSM__HALVE, halve, 5);
+    if (!r) r = mssm__build_program(gl, MSSM__COLUMNS, columns, 4);
+    return r;
+}
+
+// A float constant as GLSL reads it in any locale.
+static int mssm__print_float(char *to, size_t size, const char *before, float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return snprintf(to, size, "%suintBitsToFloat(0x%08xu)", before, (unsigned)bits);
+}
+
+static mssm_result mssm__write_shader(mssm_gl *gl)
+{
+    const struct mssm_options o = mssm__options(&gl->desc.settings, gl->desc.moments);
+    const float numbers[] = {o.alpha4, o.alpha6, o.depth_bias, o.tolerance};
+    char defines[256], chosen[512];
+    snprintf(defines, sizeof defines,
+             "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_BINDING %d\n"
+             "#define MSSM_SCALE %d\n#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n",
+             gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_buffer_binding, MSSM_SCALE);
+    int at = snprintf(chosen, sizeof chosen, "const mssm_options mssm_chosen = mssm_options(%d, %d",
+                      o.moments, o.estimator);
+    for (int i = 0; i < 4; i++) {
+        at += mssm__print_float(chosen + at, sizeof chosen - (size_t)at, ", ", numbers[i]);
+    }
+    snprintf(chosen + at, sizeof chosen - (size_t)at, ");\n");
+    const char *const parts[] = {mssm__glsl_math, mssm__glsl_shading, defines, chosen, mssm__glsl_entry};
+    size_t length = 1;
+    for (int i = 0; i < 5; i++) length += strlen(parts[i]);
+    gl->shader = (char *)MSSM_MALLOC(length);
+    if (!gl->shader) return MSSM_ERROR_MEMORY;
+    gl->shader[0] = 0;
+    for (int i = 0; i < 5; i++) strcat(gl->shader, parts[i]);
+    return MSSM_OK;
+}
+
+static void mssm__delete_storage(mssm_gl *gl)
+{
+    const mssm__gl_functions *f = &gl->f;
+    for (int i = 0; i < 2; i++) {
+        if (gl->framebuffer[i]) f->DeleteFramebuffers(1, &gl->framebuffer[i]);
+        if (gl->depth[i]) f->DeleteTextures(1, &gl->depth[i]);
+        if (gl->table[i]) f->DeleteTextures(1, &gl->table[i]);
+        gl->framebuffer[i] = gl->depth[i] = gl->table[i] = 0;
+    }
+    if (gl->views) f->DeleteBuffers(1, &gl->views);
+    gl->views = 0;
+    MSSM_FREE(gl->lights);
+    MSSM_FREE(gl->view);
+    gl->lights = NULL;
+    gl->view = NULL;
+}
+
+static mssm_result mssm__create_depth(mssm_gl *gl, int i)
+{
+    static const char *const names[] = {"mssm depth, front faces", "mssm depth, back faces"};
+    const mssm__gl_functions *f = &gl->f;
+    f->CreateTextures(MSSM__GL_TEXTURE_2D_MULTISAMPLE, 1, &gl->depth[i]);
+    f->CreateFramebuffers(1, &gl->framebuffer[i]);
+    if (!gl->depth[i] || !gl->framebuffer[i]) return MSSM_ERROR_GL;
+    f->TextureStorage2DMultisample(gl->depth[i], gl->desc.samples, MSSM__GL_DEPTH_COMPONENT32F,
+                                   gl->desc.side, gl->desc.side, 1);
+    f->ObjectLabel(MSSM__GL_TEXTURE, gl->depth[i], -1, names[i]);
+    f->NamedFramebufferTexture(gl->framebuffer[i], MSSM__GL_DEPTH_ATTACHMENT, gl->depth[i], 0);
+    f->NamedFramebufferDrawBuffer(gl->framebuffer[i], 0);
+    f->NamedFramebufferReadBuffer(gl->framebuffer[i], 0);
+    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, gl->framebuffer[i], -1, names[i]);
+    return f->CheckNamedFramebufferStatus(gl->framebuffer[i], MSSM__GL_DRAW_FRAMEBUFFER) ==
+                   MSSM__GL_FRAMEBUFFER_COMPLETE
+               ? MSSM_OK
+               : MSSM_ERROR_GL;
+}
+
+static mssm_result mssm__create_table(mssm_gl *gl, int i)
+{
+    static const char *const names[] = {"mssm tables, moments 1 to 4", "mssm tables, moments 5 and 6"};
+    const mssm__gl_functions *f = &gl->f;
+    f->CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &gl->table[i]);
+    if (!gl->table[i]) return MSSM_ERROR_GL;
+    f->TextureStorage3D(gl->table[i], gl->levels, i == 0 ? MSSM__GL_RGBA32I : MSSM__GL_RG32I,
+                        gl->padded, gl->padded, gl->desc.lights);
+    // Integer textures are complete with these filters only.
+    f->TextureParameteri(gl->table[i], MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_NEAREST_MIPMAP_NEAREST);
+    f->TextureParameteri(gl->table[i], MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
+    f->ObjectLabel(MSSM__GL_TEXTURE, gl->table[i], -1, names[i]);
+    return MSSM_OK;
+}
+
+static mssm_result mssm__create_storage(mssm_gl *gl)
+{
+    const mssm__gl_functions *f = &gl->f;
+    const size_t count = (size_t)gl->desc.lights;
+    uint64_t words;
+    gl->levels = mssm__layout(gl->desc.side, gl->desc.moments, &words);
+    // A side that halves without rest on every level; the texels beyond the map are empty.
+    const int grain = 1 << (gl->levels - 1);
+    gl->padded = (gl->desc.side + grain - 1) / grain * grain;
+    if (gl->padded > mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE) ||
+        gl->desc.lights > mssm__get(gl, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS) ||
+        gl->desc.samples > mssm__get(gl, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES)) {
+        mssm__log(gl, "this driver has not as many texels, layers or samples", NULL);
+        return MSSM_ERROR_GL;
+    }
+    gl->lights = (mssm__gl_light *)MSSM_MALLOC(count * sizeof *gl->lights);
+    gl->view = (mssm_view *)MSSM_MALLOC(count * sizeof *gl->view);
+    if (!gl->lights || !gl->view) return MSSM_ERROR_MEMORY;
+    memset(gl->lights, 0, count * sizeof *gl->lights);
+    memset(gl->view, 0, count * sizeof *gl->view);
+    mssm_result r = MSSM_OK;
+    for (int i = 0; i < 2 && !r; i++) r = mssm__create_depth(gl, i);
+    if (!r) r = mssm__create_table(gl, 0);
+    if (!r && gl->desc.moments == 6) r = mssm__create_table(gl, 1);
+    f->CreateBuffers(1, &gl->views);
+    if (!gl->views) r = MSSM_ERROR_GL;
+    if (!r) {
+        f->NamedBufferStorage(gl->views, (ptrdiff_t)(count * sizeof *gl->view), NULL,
+                              MSSM__GL_DYNAMIC_STORAGE_BIT);
+        f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
+    }
+    const mssm__glenum error = mssm__take_error(gl);
+    if (error || r) {
+        mssm__log(gl, "no storage for the moment maps: ",
+                  error == MSSM__GL_OUT_OF_MEMORY ? "out of memory" : "the driver refuses it");
+        return MSSM_ERROR_GL;
+    }
+    gl->drawing = gl->front_of = -1;
+    gl->views_stale = 1;
+    return MSSM_OK;
+}
+
+// Program, textures, samplers and images that our own dispatches displace.
+typedef struct mssm__gl_bindings {
+    int program, active, texture[2], sampler[2], image[4][6];
+} mssm__gl_bindings;
+
+static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
+{
+    static const mssm__glenum names[6] = {MSSM__GL_IMAGE_BINDING_NAME,    MSSM__GL_IMAGE_BINDING_LEVEL,
+                                          MSSM__GL_IMAGE_BINDING_LAYERED, MSSM__GL_IMAGE_BINDING_LAYER,
+                                          MSSM__GL_IMAGE_BINDING_ACCESS,  MSSM__GL_IMAGE_BINDING_FORMAT};
+    b->program = mssm__get(gl, MSSM__GL_CURRENT_PROGRAM);
+    b->active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
+    for (int i = 0; i < 2; i++) {
+        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
+        b->texture[i] = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
+        b->sampler[i] = mssm__get(gl, MSSM__GL_SAMPLER_BINDING);
+    }
+    gl->f.ActiveTexture((mssm__glenum)b->active);
+    for (unsigned i = 0; i < 4; i++) {
+        for (int k = 0; k < 6; k++) gl->f.GetIntegeri_v(names[k], i, &b->image[i][k]);
+    }
+}
+
+static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b)
+{
+    for (int i = 0; i < 2; i++) {
+        const unsigned unit = (unsigned)(gl->desc.first_texture_unit + i);
+        gl->f.ActiveTexture(MSSM__GL_TEXTURE0 + unit);
+        gl->f.BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, (unsigned)b->texture[i]);
+        gl->f.BindSampler(unit, (unsigned)b->sampler[i]);
+    }
+    gl->f.ActiveTexture((mssm__glenum)b->active);
+    for (unsigned i = 0; i < 4; i++) {
+        const int *m = b->image[i];
+        gl->f.BindImageTexture(i, (unsigned)m[0], m[1], (mssm__glboolean)m[2], m[3],
+                               (mssm__glenum)m[4], (mssm__glenum)m[5]);
+    }
+    gl->f.UseProgram((unsigned)b->program);
+}
+
+static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, mssm__glenum access)
+{
+    static const mssm__glenum formats[2] = {MSSM__GL_RGBA32I, MSSM__GL_RG32I};
+    for (unsigned i = 0; i < 2; i++) {
+        if (gl->table[i]) {
+            gl->f.BindImageTexture(first_unit + i, gl->table[i], level, 1, 0, access, formats[i]);
+        }
+    }
+}
+
+static void mssm__resolve(mssm_gl *gl, int index)
+{
+    const mssm__gl_functions *f = &gl->f;
+    const mssm_light *light = &gl->lights[index].light;
+    const unsigned program = gl->program[MSSM__RESOLVE], unit = (unsigned)gl->desc.first_texture_unit;
+    const unsigned groups = (unsigned)(gl->padded + 7) / 8;
+    mssm__gl_bindings saved;
+    mssm__save_bindings(gl, &saved);
+    for (unsigned i = 0; i < 2; i++) {
+        f->BindTextureUnit(unit + i, gl->depth[i]);
+        f->BindSampler(unit + i, 0);
+    }
+    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
+    f->ProgramUniform1i(program, 0, gl->desc.samples);
+    f->ProgramUniform1i(program, 1, gl->lights[index].averaged);
+    f->ProgramUniform1i(program, 2, index);
+    f->ProgramUniform4f(program, 3, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far, 0);
+    f->UseProgram(program);
+    f->DispatchCompute(groups, groups, 1);
+    f->MemoryBarrier(MSSM__GL_BARRIERS);
+    mssm__restore_bindings(gl, &saved);
+}
+
+static const mssm__glenum mssm__capabilities[MSSM__CAPABILITIES] = {
+    MSSM__GL_DEPTH_TEST,          MSSM__GL_MULTISAMPLE,   // on, the rest off
+    MSSM__GL_STENCIL_TEST,        MSSM__GL_CULL_FACE,     MSSM__GL_RASTERIZER_DISCARD,
+    MSSM__GL_DEPTH_CLAMP,         MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
+    MSSM__GL_SAMPLE_COVERAGE,     MSSM__GL_SAMPLE_MASK};
+
+static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
+{
+    const mssm__gl_functions *f = &gl->f;
+    s->framebuffer = mssm__get(gl, MSSM__GL_DRAW_FRAMEBUFFER_BINDING);
+    s->depth_func = mssm__get(gl, MSSM__GL_DEPTH_FUNC);
+    s->depth_mask = mssm__get(gl, MSSM__GL_DEPTH_WRITEMASK);
+    s->cull_mode = mssm__get(gl, MSSM__GL_CULL_FACE_MODE);
+    s->clip_origin = mssm__get(gl, MSSM__GL_CLIP_ORIGIN);
+    s->clip_depth = mssm__get(gl, MSSM__GL_CLIP_DEPTH_MODE);
+    f->GetIntegerv(MSSM__GL_POLYGON_MODE, s->polygon_mode);
+    for (int i = 0; i < MSSM__CAPABILITIES; i++) s->enabled[i] = f->IsEnabled(mssm__capabilities[i]);
+    s->scissor = f->IsEnabledi(MSSM__GL_SCISSOR_TEST, 0);
+    f->GetFloati_v(MSSM__GL_VIEWPORT, 0, s->viewport);
+    f->GetFloati_v(MSSM__GL_DEPTH_RANGE, 0, s->depth_range);
+}
+
+static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
+{
+    const mssm__gl_functions *f = &gl->f;
+    f->BindFramebuffer(MSSM__GL_DRAW_FRAMEBUFFER, (unsigned)s->framebuffer);
+    f->DepthFunc((mssm__glenum)s->depth_func);
+    f->DepthMask((mssm__glboolean)s->depth_mask);
+    f->CullFace((mssm__glenum)s->cull_mode);
+    f->ClipControl((mssm__glenum)s->clip_origin, (mssm__glenum)s->clip_depth);
+    f->PolygonMode(MSSM__GL_FRONT_AND_BACK, (mssm__glenum)s->polygon_mode[0]);
+    for (int i = 0; i < MSSM__CAPABILITIES; i++) {
+        (s->enabled[i] ? f->Enable : f->Disable)(mssm__capabilities[i]);
+    }
+    (s->scissor ? f->Enablei : f->Disablei)(MSSM__GL_SCISSOR_TEST, 0);
+    f->ViewportIndexedf(0, s->viewport[0], s->viewport[1], s->viewport[2], s->viewport[3]);
+    f->DepthRangeIndexed(0, (double)s->depth_range[0], (double)s->depth_range[1]);
+}
+
+// Views of all lights, with as many levels as the widest of their kernels needs.
+static void mssm__upload_views(mssm_gl *gl)
+{
+    if (!gl->views_stale) return;
+    const struct mssm_options options = mssm__options(&gl->desc.settings, gl->desc.moments);
+    (void)options;
+    float widest = 0;
+    for (int i = 0; i < gl->desc.lights; i++) {
+        mssm__gl_light *l = &gl->lights[i];
+        if (!(l->light.z_far > l->light.z_near)) continue;  // never set
+        mssm_view *v = &gl->view[i];
+        *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, 0, l->averaged);
+        // A receiver at depth 3, as far behind all casters as they reach: further ones see wider kernels
+        // than the tables hold, and get the widest.
+        const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
+        const float width = 2.0f * kernel * (mssm_spread(*v, 3.0f) - mssm_spread(*v, -1.0f));
+        widest = width > widest ? width : widest;
+    }
+    const int levels = 1 + mssm_level_of(widest, gl->levels);
+    for (int i = 0; i < gl->desc.lights; i++) {
+        mssm_view *v = &gl->view[i];
+        const float limit = 0.5f * MSSM_KERNEL * (float)(1 << (levels - 1));
+        v->levels = levels;
+        if (levels < gl->levels && v->max_half > limit) v->max_half = limit;
+    }
+    gl->f.NamedBufferSubData(gl->views, 0, (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view),
+                             gl->view);
+    gl->views_stale = 0;
+}
+
+static void mssm__build_batch(mssm_gl *gl, const int *layers, int count)
+{
+    const mssm__gl_functions *f = &gl->f;
+    const int levels = gl->view[layers[0]].levels;
+    for (int i = MSSM__ROWS; i <= MSSM__COLUMNS; i++) {
+        f->ProgramUniform1iv(gl->program[i], 0, count, layers);
+    }
+    for (int level = 0; level < levels; level++) {
+        const unsigned size = (unsigned)(gl->padded >> level);
+        mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
+        if (level > 0) mssm__bind_level(gl, 2, level - 1, MSSM__GL_READ_ONLY);
+        f->UseProgram(gl->program[level > 0 ? MSSM__HALVE : MSSM__ROWS]);
+        f->DispatchCompute(1, size, (unsigned)count);
+        f->MemoryBarrier(MSSM__GL_BARRIERS);
+        f->UseProgram(gl->program[MSSM__COLUMNS]);
+        f->DispatchCompute((size + 63) / 64, 1, (unsigned)count);
+        f->MemoryBarrier(MSSM__GL_BARRIERS);
+    }
+}
+
+// Defaults filled in, or MSSM_ERROR_ARGUMENT.
+static mssm_result mssm__check_desc(mssm_gl *gl)
+{
+    mssm_gl_desc *d = &gl->desc;
+    if (d->lights == 0) d->lights = 1;
+    if (d->side == 0) d->side = 256;
+    if (d->samples == 0) d->samples = 4;
+    if (d->moments == 0) d->moments = 6;
+    uint64_t words;
+    if (d->lights < 1 || d->lights > 4096 || d->samples < 1 || d->samples > 64 ||
+        d->first_texture_unit < 0 || d->first_buffer_binding < 0 ||
+        !mssm__layout(d->side, d->moments, &words)) {
+        mssm__log(gl, "lights, side, samples, moments or a binding is out of range", NULL);
+        return MSSM_ERROR_ARGUMENT;
+    }
+    return MSSM_OK;
+}
+
+static mssm_result mssm__check_units(mssm_gl *gl)
+{
+    if (gl->desc.first_texture_unit + 2 > mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) ||
+        gl->desc.first_buffer_binding >= mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS)) {
+        mssm__log(gl, "first_texture_unit or first_buffer_binding is beyond this driver's", NULL);
+        return MSSM_ERROR_ARGUMENT;
+    }
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
+{
+    if (!gl || !desc || !desc->load) return MSSM_ERROR_ARGUMENT;
+    mssm_gl *g = (mssm_gl *)MSSM_MALLOC(sizeof *g);
+    if (!g) return MSSM_ERROR_MEMORY;
+    memset(g, 0, sizeof *g);
+    g->desc = *desc;
+    g->drawing = -1;
+    mssm_result r = mssm__check_desc(g);
+    if (!r) r = mssm__load(g);
+    if (r) {
+        MSSM_FREE(g);
+        return r;
+    }
+    if (mssm__take_error(g)) mssm__log(g, "a GL error was pending before mssm_gl_create", NULL);
+    r = mssm__check_units(g);
+    if (!r) r = mssm__build_programs(g);
+    if (!r) r = mssm__write_shader(g);
+    if (!r) r = mssm__create_storage(g);
+    if (r == MSSM_ERROR_MEMORY) mssm__log(g, "no memory", NULL);
+    if (r) {
+        mssm_gl_destroy(g);
+        return r;
+    }
+    *gl = g;
+    return MSSM_OK;
+}
+
+void mssm_gl_destroy(mssm_gl *gl)
+{
+    if (!gl) return;
+    if (gl->drawing >= 0) mssm__set_state(gl, &gl->saved);
+    mssm__delete_storage(gl);
+    for (int i = 0; i < MSSM__PROGRAMS; i++) {
+        if (gl->program[i]) gl->f.DeleteProgram(gl->program[i]);
+    }
+    MSSM_FREE(gl->shader);
+    MSSM_FREE(gl);
+}
+
+mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    if (gl->drawing >= 0) return MSSM_ERROR_ORDER;
+    mssm_gl fresh = *gl;
+    fresh.desc.lights = lights;
+    fresh.desc.side = side;
+    mssm_result r = mssm__check_desc(&fresh);
+    if (r) return r;
+    for (int i = 0; i < 2; i++) fresh.depth[i] = fresh.framebuffer[i] = fresh.table[i] = 0;
+    fresh.views = 0;
+    fresh.lights = NULL;
+    fresh.view = NULL;
+    if (mssm__take_error(gl)) mssm__log(gl, "a GL error was pending before mssm_gl_resize", NULL);
+    r = mssm__create_storage(&fresh);
+    if (r) {
+        mssm__delete_storage(&fresh);
+        return r;
+    }
+    for (int i = 0; i < gl->desc.lights && i < fresh.desc.lights; i++) {
+        fresh.lights[i].light = gl->lights[i].light;
+    }
+    mssm__delete_storage(gl);
+    *gl = fresh;
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
+{
+    if (!gl || !light || index < 0 || index >= gl->desc.lights || !(light->z_far > light->z_near) ||
+        !mssm__all_finite(light->world_to_shadow, 16)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    gl->lights[index].light = *light;
+    gl->views_stale = 1;
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
+{
+    if (!gl || index < 0 || index >= gl->desc.lights) return MSSM_ERROR_ARGUMENT;
+    // Back faces are averaged with the front faces of the same light, which must have come before.
+    if (gl->drawing >= 0 || (back_faces && gl->front_of != index)) {
+        mssm__log(gl, gl->drawing >= 0 ? "mssm_gl_begin_depth before mssm_gl_end_depth"
+                                       : "back faces must follow the front faces of their light", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    const float side = (float)gl->desc.side, farthest = 1;
+    mssm__gl_state s;
+    mssm__save_state(gl, &gl->saved);
+    memset(&s, 0, sizeof s);
+    gl->drawing = index;
+    gl->back = back_faces != 0;
+    s.framebuffer = (int)gl->framebuffer[gl->back];
+    s.depth_func = MSSM__GL_LESS;
+    s.depth_mask = 1;
+    s.cull_mode = MSSM__GL_FRONT;
+    s.clip_origin = MSSM__GL_LOWER_LEFT;
+    s.clip_depth = MSSM__GL_NEGATIVE_ONE_TO_ONE;
+    s.polygon_mode[0] = MSSM__GL_FILL;
+    for (int i = 0; i < MSSM__CAPABILITIES; i++) s.enabled[i] = i < 2;
+    if (back_faces) s.enabled[3] = 1;  // cull front faces
+    s.viewport[2] = s.viewport[3] = side;
+    s.depth_range[1] = 1;
+    mssm__set_state(gl, &s);
+    gl->f.ClearNamedFramebufferfv(gl->framebuffer[gl->back], MSSM__GL_DEPTH, 0, &farthest);
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_end_depth(mssm_gl *gl)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    if (gl->drawing < 0) {
+        mssm__log(gl, "mssm_gl_end_depth without mssm_gl_begin_depth", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    mssm__gl_light *light = &gl->lights[gl->drawing];
+    mssm__set_state(gl, &gl->saved);
+    light->averaged = gl->back;
+    light->drawn = 1;
+    mssm__resolve(gl, gl->drawing);
+    gl->front_of = gl->back ? -1 : gl->drawing;
+    gl->drawing = -1;
+    gl->views_stale = 1;
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_build(mssm_gl *gl)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    if (gl->drawing >= 0) {
+        mssm__log(gl, "mssm_gl_build before mssm_gl_end_depth", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    mssm__upload_views(gl);
+    mssm__gl_bindings saved;
+    mssm__save_bindings(gl, &saved);
+    int layers[MSSM__BATCH], count = 0;
+    for (int i = 0; i < gl->desc.lights; i++) {
+        if (gl->lights[i].drawn) layers[count++] = i;
+        gl->lights[i].drawn = 0;
+        if (count == MSSM__BATCH || (i == gl->desc.lights - 1 && count)) {
+            mssm__build_batch(gl, layers, count);
+            count = 0;
+        }
+    }
+    gl->front_of = -1;  // its texels have become sums
+    mssm__restore_bindings(gl, &saved);
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_bind(mssm_gl *gl)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    mssm__upload_views(gl);
+    const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+    for (unsigned i = 0; i < 2; i++) {
+        const unsigned unit = (unsigned)gl->desc.first_texture_unit + i;
+        if (!gl->table[i]) continue;
+        gl->f.BindTextureUnit(unit, gl->table[i]);
+        gl->f.BindSampler(unit, 0);  // a filter for colours would make integer textures incomplete
+    }
+    gl->f.BindBufferBase(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)gl->desc.first_buffer_binding,
+                         gl->views);
+    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+    return MSSM_OK;
+}
+
+const char *mssm_gl_shader(const mssm_gl *gl)
+{
+    return gl ? gl->shader : NULL;
+}
+
+unsigned mssm_gl_texture(const mssm_gl *gl, int which)
+{
+    return gl && (which == 0 || which == 1) ? gl->table[which] : 0;
+}
+
+#endif  // MSSM_NO_GL
 
 #ifdef __cplusplus
 }

@@ -78,9 +78,7 @@ static bool compare_with_truth(demo *d, const view *v, const scene *s, const cha
     bvh_free(tree);
     probe_sampler_free(&sampler);
     const double noise = report_difference(&d->truth, &d->second, v) / 2;
-    for (size_t i = 0; i < 3 * (size_t)v->width * (size_t)v->height; i++) {
-        d->truth.rgb[i] = 0.5f * (d->truth.rgb[i] + d->second.rgb[i]);
-    }
+    image_average(&d->truth, &d->second);
     const double error = report_difference(&d->picture, &d->truth, v);
     report_name(name, sizeof name, out, "-truth");
     printf(
@@ -96,7 +94,7 @@ static bool demo_frame(demo *d, float turn, const char *out, message *why)
     const options *o = &d->o;
     const double start = seconds_now();
     const float aspect = (float)o->width / (float)o->height;
-    const camera eye = camera_look(vec(0.3f, 2.4f, 7.7f), vec(-0.05f, 0.8f, 0), 0.57f, aspect);
+    const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, aspect);
     scene s;
     view v;
     if (!probe_rotate(&d->turned, &d->source, 2 * VEC_PI * turn)) return fail(why, "no memory");
@@ -114,9 +112,10 @@ static bool demo_frame(demo *d, float turn, const char *out, message *why)
         report_maps(&d->light, s.triangles);
         if (!(d->exposure > 0)) d->exposure = image_exposure(&d->picture);
         done = image_save_png(&d->picture, d->exposure, out, why);
-        printf("picture    %d x %d: view %.2f s, shading %.2f s, all %.2f s; %s\n", o->width,
-               o->height, before_shading - before_view, end - before_shading, seconds_now() - start,
-               out);
+        if (done)
+            printf("picture    %d x %d: view %.2f s, shading %.2f s, all %.2f s; %s\n", o->width,
+                   o->height, before_shading - before_view, end - before_shading,
+                   seconds_now() - start, out);
         done = done && (o->truth == TRUTH_NONE || compare_with_truth(d, &v, &s, out, why));
         view_free(&v);
     }
@@ -141,7 +140,7 @@ static bool demo_run(demo *d, message *why)
 int main(int argc, char **argv)
 {
     static demo d;
-    message why;
+    message why = {{0}};
     bool done = options_parse(&d.o, argc, argv, &why);
     if (d.o.help)
         fputs(options_help, stdout);

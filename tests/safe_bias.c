@@ -1,5 +1,4 @@
-// How strong must the bias be? Prints the table of safe strengths that mssm.h takes its constants
-// from.
+// How strong must the bias be? Prints the safe strengths that mssm.h takes its constants from.
 //     cc -O2 safe_bias.c families.c -lm && ./a.out [patches]
 //
 // Moments b of a distribution have a positive semidefinite Hankel matrix H(b). Storage and

@@ -1000,7 +1000,7 @@ static void reconstruction_holds_moments(void)
         note_worst("bounds within", &shares_wrong);
         CHECK(shares_off.error < 1e-6, "shares sum to 1 + %g", shares_off.error);
         CHECK(moments_off.error < 2e-3, "moments are off by %g", moments_off.error);
-        CHECK(shares_wrong.error < limit_max[format], "bounds are off by %g", shares_wrong.error);
+        CHECK(shares_wrong.error < 1e-5, "bounds are off by %g", shares_wrong.error);
     }
 }
 

@@ -180,7 +180,56 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
        GLboolean enabled))                                                                         \
     X(void, ObjectLabel, (GLenum kind, GLuint name, GLsizei length, const GLchar *label))          \
     X(void, GetObjectLabel,                                                                        \
-      (GLenum kind, GLuint name, GLsizei size, GLsizei *length, GLchar *label))
+      (GLenum kind, GLuint name, GLsizei size, GLsizei *length, GLchar *label))                    \
+    /* what only the tests of other callers' state need */                                         \
+    X(void, GetDoublev, (GLenum name, GLdouble * value))                                           \
+    X(void, GetFloati_v, (GLenum name, GLuint index, GLfloat *value))                              \
+    X(void, GetDoublei_v, (GLenum name, GLuint index, GLdouble * value))                           \
+    X(void, GetBooleani_v, (GLenum name, GLuint index, GLboolean *value))                          \
+    X(GLboolean, IsEnabledi, (GLenum name, GLuint index))                                          \
+    X(void, GetQueryiv, (GLenum target, GLenum name, GLint *value))                                \
+    X(void, GetTextureParameteriv, (GLuint texture, GLenum name, GLint *value))                    \
+    X(void, GetTextureLevelParameteriv,                                                            \
+      (GLuint texture, GLint level, GLenum name, GLint *value))                                    \
+    X(void, GetMultisamplefv, (GLenum name, GLuint index, GLfloat *value))                         \
+    X(void, DepthRange, (GLdouble low, GLdouble high))                                             \
+    X(void, PolygonMode, (GLenum face, GLenum mode))                                               \
+    X(void, StencilFunc, (GLenum compare, GLint reference, GLuint mask))                           \
+    X(void, StencilOp, (GLenum fail, GLenum depth_fail, GLenum pass))                              \
+    X(void, StencilMask, (GLuint mask))                                                            \
+    X(void, SampleMaski, (GLuint index, GLbitfield mask))                                          \
+    X(void, SampleCoverage, (GLfloat value, GLboolean invert))                                     \
+    X(void, MinSampleShading, (GLfloat value))                                                     \
+    X(void, PrimitiveRestartIndex, (GLuint index))                                                 \
+    X(void, LineWidth, (GLfloat width))                                                            \
+    X(void, PointSize, (GLfloat size))                                                             \
+    X(void, LogicOp, (GLenum operation))                                                           \
+    X(void, ProvokingVertex, (GLenum which))                                                       \
+    X(void, ViewportIndexedf,                                                                      \
+      (GLuint index, GLfloat x, GLfloat y, GLfloat width, GLfloat height))                         \
+    X(void, ScissorIndexed,                                                                        \
+      (GLuint index, GLint x, GLint y, GLsizei width, GLsizei height))                             \
+    X(void, DepthRangeIndexed, (GLuint index, GLdouble low, GLdouble high))                        \
+    X(void, Enablei, (GLenum name, GLuint index))                                                  \
+    X(void, Disablei, (GLenum name, GLuint index))                                                 \
+    X(void, ColorMaski, (GLuint index, GLboolean r, GLboolean g, GLboolean b, GLboolean a))        \
+    X(void, CreateRenderbuffers, (GLsizei count, GLuint *renderbuffers))                           \
+    X(void, DeleteRenderbuffers, (GLsizei count, const GLuint *renderbuffers))                     \
+    X(void, BindRenderbuffer, (GLenum target, GLuint renderbuffer))                                \
+    X(void, NamedRenderbufferStorage,                                                              \
+      (GLuint renderbuffer, GLenum format, GLsizei width, GLsizei height))                         \
+    X(void, NamedFramebufferRenderbuffer,                                                          \
+      (GLuint framebuffer, GLenum attachment, GLenum target, GLuint renderbuffer))                 \
+    X(void, CreateProgramPipelines, (GLsizei count, GLuint *pipelines))                            \
+    X(void, DeleteProgramPipelines, (GLsizei count, const GLuint *pipelines))                      \
+    X(void, BindProgramPipeline, (GLuint pipeline))                                                \
+    X(void, CreateTransformFeedbacks, (GLsizei count, GLuint *feedbacks))                          \
+    X(void, DeleteTransformFeedbacks, (GLsizei count, const GLuint *feedbacks))                    \
+    X(void, BindTransformFeedback, (GLenum target, GLuint feedback))                               \
+    X(void, BeginQuery, (GLenum target, GLuint query))                                             \
+    X(void, EndQuery, (GLenum target))                                                             \
+    X(void, BeginConditionalRender, (GLuint query, GLenum mode))                                   \
+    X(void, EndConditionalRender, (void))
 // clang-format on
 
 typedef struct gl_functions {

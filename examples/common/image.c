@@ -287,6 +287,12 @@ bool image_load(image *im, const char *path, message *why)
 
 // ---- For the screen
 
+void image_average(image *a, const image *b)
+{
+    const size_t values = (size_t)a->width * (size_t)a->height * 3;
+    for (size_t i = 0; i < values; i++) a->rgb[i] = 0.5f * (a->rgb[i] + b->rgb[i]);
+}
+
 static int compare_floats(const void *a, const void *b)
 {
     const float x = *(const float *)a, y = *(const float *)b;

@@ -35,6 +35,9 @@ static inline void image_set(image *im, int x, int y, vec3 value)
     rgb[2] = value.z;
 }
 
+// a becomes the mean of a and b, which has the same size.
+void image_average(image *a, const image *b);
+
 // The exposure that brings the median luminance to a middle grey.
 float image_exposure(const image *im);
 

@@ -44,7 +44,7 @@ bool lighting_extract(lighting *l, const probe *p, message *why)
     const lightprobe_result result = lightprobe_extract(
         &cube, &settings, l->scratch, l->scratch_bytes, l->light, &l->lights, &l->stats);
     l->extract_seconds = seconds_now() - start;
-    return result == LIGHTPROBE_OK || fail(why, "lights: %s", lightprobe_result_string(result));
+    return result == LIGHTPROBE_OK || fail(why, "%s", lightprobe_result_string(result));
 }
 
 // ---- Maps

@@ -104,6 +104,7 @@ bool options_parse(options *o, int argc, char **argv, message *why)
         .out = "build/demo.png", .lights = 64, .tolerance = 0.01f, .width = 960, .height = 540};
     for (int i = 1; i < argc; i++) {
         const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
+        if (value && !strncmp(value, "--", 2)) value = NULL;
         bool known;
         if (!strcmp(name, "--help")) {
             o->help = true;

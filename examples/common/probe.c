@@ -380,11 +380,16 @@ static vec3 default_radiance(vec3 d)
     const vec3 window = vec_unit(vec(0.72f, 0.40f, 0.60f));
     const float towards_sun = fmaxf(vec_dot(d, sun), 0);
     const float height = fmaxf(d.y, 0);
-    vec3 sky = vec_mix(vec(0.80f, 0.56f, 0.44f), vec(0.10f, 0.22f, 0.52f), sqrtf(height));
+    // Hazy hills all around.
+    const float azimuth = atan2f(d.x, -d.z);
+    const float ridge = 0.05f + 0.025f * sinf(3 * azimuth + 0.5f) + 0.012f * sinf(11 * azimuth);
+    vec3 sky = vec_mix(vec(0.95f, 0.62f, 0.42f), vec(0.09f, 0.22f, 0.55f), sqrtf(height));
     sky = vec_mad(sky, vec(0.9f, 0.55f, 0.28f), powf(towards_sun, 12));
-    vec3 ground =
-        vec_mix(vec(0.42f, 0.32f, 0.27f), vec(0.14f, 0.11f, 0.10f), sqrtf(fmaxf(-d.y, 0)));
-    vec3 sum = vec_mix(ground, sky, soft_step(d.y, 0.05f));
+    const vec3 hills = vec_mix(vec(0.34f, 0.27f, 0.30f), vec(0.60f, 0.42f, 0.36f), towards_sun);
+    const vec3 meadow =
+        vec_mix(vec(0.40f, 0.30f, 0.22f), vec(0.12f, 0.10f, 0.08f), sqrtf(fmaxf(-d.y, 0)));
+    vec3 sum = vec_mix(meadow, hills, soft_step(d.y, 0.02f));
+    sum = vec_mix(sum, sky, soft_step(d.y - ridge, 0.012f));
     // The disc is 4 degrees wide instead of half a degree: as behind thin haze.
     sum = vec_mad(sum, vec(1900, 1480, 980), soft_step(towards_sun - 0.99939f, 0.0005f));
     return vec_mad(sum, vec(2.0f, 2.7f, 3.7f), soft_box(d, window, 0.42f, 0.30f));
