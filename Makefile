@@ -19,6 +19,7 @@ flags_release = -O2
 flags_sanitize = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 flags_coverage = -O0 -g --coverage
 flags_native = -O3 -march=native -ffp-contract=fast
+flags_vector = -O3 -march=native -fno-math-errno -fno-trapping-math
 flags_m32 = -O2 -m32
 CFLAGS ?= $(flags_$(config))
 ALL_CFLAGS = -std=c99 $(WARNINGS) -I. $(CFLAGS)
@@ -68,7 +69,7 @@ $(examples): $(out)/%: $(out)/examples/%.o $(common)
 $(out)/test: $(test_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-$(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(common)
+$(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(out)/tests/families.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 .PHONY: all demo test test-binary glsl bias bench clean

@@ -74,13 +74,13 @@ extern "C" {
 
 typedef enum lightprobe_result {
     LIGHTPROBE_OK = 0,
-    LIGHTPROBE_ERROR_NULL,      // a pointer that must be given is null
-    LIGHTPROBE_ERROR_SIDE,      // side below 1 or above LIGHTPROBE_MAX_SIDE
-    LIGHTPROBE_ERROR_CHANNELS,  // neither 3 nor 4
-    LIGHTPROBE_ERROR_LIGHTS,    // max_lights, previous_count: below 0, above LIGHTPROBE_MAX_LIGHTS
-    LIGHTPROBE_ERROR_SETTINGS,  // tolerance or min_share negative or not finite, or an unknown mode
-    LIGHTPROBE_ERROR_SCRATCH,   // scratch memory below lightprobe_scratch_bytes()
-    LIGHTPROBE_ERROR_BLACK      // no light in the probe
+    LIGHTPROBE_ERROR_NULL,     // a pointer that must be given is null
+    LIGHTPROBE_ERROR_SIDE,     // side below 1 or above LIGHTPROBE_MAX_SIDE
+    LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4
+    LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, above LIGHTPROBE_MAX_LIGHTS
+    LIGHTPROBE_ERROR_SETTINGS, // tolerance or min_share negative or not finite, or an unknown mode
+    LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
+    LIGHTPROBE_ERROR_BLACK     // no light in the probe
 } lightprobe_result;
 
 // A sentence for people, never null, also for numbers that are no result.
@@ -89,54 +89,54 @@ const char *lightprobe_result_string(lightprobe_result result);
 #define LIGHTPROBE_MAX_SIDE 8192
 #define LIGHTPROBE_MAX_LIGHTS 4096
 #define LIGHTPROBE_DEFAULT_LIGHTS 32
-#define LIGHTPROBE_DEFAULT_TOLERANCE 0.01f  // one disc of 11 degrees around its centre
+#define LIGHTPROBE_DEFAULT_TOLERANCE 0.01f // one disc of 11 degrees around its centre
 
 // The probe. The caller keeps the texels; they are read only.
 typedef struct lightprobe_cube {
     const float *face[6];
     int side;
-    int channels;  // floats per texel, 3 or 4; the fourth is skipped
+    int channels; // floats per texel, 3 or 4; the fourth is skipped
 } lightprobe_cube;
 
 typedef struct lightprobe_light {
-    float direction[3];            // unit; that of the region's vector irradiance
-    float axis_u[3], axis_v[3];    // unit, orthogonal to direction; the longer side is u
-    float tan_half_u, tan_half_v;  // half-size of the rectangle at distance 1, at most 4
-    float irradiance[3];           // integral of RGB radiance over the region's solid angle
-    float solid_angle;             // of the region; all of them sum to 4 pi less black regions
-    float cos_alpha;               // opening angle of the disc that stands for it in shading
-    int id;                        // survives from frame to frame: lightprobe_settings.previous
+    float direction[3];           // unit; that of the region's vector irradiance
+    float axis_u[3], axis_v[3];   // unit, orthogonal to direction; the longer side is u
+    float tan_half_u, tan_half_v; // half-size of the rectangle at distance 1, at most 4
+    float irradiance[3];          // integral of RGB radiance over the region's solid angle
+    float solid_angle;            // of the region; all of them sum to 4 pi less black regions
+    float cos_alpha;              // opening angle of the disc that stands for it in shading
+    int id;                       // survives from frame to frame: lightprobe_settings.previous
 } lightprobe_light;
 
 typedef enum lightprobe_mode {
     LIGHTPROBE_BEST = 0,
-    LIGHTPROBE_MEDIAN_CUT = 1  // the paper's way (section 3.1 and 4.1): for comparison
+    LIGHTPROBE_MEDIAN_CUT = 1 // the paper's way (section 3.1 and 4.1): for comparison
 } lightprobe_mode;
 
 // Zero means default everywhere.
 typedef struct lightprobe_settings {
-    int max_lights;   // 0: as many as the probe needs, at most LIGHTPROBE_DEFAULT_LIGHTS
-    float tolerance;  // no more lights once stats.error is at most this; 0: use all of max_lights
-                      // or, where that is 0 too, LIGHTPROBE_DEFAULT_TOLERANCE
-    int mode;         // lightprobe_mode
-    float min_share;  // what has a smaller share of the probe's luminance is left to the residual
+    int max_lights;  // 0: as many as the probe needs, at most LIGHTPROBE_DEFAULT_LIGHTS
+    float tolerance; // no more lights once stats.error is at most this; 0: use all of max_lights
+                     // or, where that is 0 too, LIGHTPROBE_DEFAULT_TOLERANCE
+    int mode;        // lightprobe_mode
+    float min_share; // what has a smaller share of the probe's luminance is left to the residual
     // Lights of the previous frame, for a probe that moves: the new lights go on from them, keep
     // their places in the array and their ids, and change in number or region only where that pays.
     // May be the array that receives the new lights. NULL: start afresh, brightest light first.
     // Both are ignored by LIGHTPROBE_MEDIAN_CUT.
     const lightprobe_light *previous;
     int previous_count;
-    void (*log)(void *user, const char *message);  // told in one line why a call failed; or NULL
+    void (*log)(void *user, const char *message); // told in one line why a call failed; or NULL
     void *user;
 } lightprobe_settings;
 
 typedef struct lightprobe_stats {
-    float total[3];       // irradiance[] of the whole probe, bad channels counting as 0
-    float residual[3];    // what the lights do not carry, total - their sum: shade it as ambient
-    float error;          // how wide the lights are: mean over the flux of half the square angle to
-                          // the light's centre (exactly: sum of flux (1 - R) over sum of flux)
-    int lights;           // how many were written
-    int repaired_texels;  // with a negative, NaN or infinite channel; that channel counts as 0
+    float total[3];      // irradiance[] of the whole probe, bad channels counting as 0
+    float residual[3];   // what the lights do not carry, total - their sum: shade it as ambient
+    float error;         // how wide the lights are: mean over the flux of half the square angle to
+                         // the light's centre (exactly: sum of flux (1 - R) over sum of flux)
+    int lights;          // how many were written
+    int repaired_texels; // with a negative, NaN or infinite channel; that channel counts as 0
 } lightprobe_stats;
 
 // Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default):
@@ -182,7 +182,7 @@ const char *lightprobe_glsl_math(void);
 }
 #endif
 
-#endif  // LIGHTPROBE_H
+#endif // LIGHTPROBE_H
 
 // ================================================================================================
 // Stop here: below is the implementation.
@@ -232,8 +232,8 @@ LIGHTPROBE_SHARED float lightprobe_angle(float y, float x)
     return x < 0.0f ? 3.14159265f - p : p;
 }
 
-// Half the line integral of r x dr around what the horizon leaves of the disc: psi is half of the
-// arc of the horizon in the disc, phi half of the rim above it (docs/lightprobe.md).
+// Half the line integral of r x dr around what the horizon leaves of the disc: psi is half its
+// arc of the horizon, phi half the rim above it (docs/lightprobe.md).
 float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
 {
     float c = cos_alpha > -1.0f ? (cos_alpha < 1.0f ? cos_alpha : 1.0f) : -1.0f;
@@ -241,16 +241,16 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
     float size = 1.0f - c;
     float sin_alpha = sqrtf(size * (1.0f + c));
     float chord2 = (sin_alpha - n) * (sin_alpha + n);
-    if (chord2 <= 0.0f) {  // the horizon misses the rim
-        float below = c < 0.0f ? 0.5f / size : 0.0f;  // of the disc opposite
+    if (chord2 <= 0.0f) {                            // the horizon misses the rim
+        float below = c < 0.0f ? 0.5f / size : 0.0f; // of the disc opposite
         float seen = c < 0.0f ? (n < 0.0f ? n : 0.0f) : (n > 0.0f ? n : 0.0f);
         float whole = below + 0.5f * (1.0f + c) * seen;
         return whole > 0.0f ? whole : 0.0f;
     }
     float chord = sqrtf(chord2);
     float sin_theta2 = (1.0f - n) * (1.0f + n);
-    float s2 = chord2 / sin_theta2;  // sin^2 psi
-    float arc;                       // psi - sin psi cos psi
+    float s2 = chord2 / sin_theta2; // sin^2 psi
+    float arc;                      // psi - sin psi cos psi
     if (c > 0.0f && s2 < 0.0625f) {
         // The difference would lose all digits: it is 2/3 psi^3, and a sun has psi < 5e-3.
         // Series of asin x - x sqrt(1 - x^2); the first term left out is 1e-7 of the sum.
@@ -304,7 +304,7 @@ static double lightprobe__triangle(double n, double a, double b, double c, doubl
 {
     const double z = n / (a * b * c + ab * c + bc * a + ca * b), z2 = z * z;
     if (z > 0.03) return 2 * atan(z);
-    return 2 * z * (1 - z2 * (1.0 / 3 - z2 * (1.0 / 5 - z2 / 7)));  // 1e-14, and fast
+    return 2 * z * (1 - z2 * (1.0 / 3 - z2 * (1.0 / 5 - z2 / 7))); // 1e-14, and fast
 }
 
 // Solid angle of [s, s1] x [t, t1] on a face.
@@ -335,40 +335,42 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 // A probe whose luminance sums to less counts as black: squares of shares would underflow.
 #define LIGHTPROBE__BLACK 1e-30f
 
-#define LIGHTPROBE__TILE_LEVEL 2  // a tile has 4 x 4 texels
-#define LIGHTPROBE__LEVELS 14     // level 13 of the largest side is one cell
-// Leaves to make so many lights from: a few per light, and enough that few lights have a choice. At
-// 32 lights three per light cost a third more error; 64 per light take off a tenth of it at three
-// times the time.
-#define LIGHTPROBE__LEAVES(lights) (3 * (lights) / 2 + 200)
-#define LIGHTPROBE__MORE_LEAVES 96  // where several cells have the same error, all of them are divided
-#define LIGHTPROBE__ROUNDS 2
-// One e-fold of radiance counts as much as so many radians. Without it (0) a small sun comes out with
-// the haze around it: 3.9 degrees wide instead of 0.9 at 32 lights in city_sun.
+#define LIGHTPROBE__TILE_LEVEL 2 // a tile has 4 x 4 texels
+#define LIGHTPROBE__LEVELS 14    // level 13 of the largest side is one cell
+// Leaves to make so many lights from: enough that few lights have a choice. Four times as many take
+// a tenth off the error of 32 lights and double the time.
+#define LIGHTPROBE__LEAVES(lights) ((lights) + 200)
+// Room to divide all cells of the same error or none, so that a turned probe gives the same leaves.
+#define LIGHTPROBE__MORE_LEAVES 96
+#define LIGHTPROBE__ROUNDS 2 // of Lloyd's iteration; more change the error of 32 lights by 2%
+// One e-fold of radiance counts as much as so many radians. Without it (0) a small sun comes out
+// with the haze around it: 3.9 degrees wide instead of 0.9 at 32 lights in city_sun.
 #define LIGHTPROBE__TONE 0.1f
-#define LIGHTPROBE__BINS 8
-#define LIGHTPROBE__REACH 2.0f
-#define LIGHTPROBE__NEAR 6
+#define LIGHTPROBE__BINS 8     // places for a cut, over so many standard deviations to both sides
+#define LIGHTPROBE__REACH 2.0f // of the mean
+#define LIGHTPROBE__NEAR 6     // clusters that a leaf may move to
 
 // Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the
 // face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).
-typedef struct lightprobe__cell { float flux[4], vector[4]; } lightprobe__cell;
+typedef struct lightprobe__cell {
+    float flux[4], vector[4];
+} lightprobe__cell;
 
 // A cell that is not divided further. Leaves tile the sphere; clusters of them become lights.
 typedef struct lightprobe__leaf {
     float flux[3], solid_angle, luminance;
-    float direction[3], strength;  // vector irradiance = strength * direction
-    float tone;                    // LIGHTPROBE__TONE times the logarithm of radiance over its mean
+    float direction[3], strength; // vector irradiance = strength * direction
+    float tone;                   // LIGHTPROBE__TONE times the logarithm of radiance over its mean
     int face, level, x, y, cluster;
 } lightprobe__leaf;
 
 typedef struct lightprobe__cluster {
-    float vector[3], luminance, tones, tones2;  // sums; of luminance times tone, times its square
-    float centre[3], tone;                      // means
-    float axis[3], threshold;                   // the best plane to split it, or the best tone
+    float vector[3], luminance, tones, tones2; // sums; of luminance times tone, times its square
+    float centre[3], tone;                     // means
+    float axis[3], threshold;                  // the best plane to split it, or the best tone
     int by_tone;
     int planned;
-    int first, count;                // its leaves in lightprobe__work.order
+    int first, count; // its leaves in lightprobe__work.order
     int near[LIGHTPROBE__NEAR], near_count;
     int id, changed;
 } lightprobe__cluster;
@@ -376,23 +378,23 @@ typedef struct lightprobe__cluster {
 // What a light is made from.
 typedef struct lightprobe__region {
     double flux[3], vector[3], luminance, solid_angle;
-    double second[6];  // luminance times d d^T: xx yy zz xy yz zx
+    double second[6]; // luminance times d d^T: xx yy zz xy yz zx
 } lightprobe__region;
 
 typedef struct lightprobe__work {
     const lightprobe_cube *cube;
     int side, half, tiles, top, max_lights, max_leaves;
-    float *omega, *weight;  // of the texels of a quarter face: solid angle, that over the distance
-    float *band;            // weights of the texels in a row of tiles
-    lightprobe__cell *cells[LIGHTPROBE__LEVELS];  // of tiles and larger squares
+    float *omega, *weight; // of the texels of a quarter face: solid angle, that over the distance
+    float *band;           // weights of the texels in a row of tiles
+    lightprobe__cell *cells[LIGHTPROBE__LEVELS]; // of tiles and larger squares
     lightprobe__leaf *leaves;
     int *heap, *order;
     lightprobe__cluster *clusters;
-    float *gains;  // what the best split of each cluster takes off the error, or a bound on it
+    float *gains; // what the best split of each cluster takes off the error, or a bound on it
     lightprobe__region *regions;
     int heap_count, leaf_count, cluster_count, repaired;
     double total[3];
-    float mean;  // luminance of 1 sr
+    float mean; // luminance of 1 sr
 } lightprobe__work;
 
 static void *lightprobe__take(char *base, size_t *used, size_t bytes)
@@ -432,8 +434,8 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
         (lightprobe__leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe__leaf));
     w->heap = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->order = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
-    w->clusters = (lightprobe__cluster *)lightprobe__take(base, &used,
-                                                          lights * sizeof(lightprobe__cluster));
+    w->clusters =
+        (lightprobe__cluster *)lightprobe__take(base, &used, lights * sizeof(lightprobe__cluster));
     w->gains = (float *)lightprobe__take(base, &used, lights * sizeof(float));
     w->regions =
         (lightprobe__region *)lightprobe__take(base, &used, lights * sizeof(lightprobe__region));
@@ -507,8 +509,12 @@ static inline lightprobe__bits lightprobe__or4(lightprobe__bits a, lightprobe__b
     return a | b;
 }
 #else
-typedef struct lightprobe__four { float v[4]; } lightprobe__four;
-typedef struct lightprobe__bits { int32_t v[4]; } lightprobe__bits;
+typedef struct lightprobe__four {
+    float v[4];
+} lightprobe__four;
+typedef struct lightprobe__bits {
+    int32_t v[4];
+} lightprobe__bits;
 static lightprobe__four lightprobe__add4(lightprobe__four a, lightprobe__four b)
 {
     for (int i = 0; i < 4; i++) a.v[i] += b.v[i];
@@ -626,7 +632,7 @@ static int lightprobe__read(const float *texel, float rgb[3])
         uint32_t bits;
         memcpy(&bits, texel + i, sizeof bits);
         rgb[i] = bits < 0x7f800000u ? texel[i] : 0.0f;
-        bad |= bits >= 0x7f800000u && bits != 0x80000000u;  // -0 is fine
+        bad |= bits >= 0x7f800000u && bits != 0x80000000u; // -0 is fine
     }
     return bad;
 }
@@ -646,10 +652,10 @@ static int lightprobe__gather(const lightprobe__work *w, int face, int tx, int t
 
 // texels and step: four rows of four RGB texels. band: four rows of weights, 12 floats of solid
 // angle and 12 of solid angle times luminance coefficient over distance per tile. s: of the 12
-// floats. t: of the row behind the last, next to the one before it. omega: of the tile. Returns 0 where a texel was
-// negative, NaN or infinite (then the sums are worthless): the sign bits are gathered on the way,
-// the rest shows in the sums. Written out, three registers of four floats each: gcc -O2 keeps
-// arrays of them in memory, at twice the time.
+// floats. t: of the row behind the last, next to the one before it. omega: of the tile. Returns 0
+// where a texel was negative, NaN or infinite (then the sums are worthless): the sign bits are
+// gathered on the way, the rest shows in the sums. Written out, three registers of four floats
+// each: gcc -O2 keeps arrays of them in memory, at twice the time.
 static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, const float *band,
                                        ptrdiff_t stride, const float *s, const float t[2],
                                        float omega, lightprobe__cell *cell)
@@ -667,7 +673,7 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
         m0 = lightprobe__add4(m0, lightprobe__mul4(x0, lightprobe__band4(band + 12)));
         m1 = lightprobe__add4(m1, lightprobe__mul4(x1, lightprobe__band4(band + 16)));
         m2 = lightprobe__add4(m2, lightprobe__mul4(x2, lightprobe__band4(band + 20)));
-        n0 = lightprobe__add4(n0, m0);  // sums of sums: the first row counts 4 times
+        n0 = lightprobe__add4(n0, m0); // sums of sums: the first row counts 4 times
         n1 = lightprobe__add4(n1, m1);
         n2 = lightprobe__add4(n2, m2);
         sign = lightprobe__or4(sign, lightprobe__or4(lightprobe__bits4(x0), lightprobe__bits4(x1)));
@@ -704,7 +710,7 @@ static void lightprobe__make_band(lightprobe__work *w, int ty)
     for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++) {
         const size_t first = lightprobe__quarter(w, w->side / 2, y);
         if (y == 4 * ty) memset(tile_omega, 0, (size_t)w->tiles * sizeof(float));
-        for (int d = 0; d < w->half; d++) {  // from the middle to both sides
+        for (int d = 0; d < w->half; d++) { // from the middle to both sides
             const float omega = w->omega[first + (size_t)d], q = w->weight[first + (size_t)d];
             for (int x = w->side / 2 + d;; x = w->side - 1 - x) {
                 float *to = w->band + (y & 3) * stride + (x >> 2) * 24 + (x & 3) * 3;
@@ -746,7 +752,7 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
 static void lightprobe__sum_tiles(lightprobe__work *w)
 {
     const int symmetric = w->side % 4 == 0;
-    float *s = w->band + 4 * 24 * w->tiles;  // of the 12 floats of every tile, behind the weights
+    float *s = w->band + 4 * 24 * w->tiles; // of the 12 floats of every tile, behind the weights
     memset(w->band, 0, (size_t)(4 * 24 + 12) * (size_t)w->tiles * sizeof(float));
     for (int x = 0; x < 3 * w->side; x++) s[x] = lightprobe__centre(w->side, x / 3);
     for (int ty = 0; ty < (symmetric ? (w->tiles + 1) / 2 : w->tiles); ty++) {
@@ -874,8 +880,8 @@ static int lightprobe__heap_pop(lightprobe__work *w)
 
 static float lightprobe__tone(const lightprobe__work *w, float luminance, float solid_angle)
 {
-    const float ratio = luminance < 1e6f * w->mean * solid_angle
-                            ? luminance / (w->mean * solid_angle) : 1e6f;
+    const float ratio =
+        luminance < 1e6f * w->mean * solid_angle ? luminance / (w->mean * solid_angle) : 1e6f;
     return LIGHTPROBE__TONE * logf(ratio > 1e-3f ? ratio : 1e-3f);
 }
 
@@ -894,7 +900,7 @@ static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int l
     leaf->x = x;
     leaf->y = y;
     leaf->cluster = 0;
-    if (!(leaf->strength > 0)) {  // black, but it must belong somewhere
+    if (!(leaf->strength > 0)) { // black, but it must belong somewhere
         const float h = (float)(2 << level) / (float)w->side;
         const float s = ((float)x + 0.5f) * h - 1, t = ((float)y + 0.5f) * h - 1;
         lightprobe_texel_direction(face, s < 1 ? s : 1, t < 1 ? t : 1, leaf->direction);
@@ -915,7 +921,7 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
         const int index = lightprobe__heap_pop(w);
         const lightprobe__leaf parent = w->leaves[index];
         const float error = lightprobe__leaf_error(&parent);
-        if (error <= 1e-7f * total) break;  // rounding
+        if (error <= 1e-7f * total) break; // rounding
         if (w->leaf_count >= enough && error < 0.9999f * last) break;
         last = error;
         const int level = parent.level - 1, n = lightprobe__level_side(w->side, level);
@@ -931,7 +937,7 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
 // Clusters: leaves that become one light, wherever the faces meet
 // ------------------------------------------------------------------------------------------------
 
-static void lightprobe__add_leaf(const lightprobe__leaf *leaf, lightprobe__cluster *c)
+static inline void lightprobe__add_leaf(const lightprobe__leaf *leaf, lightprobe__cluster *c)
 {
     const float tones = leaf->luminance * leaf->tone;
     for (int i = 0; i < 3; i++) c->vector[i] += leaf->strength * leaf->direction[i];
@@ -948,7 +954,8 @@ static void lightprobe__clear_cluster(lightprobe__cluster *c)
 }
 
 // Half the distance between directions squared is 1 - cosine; so is half that between tones.
-static float lightprobe__nearness(const float a[3], float tone_a, const float b[3], float tone_b)
+static inline float lightprobe__nearness(const float a[3], float tone_a, const float b[3],
+                                         float tone_b)
 {
     return lightprobe__dot(a, b) - 0.5f * (tone_a - tone_b) * (tone_a - tone_b);
 }
@@ -1021,7 +1028,7 @@ static void lightprobe__eigenvector(const float matrix[6], float v[3])
 }
 
 // Where a leaf lies on the axis of a cluster.
-static float lightprobe__along(const lightprobe__cluster *c, const lightprobe__leaf *leaf)
+static inline float lightprobe__along(const lightprobe__cluster *c, const lightprobe__leaf *leaf)
 {
     return c->by_tone ? leaf->tone : lightprobe__dot(leaf->direction, c->axis);
 }
@@ -1056,7 +1063,8 @@ static float lightprobe__find_axis(const lightprobe__work *w, lightprobe__cluste
 }
 
 // What cutting off a part takes off half the variance of tone.
-static float lightprobe__tone_gain(const lightprobe__cluster *whole, const lightprobe__cluster *part)
+static float lightprobe__tone_gain(const lightprobe__cluster *whole,
+                                   const lightprobe__cluster *part)
 {
     const float rest = whole->luminance - part->luminance;
     if (!(part->luminance > LIGHTPROBE__BLACK) || !(rest > LIGHTPROBE__BLACK)) return 0;
@@ -1154,7 +1162,7 @@ static void lightprobe__divide(lightprobe__work *w, float total, float tolerance
         const int most = lightprobe__largest_gain(w);
         if (w->gains[most] <= 1e-7f * total) break;
         lightprobe__cluster *best = w->clusters + most, *fresh = w->clusters + w->cluster_count;
-        if (!best->planned) {  // most small clusters never come to this, which saves half the time
+        if (!best->planned) { // most small clusters never come to this, which saves half the time
             lightprobe__plan_split(w, best);
             continue;
         }
@@ -1203,7 +1211,8 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
             float best = lightprobe__nearness(leaf->direction, leaf->tone, own->centre, own->tone);
             for (int k = 0; k < own->near_count; k++) {
                 const lightprobe__cluster *c = w->clusters + own->near[k];
-                const float s = lightprobe__nearness(leaf->direction, leaf->tone, c->centre, c->tone);
+                const float s =
+                    lightprobe__nearness(leaf->direction, leaf->tone, c->centre, c->tone);
                 if (s <= best) continue;
                 best = s;
                 leaf->cluster = own->near[k];
@@ -1231,11 +1240,11 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
             sum.luminance = c->luminance + d->luminance;
             sum.tones = c->tones + d->tones;
             const double apart = lightprobe__length(c->vector) + lightprobe__length(d->vector);
-            const float cost = (float)(apart - lightprobe__length(sum.vector)) +
-                               lightprobe__tone_gain(&sum, c);
+            const float cost =
+                (float)(apart - lightprobe__length(sum.vector)) + lightprobe__tone_gain(&sum, c);
             if (cost >= least) continue;
             least = cost;
-            const int brighter = c->luminance >= d->luminance;  // keeps its id
+            const int brighter = c->luminance >= d->luminance; // keeps its id
             pair[0] = brighter ? a : c->near[k];
             pair[1] = brighter ? c->near[k] : a;
         }
@@ -1276,8 +1285,8 @@ static void lightprobe__respend(lightprobe__work *w, float total, float toleranc
         const float cost = lightprobe__cheapest_merge(w, most, pair);
         const int spare = error + cost < 0.8f * tolerance * total;
         if (cost >= FLT_MAX || (!spare && w->gains[most] < 1e-5f * total + 2 * cost)) break;
-        if (spare) w->clusters[most].count = 0;  // nothing to split off
-        error += cost;  // at most: what the swap gains is not counted
+        if (spare) w->clusters[most].count = 0; // nothing to split off
+        error += cost;                          // at most: what the swap gains is not counted
         lightprobe__swap(w, pair, most);
     }
     lightprobe__sum_clusters(w);
@@ -1296,7 +1305,8 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         memcpy(c->centre, d, sizeof c->centre);
         if (!(lightprobe__normalize(c->centre) > 0)) continue;
         const float disc = 6.2831853f * (1 - previous[i].cos_alpha);
-        c->tone = lightprobe__tone(w, lightprobe__luminance(previous[i].irradiance) * LIGHTPROBE__SCALE, disc);
+        const float luminance = lightprobe__luminance(previous[i].irradiance) * LIGHTPROBE__SCALE;
+        c->tone = lightprobe__tone(w, luminance, disc);
         c->id = previous[i].id;
         w->cluster_count++;
     }
@@ -1379,7 +1389,7 @@ static void lightprobe__make_light(const lightprobe__region *r, lightprobe_light
 {
     const double length = sqrt(r->vector[0] * r->vector[0] + r->vector[1] * r->vector[1] +
                                r->vector[2] * r->vector[2]);
-    double d[3] = {0, 1, 0}, e[3], f[3];  // light from all around has no direction: any will do
+    double d[3] = {0, 1, 0}, e[3], f[3]; // light from all around has no direction: any will do
     for (int i = 0; i < 3; i++)
         if (length > 1e-9 * r->luminance) d[i] = r->vector[i] / length;
     lightprobe__frame(d, e, f);
@@ -1387,7 +1397,7 @@ static void lightprobe__make_light(const lightprobe__region *r, lightprobe_light
     const double a = lightprobe__form(r->second, e, e), b = lightprobe__form(r->second, e, f);
     const double c = lightprobe__form(r->second, f, f), middle = 0.5 * (a + c);
     const double wide = sqrt(0.25 * (a - c) * (a - c) + b * b);
-    const double cos2 = wide > 0 ? 0.5 * (a - c) / wide : 1;  // of twice the angle from e to u
+    const double cos2 = wide > 0 ? 0.5 * (a - c) / wide : 1; // of twice the angle from e to u
     const double cosine = sqrt(0.5 * (1 + cos2)), sine = (b < 0 ? -1 : 1) * sqrt(0.5 * (1 - cos2));
     for (int i = 0; i < 3; i++) {
         light->direction[i] = (float)d[i];
@@ -1408,7 +1418,9 @@ static void lightprobe__make_light(const lightprobe__region *r, lightprobe_light
 // ------------------------------------------------------------------------------------------------
 
 // Texels [x0, x1) x [y0, y1) of a face.
-typedef struct lightprobe__rectangle { int face, x0, y0, x1, y1; } lightprobe__rectangle;
+typedef struct lightprobe__rectangle {
+    int face, x0, y0, x1, y1;
+} lightprobe__rectangle;
 
 // Luminance of a texel times its solid angle; adds up RGB if asked.
 static double lightprobe__texel_flux(const lightprobe__work *w, int face, int x, int y,
@@ -1445,8 +1457,10 @@ static int lightprobe__cut(const lightprobe__work *w, double *profile, lightprob
         at = i;
     }
     *b = *a;
-    if (wide) a->x1 = b->x0 = a->x0 + at;
-    else a->y1 = b->y0 = a->y0 + at;
+    if (wide)
+        a->x1 = b->x0 = a->x0 + at;
+    else
+        a->y1 = b->y0 = a->y0 + at;
     return 1;
 }
 
@@ -1515,11 +1529,11 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     for (int i = 0; i < 3; i++)
         light->irradiance[i] = lightprobe__to_float(flux[i] / (double)LIGHTPROBE__SCALE);
     const double h = 2.0 / w->side;
-    light->solid_angle = (float)lightprobe__solid_angle(r->x0 * h - 1, r->y0 * h - 1, r->x1 * h - 1,
-                                                        r->y1 * h - 1);
+    light->solid_angle =
+        (float)lightprobe__solid_angle(r->x0 * h - 1, r->y0 * h - 1, r->x1 * h - 1, r->y1 * h - 1);
     // The paper does not say how its discs follow from its rectangles: with the same solid angle.
-    const double disc = lightprobe__solid_angle(m[0] - size[0], m[1] - size[1], m[0] + size[0],
-                                                m[1] + size[1]);
+    const double disc =
+        lightprobe__solid_angle(m[0] - size[0], m[1] - size[1], m[0] + size[0], m[1] + size[1]);
     light->cos_alpha = (float)(1 - disc / 6.283185307179586);
     return f - sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
@@ -1679,17 +1693,22 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
 const char *lightprobe_result_string(lightprobe_result result)
 {
     switch (result) {
-    case LIGHTPROBE_OK: return "lightprobe: no error";
-    case LIGHTPROBE_ERROR_NULL: return "lightprobe: a pointer that must be given is null";
-    case LIGHTPROBE_ERROR_SIDE: return "lightprobe: the side of the cube's faces must be 1 to 8192";
-    case LIGHTPROBE_ERROR_CHANNELS: return "lightprobe: texels must have 3 or 4 channels";
+    case LIGHTPROBE_OK:
+        return "lightprobe: no error";
+    case LIGHTPROBE_ERROR_NULL:
+        return "lightprobe: a pointer that must be given is null";
+    case LIGHTPROBE_ERROR_SIDE:
+        return "lightprobe: the side of the cube's faces must be 1 to 8192";
+    case LIGHTPROBE_ERROR_CHANNELS:
+        return "lightprobe: texels must have 3 or 4 channels";
     case LIGHTPROBE_ERROR_LIGHTS:
         return "lightprobe: max_lights and previous_count must be 0 to 4096";
     case LIGHTPROBE_ERROR_SETTINGS:
         return "lightprobe: tolerance and min_share must be 0 or more, mode one of lightprobe_mode";
     case LIGHTPROBE_ERROR_SCRATCH:
         return "lightprobe: less scratch memory than lightprobe_scratch_bytes() asks for";
-    case LIGHTPROBE_ERROR_BLACK: return "lightprobe: no light in the probe";
+    case LIGHTPROBE_ERROR_BLACK:
+        return "lightprobe: no light in the probe";
     }
     return "lightprobe: unknown result";
 }
@@ -1728,8 +1747,8 @@ static const char lightprobe__glsl_text[] =
     "    return x < 0.0f ? 3.14159265f - p : p;\n"
     "}\n"
     "\n"
-    "// Half the line integral of r x dr around what the horizon leaves of the disc: psi is half of the\n"
-    "// arc of the horizon in the disc, phi half of the rim above it (docs/lightprobe.md).\n"
+    "// Half the line integral of r x dr around what the horizon leaves of the disc: psi is half its\n"
+    "// arc of the horizon, phi half the rim above it (docs/lightprobe.md).\n"
     "float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)\n"
     "{\n"
     "    float c = cos_alpha > -1.0f ? (cos_alpha < 1.0f ? cos_alpha : 1.0f) : -1.0f;\n"
@@ -1737,16 +1756,16 @@ static const char lightprobe__glsl_text[] =
     "    float size = 1.0f - c;\n"
     "    float sin_alpha = sqrtf(size * (1.0f + c));\n"
     "    float chord2 = (sin_alpha - n) * (sin_alpha + n);\n"
-    "    if (chord2 <= 0.0f) {  // the horizon misses the rim\n"
-    "        float below = c < 0.0f ? 0.5f / size : 0.0f;  // of the disc opposite\n"
+    "    if (chord2 <= 0.0f) {                            // the horizon misses the rim\n"
+    "        float below = c < 0.0f ? 0.5f / size : 0.0f; // of the disc opposite\n"
     "        float seen = c < 0.0f ? (n < 0.0f ? n : 0.0f) : (n > 0.0f ? n : 0.0f);\n"
     "        float whole = below + 0.5f * (1.0f + c) * seen;\n"
     "        return whole > 0.0f ? whole : 0.0f;\n"
     "    }\n"
     "    float chord = sqrtf(chord2);\n"
     "    float sin_theta2 = (1.0f - n) * (1.0f + n);\n"
-    "    float s2 = chord2 / sin_theta2;  // sin^2 psi\n"
-    "    float arc;                       // psi - sin psi cos psi\n"
+    "    float s2 = chord2 / sin_theta2; // sin^2 psi\n"
+    "    float arc;                      // psi - sin psi cos psi\n"
     "    if (c > 0.0f && s2 < 0.0625f) {\n"
     "        // The difference would lose all digits: it is 2/3 psi^3, and a sun has psi < 5e-3.\n"
     "        // Series of asin x - x sqrt(1 - x^2); the first term left out is 1e-7 of the sum.\n"
@@ -1781,7 +1800,7 @@ const char *lightprobe_glsl_math(void)
 }
 #endif
 
-#endif  // LIGHTPROBE_IMPLEMENTATION
+#endif // LIGHTPROBE_IMPLEMENTATION
 
 // ================================================================================================
 // References

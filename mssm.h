@@ -229,8 +229,9 @@ mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, 
 
 // Takes a depth map and builds all tables. Depth at [(y*side + x)*samples + s], 1 to 64 samples a texel,
 // 1 where nothing is hit, clamped to [-1,1], NaN counts as 1. With back (the depth of back faces, same
-// layout) the mean of both is used, sample by sample: better penumbrae and no depth bias for closed
-// meshes; leave it NULL for open ones. Fails with the map untouched.
+// layout) the mean of both is used, sample by sample: no depth bias, so firmer contact shadows of
+// separate convex casters under small lights, but leaks next to concave ones; NULL for
+// open meshes. Fails with the map untouched.
 mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples);
 
 // Visibility of the light from a world-space point, in [0,1]. settings may be NULL. Points outside the

@@ -1,7 +1,6 @@
 // A light probe and a scene in, a picture with soft shadows out:
 //     cc -O2 -I. examples/demo.c examples/common/*.c -lm -lpthread && ./a.out --out demo.png
-// What the two headers are used for happens in common/lighting.c; this file says in which order,
-// and reports times and errors.
+// The two headers are used in common/lighting.c; this file says in which order, and takes times.
 #include "common/lighting.h"
 #include "common/options.h"
 #include "common/report.h"
@@ -93,8 +92,8 @@ static bool demo_frame(demo *d, float turn, const char *out, message *why)
 {
     const options *o = &d->o;
     const double start = seconds_now();
-    const float aspect = (float)o->width / (float)o->height;
-    const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, aspect);
+    const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f,
+                                   (float)o->width / (float)o->height);
     scene s;
     view v;
     if (!probe_rotate(&d->turned, &d->source, 2 * VEC_PI * turn)) return fail(why, "no memory");

@@ -1,4 +1,5 @@
-// From a light probe to area lights: a table of them, and the probe with their rectangles drawn on it.
+// From a light probe to area lights: a table of them, and the probe with their rectangles drawn on
+// it.
 //     probe_lights [FILE.hdr|FILE.pfm] [LIGHTS] [OUT.png]
 // FILE is a lat-long picture or a strip of six cube faces; without it, the built-in probe is used.
 // LIGHTS 0 (the default) takes as many as the probe needs.
@@ -70,11 +71,12 @@ static float degrees(float radians)
 
 static void print_table(const lightprobe_light *lights, const lightprobe_stats *stats)
 {
-    printf("  id   direction               half-size       disc    irradiance (R G B)         share\n");
+    printf("  id   direction               half-size       disc    irradiance (R G B)         "
+           "share\n");
     for (int i = 0; i < stats->lights; i++) {
         const lightprobe_light *l = lights + i;
-        printf("%4d   %6.3f %6.3f %6.3f   %5.2f x%5.2f   %5.2f   %8.4f %8.4f %8.4f   %5.2f%%\n", l->id,
-               (double)l->direction[0], (double)l->direction[1], (double)l->direction[2],
+        printf("%4d   %6.3f %6.3f %6.3f   %5.2f x%5.2f   %5.2f   %8.4f %8.4f %8.4f   %5.2f%%\n",
+               l->id, (double)l->direction[0], (double)l->direction[1], (double)l->direction[2],
                (double)degrees(atanf(l->tan_half_u)), (double)degrees(atanf(l->tan_half_v)),
                (double)degrees(acosf(l->cos_alpha)), (double)l->irradiance[0],
                (double)l->irradiance[1], (double)l->irradiance[2],
@@ -90,7 +92,7 @@ static void print_table(const lightprobe_light *lights, const lightprobe_stats *
 
 static void log_line(void *user, const char *text)
 {
-    snprintf(((message *)user)->text, sizeof ((message *)user)->text, "%s", text);
+    snprintf(((message *)user)->text, sizeof((message *)user)->text, "%s", text);
 }
 
 static bool run(const char *file, int most, const char *out, message *why)
@@ -121,7 +123,8 @@ static bool run(const char *file, int most, const char *out, message *why)
 int main(int argc, char **argv)
 {
     message why = {""};
-    if (run(argc > 1 ? argv[1] : NULL, argc > 2 ? atoi(argv[2]) : 0, argc > 3 ? argv[3] : NULL, &why))
+    if (run(argc > 1 ? argv[1] : NULL, argc > 2 ? atoi(argv[2]) : 0, argc > 3 ? argv[3] : NULL,
+            &why))
         return 0;
     fprintf(stderr, "probe_lights: %s\n", why.text);
     return 1;

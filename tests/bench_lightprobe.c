@@ -48,7 +48,7 @@ static void bench(int side)
     float *data = malloc(6 * texels * 3 * sizeof *data);
     lightprobe_cube cube = {{NULL}, side, 3};
     uint64_t random = 1;
-    for (size_t i = 0; i < 18 * texels; i++) {  // smooth, with some hot spots
+    for (size_t i = 0; i < 18 * texels; i++) { // smooth, with some hot spots
         const double u = test_uniform(&random), wave = (double)(i / 3 % texels) / (double)texels;
         data[i] = (float)(0.2 + wave + 0.1 * u + (u > 0.9999 ? 500 : 0));
     }

@@ -255,7 +255,7 @@ double oracle_disc_irradiance(double cos_alpha, double cos_theta)
     double sum = 0, area = 0;
     for (int i = 0; i < 3 * rings; i++) {
         const double r = alpha * (i / 3 + 0.5 + 0.5 * node[i % 3]) / rings;
-        const double a = cos(r) * cos_theta, b = sin(r) * sin_theta;  // height = a + b cos phi
+        const double a = cos(r) * cos_theta, b = sin(r) * sin_theta; // height = a + b cos phi
         const double phi = a >= b ? pi : a <= -b ? 0 : acos(-a / b);
         sum += weight[i % 3] * sin(r) * 2 * (a * phi + b * sin(phi));
         area += weight[i % 3] * sin(r) * 2 * pi;
@@ -301,8 +301,9 @@ void oracle_irradiance_of_lights(const lightprobe_light *lights, int count, int 
             const double d[3] = {(double)l->direction[0], (double)l->direction[1],
                                  (double)l->direction[2]};
             const double cosine = dot(d, n), eq18 = 0.5 * (1 + (double)l->cos_alpha) * cosine;
-            const double e = paper ? (cosine > 0 ? eq18 : 0)
-                                   : (double)lightprobe_disc_irradiance(l->cos_alpha, (float)cosine);
+            const double e = paper
+                                 ? (cosine > 0 ? eq18 : 0)
+                                 : (double)lightprobe_disc_irradiance(l->cos_alpha, (float)cosine);
             for (int c = 0; c < 3; c++) out->rgb[i][c] += e * (double)l->irradiance[c];
         }
     }

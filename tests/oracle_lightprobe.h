@@ -7,10 +7,10 @@
 
 typedef struct test_probe {
     int side;
-    float *face[6];  // RGB
+    float *face[6]; // RGB
 } test_probe;
 
-test_probe test_probe_new(int side);  // black
+test_probe test_probe_new(int side); // black
 void test_probe_free(test_probe *probe);
 lightprobe_cube test_probe_cube(const test_probe *probe);
 // One of the shared probes; side 0 when it is not there.
@@ -20,11 +20,11 @@ test_probe test_probe_turned(const test_probe *probe, double yaw, double pitch);
 
 // Probes made of formulas; each exercises something else.
 typedef enum test_scene {
-    SCENE_SKY_SUN,   // smooth sky, dark ground, a sun of 2 degrees
-    SCENE_WINDOW,    // a dim room with one bright rectangle
-    SCENE_LAMPS,     // forty small coloured lamps
-    SCENE_GRADIENT,  // brighter towards one side
-    SCENE_NOISE,     // every texel its own
+    SCENE_SKY_SUN,  // smooth sky, dark ground, a sun of 2 degrees
+    SCENE_WINDOW,   // a dim room with one bright rectangle
+    SCENE_LAMPS,    // forty small coloured lamps
+    SCENE_GRADIENT, // brighter towards one side
+    SCENE_NOISE,    // every texel its own
     SCENE_COUNT
 } test_scene;
 extern const char *const test_scene_names[SCENE_COUNT];
@@ -38,12 +38,14 @@ void oracle_direction(int face, double s, double t, double direction[3]);
 long double oracle_solid_angle(int side, int x, int y);
 // Integral over the cap in rings around its axis, each ring's part above the horizon exact.
 double oracle_disc_irradiance(double cos_alpha, double cos_theta);
-void oracle_total(const test_probe *probe, double total[3]);  // negative channels count as 0
-void oracle_vector(const test_probe *probe, double vector[3]);  // of luminance
+void oracle_total(const test_probe *probe, double total[3]);   // negative channels count as 0
+void oracle_vector(const test_probe *probe, double vector[3]); // of luminance
 
 // Irradiance of unoccluded diffuse surfaces, for this many normals spread over the sphere.
 #define ORACLE_NORMALS 500
-typedef struct oracle_irradiance { double rgb[ORACLE_NORMALS][3]; } oracle_irradiance;
+typedef struct oracle_irradiance {
+    double rgb[ORACLE_NORMALS][3];
+} oracle_irradiance;
 void oracle_irradiance_of_probe(const test_probe *probe, oracle_irradiance *out);
 // With clipped discs, or with the paper's Eq. 18 (nothing below the horizon of the centre).
 void oracle_irradiance_of_lights(const lightprobe_light *lights, int count, int paper,

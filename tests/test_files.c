@@ -257,7 +257,7 @@ static void damaged_files_do_no_harm(void)
         for (int i = 0; i < 1 + trial / 4 % 6; i++) {
             b.at[test_random(&random) % b.size] = (unsigned char)test_random(&random);
         }
-        b.size -= test_random(&random) % 4;
+        b.size -= (size_t)(test_random(&random) % 4);
         if (kind < 3) {
             image im;
             if (!decode_exact(&im, b.at, b.size, &why)) continue;
@@ -404,7 +404,7 @@ static uint32_t crc_of(const unsigned char *data, size_t size)
 {
     uint32_t crc = 0xffffffffu, mirrored = 0;
     for (size_t i = 0; i < 8 * size; i++) {
-        const uint32_t bit = (crc >> 31) ^ (data[i / 8] >> (i % 8) & 1u);
+        const uint32_t bit = (crc >> 31) ^ ((uint32_t)data[i / 8] >> (i % 8) & 1u);
         crc = crc << 1 ^ (bit ? 0x04c11db7u : 0);
     }
     for (int i = 0; i < 32; i++) mirrored |= (~crc >> i & 1u) << (31 - i);

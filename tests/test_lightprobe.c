@@ -13,8 +13,8 @@ static const char *const shared_names[3] = {"interior_128", "city_sun_128", "ove
 
 // ----------------------------------------------------------------------------------------- helpers
 
-// Lights of a probe, in fresh memory of exactly the size asked for (so that a sanitizer sees overruns),
-// misaligned by one byte.
+// Lights of a probe, in fresh memory of exactly the size asked for (so that a sanitizer sees
+// overruns), misaligned by one byte.
 static lightprobe_result extract(const test_probe *p, const lightprobe_settings *settings,
                                  lightprobe_light *lights, int *count, lightprobe_stats *stats)
 {
@@ -47,8 +47,11 @@ static void each_probe(int side, void (*visit)(const test_probe *, const char *)
     }
     for (int i = 0; i < 3; i++) {
         test_probe p = test_probe_load(shared_names[i]);
-        if (p.side) visit(&p, shared_names[i]);
-        else test_note("without %s: set SHARED_DATA to the folder that holds probes/", shared_names[i]);
+        if (p.side)
+            visit(&p, shared_names[i]);
+        else
+            test_note("without %s: set SHARED_DATA to the folder that holds probes/",
+                      shared_names[i]);
         test_probe_free(&p);
     }
 }
@@ -64,11 +67,13 @@ static int finite_light(const lightprobe_light *l)
                l->cos_alpha <= 1 && l->solid_angle > 0 && l->tan_half_u >= l->tan_half_v;
     for (int i = 0; i < 3; i++) good = good && isfinite(l->irradiance[i]) && l->irradiance[i] >= 0;
     return good && fabs(dot(l->direction, l->direction) - 1) < 1e-6 &&
-           fabs(dot(l->axis_u, l->axis_u) - 1) < 1e-6 && fabs(dot(l->axis_v, l->axis_v) - 1) < 1e-6 &&
+           fabs(dot(l->axis_u, l->axis_u) - 1) < 1e-6 &&
+           fabs(dot(l->axis_v, l->axis_v) - 1) < 1e-6 &&
            fabs(dot(l->direction, l->axis_u)) < 1e-6 && fabs(dot(l->direction, l->axis_v)) < 1e-6;
 }
 
-// ------------------------------------------------------------------------- solid angles, directions
+// ------------------------------------------------------------------------- solid angles,
+// directions
 
 static void solid_angles_are_exact(void)
 {
@@ -87,8 +92,10 @@ static void solid_angles_are_exact(void)
         }
     }
     test_note("worst relative error %.2g", worst);
-    CHECK(lightprobe_texel_solid_angle(4, 4, 0) == 0 && lightprobe_texel_solid_angle(4, 0, -1) == 0 &&
-              lightprobe_texel_solid_angle(0, 0, 0) == 0 && lightprobe_texel_solid_angle(-3, 0, 0) == 0,
+    CHECK(lightprobe_texel_solid_angle(4, 4, 0) == 0 &&
+              lightprobe_texel_solid_angle(4, 0, -1) == 0 &&
+              lightprobe_texel_solid_angle(0, 0, 0) == 0 &&
+              lightprobe_texel_solid_angle(-3, 0, 0) == 0,
           "outside the face must be 0");
 }
 
@@ -96,7 +103,8 @@ static void solid_angles_fill_the_sphere(void)
 {
     for (int n = 1; n <= 256; n += n < 20 ? 1 : 59) {
         double sum = 0;
-        for (int i = 0; i < n * n; i++) sum += (double)lightprobe_texel_solid_angle(n, i % n, i / n);
+        for (int i = 0; i < n * n; i++)
+            sum += (double)lightprobe_texel_solid_angle(n, i % n, i / n);
         CHECK(fabs(6 * sum / (4 * pi) - 1) < 1e-7, "side %d: %.9g of 4 pi", n, 6 * sum / (4 * pi));
     }
 }
@@ -127,11 +135,13 @@ static void directions_follow_the_convention(void)
         lightprobe_texel_direction(face, s, t, d);
         oracle_direction(face, (double)s, (double)t, truth);
         for (int k = 0; k < 3; k++)
-            CHECK(fabs((double)d[k] - truth[k]) < 2e-7, "face %d s %g t %g", face, (double)s, (double)t);
+            CHECK(fabs((double)d[k] - truth[k]) < 2e-7, "face %d s %g t %g", face, (double)s,
+                  (double)t);
     }
 }
 
-// ---------------------------------------------------------------------------------- disc irradiance
+// ---------------------------------------------------------------------------------- disc
+// irradiance
 
 static void disc_irradiance_is_exact(void)
 {
@@ -140,7 +150,8 @@ static void disc_irradiance_is_exact(void)
     for (int k = 0; k < test_trials(3000); k++) {
         const double any = test_range(&random, 0, pi), tiny = pow(10, test_range(&random, -4, 0));
         const double alpha = k % 3 ? tiny : any;
-        const double theta = k % 2 ? test_range(&random, 0, pi) : pi / 2 + tiny * test_range(&random, -1.1, 1.1);
+        const double theta =
+            k % 2 ? test_range(&random, 0, pi) : pi / 2 + tiny * test_range(&random, -1.1, 1.1);
         const float c = (float)cos(alpha), n = (float)cos(theta);
         if (c >= 1) continue;
         const double truth = oracle_disc_irradiance((double)c, (double)n);
@@ -159,10 +170,13 @@ static void disc_irradiance_is_exact(void)
 
 static void disc_irradiance_has_known_values(void)
 {
-    const struct { float c, n; double truth; } cases[] = {
-        {1, 1, 1},         {1, 0.5f, 0.5}, {1, 0, 0},       {1, -0.5f, 0}, {0, 1, 0.5},
-        {0, 0, 0.25},      {0, -1, 0},     {-1, 0.3f, 0.25}, {-1, -1, 0.25}, {0.5f, 1, 0.75},
-        {-0.5f, 1, 1 / 3.0}, {-0.5f, -1, 1 / 12.0},
+    const struct {
+        float c, n;
+        double truth;
+    } cases[] = {
+        {1, 1, 1},      {1, 0.5f, 0.5},  {1, 0, 0},           {1, -0.5f, 0},
+        {0, 1, 0.5},    {0, 0, 0.25},    {0, -1, 0},          {-1, 0.3f, 0.25},
+        {-1, -1, 0.25}, {0.5f, 1, 0.75}, {-0.5f, 1, 1 / 3.0}, {-0.5f, -1, 1 / 12.0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const double got = (double)lightprobe_disc_irradiance(cases[i].c, cases[i].n);
@@ -173,8 +187,9 @@ static void disc_irradiance_has_known_values(void)
 
 static void disc_irradiance_is_total(void)
 {
-    static const float edge[] = {-FLT_MAX, -2, -1, -0.99999994f, -FLT_MIN, 0, FLT_MIN, 1e-4f, 0.5f,
-                                 0.99999994f, 1, 1.0000001f, 3, FLT_MAX};
+    static const float edge[] = {-FLT_MAX, -2,         -1,    -0.99999994f, -FLT_MIN,
+                                 0,        FLT_MIN,    1e-4f, 0.5f,         0.99999994f,
+                                 1,        1.0000001f, 3,     FLT_MAX};
     const int n = (int)(sizeof edge / sizeof *edge);
     uint64_t random = 3;
     for (int k = 0; k < n * n + test_trials(200000); k++) {
@@ -189,7 +204,8 @@ static void disc_irradiance_is_total(void)
         }
         if (!isfinite(c) || !isfinite(t)) continue;
         const float e = lightprobe_disc_irradiance(c, t);
-        CHECK(e >= 0 && e <= 1, "cos alpha %.9g cos theta %.9g: %g", (double)c, (double)t, (double)e);
+        CHECK(e >= 0 && e <= 1, "cos alpha %.9g cos theta %.9g: %g", (double)c, (double)t,
+              (double)e);
     }
 }
 
@@ -199,24 +215,27 @@ static void eq18_loses_energy_below_the_horizon(void)
     for (int degrees = 30; degrees <= 60; degrees += 30) {
         const double c = cos(degrees * pi / 180);
         double exact = 0, printed = 0;
-        for (int i = 0; i < 2000; i++) {  // mean over all directions of the normal
+        for (int i = 0; i < 2000; i++) { // mean over all directions of the normal
             const double n = -1 + (i + 0.5) / 1000;
             exact += (double)lightprobe_disc_irradiance((float)c, (float)n);
             printed += n > 0 ? 0.5 * (1 + c) * n : 0;
         }
         const double lost = 1 - printed / exact, predicted = 0.5 * (1 - c);
-        CHECK(fabs(exact / 2000 - 0.25) < 1e-5, "mean irradiance %.6g instead of 1/4", exact / 2000);
+        CHECK(fabs(exact / 2000 - 0.25) < 1e-5, "mean irradiance %.6g instead of 1/4",
+              exact / 2000);
         CHECK(fabs(lost - predicted) < 1e-4, "loss %.4g instead of sin^2(alpha/2) = %.4g", lost,
               predicted);
         test_note("half-angle %d degrees: Eq. 18 loses %.1f%%", degrees, 100 * lost);
     }
-    for (int i = 0; i < 100; i++) {  // above the horizon it is right
+    for (int i = 0; i < 100; i++) { // above the horizon it is right
         const float c = 0.8f, n = 0.6001f + 0.399f * (float)i / 100;
-        CHECK(fabs((double)lightprobe_disc_irradiance(c, n) - 0.9 * (double)n) < 2e-7, "n %g", (double)n);
+        CHECK(fabs((double)lightprobe_disc_irradiance(c, n) - 0.9 * (double)n) < 2e-7, "n %g",
+              (double)n);
     }
 }
 
-// ------------------------------------------------------------------------------------------- energy
+// -------------------------------------------------------------------------------------------
+// energy
 
 static void check_energy(const test_probe *p, const char *name)
 {
@@ -238,26 +257,29 @@ static void check_energy(const test_probe *p, const char *name)
             const lightprobe_light *l = lights + i;
             omega += (double)l->solid_angle;
             for (int c = 0; c < 3; c++) {
-                const double y = 0.2126 * (double)l->irradiance[0] + 0.7152 * (double)l->irradiance[1] +
+                const double y = 0.2126 * (double)l->irradiance[0] +
+                                 0.7152 * (double)l->irradiance[1] +
                                  0.0722 * (double)l->irradiance[2];
                 carried[c] += (double)l->irradiance[c];
                 pull[c] += y * 0.5 * (1 + (double)l->cos_alpha) * (double)l->direction[c];
             }
-            if (mode == LIGHTPROBE_BEST) CHECK(finite_light(l), "%s: light %d of %d", name, i, count);
+            if (mode == LIGHTPROBE_BEST)
+                CHECK(finite_light(l), "%s: light %d of %d", name, i, count);
         }
         for (int c = 0; c < 3; c++) {
             const double off = (carried[c] + (double)stats.residual[c]) / total[c] - 1;
             const double left = (double)stats.residual[c] / total[c];
-            CHECK(fabs(off) < 1e-6, "%s, mode %d, %d lights: energy off by %.3g", name, mode, most, off);
+            CHECK(fabs(off) < 1e-6, "%s, mode %d, %d lights: energy off by %.3g", name, mode, most,
+                  off);
             CHECK(fabs((double)stats.total[c] / total[c] - 1) < 1e-6, "%s: total", name);
-            CHECK(fabs(left) < 2e-6 || (mode && most < 6), "%s, mode %d, %d lights: residual %.3g", name,
-                  mode, most, left);
+            CHECK(fabs(left) < 2e-6 || (mode && most < 6), "%s, mode %d, %d lights: residual %.3g",
+                  name, mode, most, left);
             // A face of few texels has wide texels: their own width takes 3% off at side 6.
-            CHECK(mode || fabs(pull[c] - vector[c]) < 1e-4 * total[1], "%s, %d lights: vector %.6g %.6g",
-                  name, most, pull[c], vector[c]);
+            CHECK(mode || fabs(pull[c] - vector[c]) < 1e-4 * total[1],
+                  "%s, %d lights: vector %.6g %.6g", name, most, pull[c], vector[c]);
         }
-        CHECK((mode && most < 6) || fabs(omega / (4 * pi) - 1) < 1e-5, "%s, mode %d, %d lights: %.7g of 4 pi",
-              name, mode, most, omega / (4 * pi));
+        CHECK((mode && most < 6) || fabs(omega / (4 * pi) - 1) < 1e-5,
+              "%s, mode %d, %d lights: %.7g of 4 pi", name, mode, most, omega / (4 * pi));
     }
 }
 
@@ -281,7 +303,8 @@ static void any_number_of_lights(void)
         double sum = (double)stats.residual[1];
         for (int i = 0; i < count; i++) sum += (double)lights[i].irradiance[1];
         CHECK(count == most, "asked for %d, got %d", most, count);
-        CHECK(fabs(sum / total[1] - 1) < 1e-6, "%d lights: energy off by %.3g", most, sum / total[1] - 1);
+        CHECK(fabs(sum / total[1] - 1) < 1e-6, "%d lights: energy off by %.3g", most,
+              sum / total[1] - 1);
         CHECK((double)stats.error < last * 1.05, "%d lights: error %g after %g", most,
               (double)stats.error, last);
         last = (double)stats.error;
@@ -289,7 +312,8 @@ static void any_number_of_lights(void)
     test_probe_free(&p);
 }
 
-// --------------------------------------------------------------------------------------- irradiance
+// ---------------------------------------------------------------------------------------
+// irradiance
 
 static double worst_ratio;
 
@@ -310,8 +334,9 @@ static void check_irradiance(const test_probe *p, const char *name)
     oracle_irradiance_of_lights(lights, count, 0, &e);
     const double best = oracle_error(&truth, &e);
     CHECK(best <= paper / 5, "%s: %.3f%%, the paper's way %.3f%%", name, best, paper);
-    test_note("%-13s rms error %.2f%%; the paper's way %.2f%% (%.1f times), with clipped discs %.2f%%",
-              name, best, paper, paper / best, clipped);
+    test_note(
+        "%-13s rms error %.2f%%; the paper's way %.2f%% (%.1f times), with clipped discs %.2f%%",
+        name, best, paper, paper / best, clipped);
     worst_ratio = paper / best < worst_ratio ? paper / best : worst_ratio;
 }
 
@@ -334,7 +359,8 @@ static void irradiance_beats_the_paper(void)
     test_note("smallest ratio %.1f", worst_ratio);
 }
 
-// --------------------------------------------------------------------------------- shape of a light
+// --------------------------------------------------------------------------------- shape of a
+// light
 
 static double angle_between(const float a[3], const double b[3])
 {
@@ -346,7 +372,7 @@ static double angle_between(const float a[3], const double b[3])
 
 static void a_disc_is_one_light_wherever_it_lies(void)
 {
-    static const double places[][3] = {{1, 0, 0},  {1, 1, 0},       {1, 1, 1},   {0, 0, -1},
+    static const double places[][3] = {{1, 0, 0},  {1, 1, 0},    {1, 1, 1},      {0, 0, -1},
                                        {0, -1, 1}, {-1, -1, -1}, {1, 0.95, 0.2}, {0.3, -1, 0.98}};
     for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
         const double r = sqrt(places[i][0] * places[i][0] + places[i][1] * places[i][1] +
@@ -361,8 +387,8 @@ static void a_disc_is_one_light_wherever_it_lies(void)
         const double alpha = acos((double)lights[0].cos_alpha) * 180 / pi;
         CHECK(off < 0.02, "place %d: %.3f degrees off", (int)i, off);
         CHECK(fabs(alpha - 10) < 0.1, "place %d: half-angle %.3f degrees", (int)i, alpha);
-        CHECK(fabs((double)(lights[0].tan_half_u / lights[0].tan_half_v) - 1) < 0.05, "place %d: not round",
-              (int)i);
+        CHECK(fabs((double)(lights[0].tan_half_u / lights[0].tan_half_v) - 1) < 0.05,
+              "place %d: not round", (int)i);
         test_probe_free(&p);
         // Before a dim sky it still is one light, next to others for the sky.
         p = test_disc_probe(64, d, 10 * pi / 180, 0.002);
@@ -372,7 +398,8 @@ static void a_disc_is_one_light_wherever_it_lies(void)
         double nearest = 90;
         for (int k = 0; k < count; k++)
             if (lights[k].irradiance[1] > 0.08f) nearest = angle_between(lights[k].direction, d);
-        CHECK(nearest < 1, "place %d before a sky: %d lights, %.2f degrees off", (int)i, count, nearest);
+        CHECK(nearest < 1, "place %d before a sky: %d lights, %.2f degrees off", (int)i, count,
+              nearest);
         test_probe_free(&p);
     }
 }
@@ -392,16 +419,17 @@ static void a_rectangle_keeps_its_size(void)
         lightprobe_settings settings = settings_of(mode ? 6 : 1, mode);
         int count;
         extract(&p, &settings, lights, &count, NULL);
-        CHECK(count == 1 && angle_between(lights[0].direction, d) < 0.5, "mode %d: direction", mode);
+        CHECK(count == 1 && angle_between(lights[0].direction, d) < 0.5, "mode %d: direction",
+              mode);
         // Seen from the centre: s runs slantwise, t nearly across.
         const double r = sqrt(1 + s * s + t * t);
         const double u = 30 / 128.0 * sqrt(1 - s * s / (r * r)) / r;
         const double v = 20 / 128.0 * sqrt(1 - t * t / (r * r)) / r;
-        CHECK(fabs((double)lights[0].tan_half_u / u - 1) < 0.03, "mode %d: half-size %.4f, not %.4f", mode,
-              (double)lights[0].tan_half_u, u);
-        CHECK(fabs((double)lights[0].tan_half_v / v - 1) < 0.03, "mode %d: half-size %.4f, not %.4f", mode,
-              (double)lights[0].tan_half_v, v);
-        const double printed = 3 * (u * u / 3);  // d from variance = d / 3
+        CHECK(fabs((double)lights[0].tan_half_u / u - 1) < 0.03,
+              "mode %d: half-size %.4f, not %.4f", mode, (double)lights[0].tan_half_u, u);
+        CHECK(fabs((double)lights[0].tan_half_v / v - 1) < 0.03,
+              "mode %d: half-size %.4f, not %.4f", mode, (double)lights[0].tan_half_v, v);
+        const double printed = 3 * (u * u / 3); // d from variance = d / 3
         CHECK(fabs(printed / u - 1) > 0.5, "the printed formula would do as well");
         test_probe_free(&p);
     }
@@ -424,7 +452,8 @@ static void a_whole_sphere_is_one_light(void)
     test_probe_free(&p);
 }
 
-// -------------------------------------------------------------------------------------- metamorphic
+// --------------------------------------------------------------------------------------
+// metamorphic
 
 static void scaling_scales(void)
 {
@@ -443,7 +472,8 @@ static void scaling_scales(void)
         CHECK(n == m, "%d and %d lights", n, m);
         for (int i = 0; i < n; i++) {
             for (int c = 0; c < 3; c++) a[i].irradiance[c] *= factor;
-            CHECK(memcmp(a + i, b + i, sizeof *a) == 0, "factor 2^%d: light %d differs", powers[k], i);
+            CHECK(memcmp(a + i, b + i, sizeof *a) == 0, "factor 2^%d: light %d differs", powers[k],
+                  i);
         }
     }
     test_probe_free(&p);
@@ -477,15 +507,18 @@ static void check_quarter_turn(const test_probe *p, const char *name)
     double va[3], vb[3];
     oracle_vector(p, va);
     oracle_vector(&q, vb);
-    CHECK(fabs(vb[0] - va[2]) + fabs(vb[1] - va[1]) + fabs(vb[2] + va[0]) < 1e-5 * fabs(va[1]) + 1e-3,
-          "%s: the test turns wrongly: %g %g %g, %g %g %g", name, va[0], va[1], va[2], vb[0], vb[1], vb[2]);
+    CHECK(fabs(vb[0] - va[2]) + fabs(vb[1] - va[1]) + fabs(vb[2] + va[0]) <
+              1e-5 * fabs(va[1]) + 1e-3,
+          "%s: the test turns wrongly: %g %g %g, %g %g %g", name, va[0], va[1], va[2], vb[0], vb[1],
+          vb[2]);
     const lightprobe_settings s = settings_of(32, 0);
     int n, m;
     extract(p, &s, a, &n, NULL);
     extract(&q, &s, b, &m, NULL);
     double worst = 0;
     for (int i = 0; i < n; i++) {
-        const double want[3] = {(double)a[i].direction[2], (double)a[i].direction[1], -(double)a[i].direction[0]};
+        const double want[3] = {(double)a[i].direction[2], (double)a[i].direction[1],
+                                -(double)a[i].direction[0]};
         double nearest = 1e9;
         for (int k = 0; k < m; k++) {
             const double off = angle_between(b[k].direction, want) * pi / 180 +
@@ -521,7 +554,7 @@ static void same_input_same_output(void)
 static void four_channels_are_three(void)
 {
     static lightprobe_light a[16], b[16];
-    const int n = 37;  // not a multiple of a tile
+    const int n = 37; // not a multiple of a tile
     test_probe p = test_scene_probe(SCENE_WINDOW, n);
     float *texels = malloc((size_t)(6 * n * n * 4) * sizeof *texels);
     lightprobe_cube cube = {{NULL}, n, 4};
@@ -560,8 +593,9 @@ static void tolerance_is_met_with_few_lights(void)
             extract(&p, &s, lights, &count, &stats);
             CHECK(count <= last, "%s: tolerance %g needs %d lights, a smaller one %d",
                   test_scene_names[scene], (double)s.tolerance, count, last);
-            CHECK(stats.error <= s.tolerance * 1.001f || count == 256, "%s: error %g above tolerance %g",
-                  test_scene_names[scene], (double)stats.error, (double)s.tolerance);
+            CHECK(stats.error <= s.tolerance * 1.001f || count == 256,
+                  "%s: error %g above tolerance %g", test_scene_names[scene], (double)stats.error,
+                  (double)s.tolerance);
             last = count;
         }
         CHECK(last <= 8, "%s: %d lights at tolerance 0.26", test_scene_names[scene], last);
@@ -588,10 +622,11 @@ static void dim_lights_go_to_the_residual(void)
     test_probe_free(&p);
 }
 
-// ---------------------------------------------------------------------------------------- animation
+// ----------------------------------------------------------------------------------------
+// animation
 
-// What a surface with this normal gets of the lights that a half-space does not hide; a disc is hidden
-// by the share of its area (flat) that lies behind.
+// What a surface with this normal gets of the lights that a half-space does not hide; a disc is
+// hidden by the share of its area (flat) that lies behind.
 static double behind_blocker(const lightprobe_light *lights, int count, const float edge[3])
 {
     double sum = 0;
@@ -615,7 +650,7 @@ static double map_behind_blocker(const test_probe *p, const float edge[3])
         const int x = i % n, y = i / n % n;
         lightprobe_texel_direction(i / (n * n), -1 + (2 * (float)x + 1) / (float)n,
                                    -1 + (2 * (float)y + 1) / (float)n, d);
-        double seen = 0.5 + dot(d, edge) * n / 2;  // the edge blurred over a texel
+        double seen = 0.5 + dot(d, edge) * n / 2; // the edge blurred over a texel
         seen = seen < 0 ? 0 : seen > 1 ? 1 : seen;
         if (d[1] > 0 && seen > 0)
             sum += seen * (double)d[1] * (double)p->face[i / (n * n)][3 * (i % (n * n)) + 1] *
@@ -624,10 +659,10 @@ static double map_behind_blocker(const test_probe *p, const float edge[3])
     return sum;
 }
 
-enum { EDGES = 8, WAYS = 4 };  // of: the map itself, median cut, afresh, from the previous lights
+enum { EDGES = 8, WAYS = 4 }; // of: the map itself, median cut, afresh, from the previous lights
 
-static void flicker_frame(const test_probe *p, lightprobe_light *held, int *held_count, int *new_ids,
-                          double out[WAYS][EDGES])
+static void flicker_frame(const test_probe *p, lightprobe_light *held, int *held_count,
+                          int *new_ids, double out[WAYS][EDGES])
 {
     static lightprobe_light lights[32];
     for (int way = 0; way < WAYS; way++) {
@@ -647,7 +682,8 @@ static void flicker_frame(const test_probe *p, lightprobe_light *held, int *held
         for (int i = 0; i < count; i++) {
             int known = *held_count == 0;
             for (int k = 0; k < *held_count; k++) known |= held[k].id == lights[i].id;
-            for (int k = 0; k < i; k++) CHECK(lights[k].id != lights[i].id, "id %d twice", lights[i].id);
+            for (int k = 0; k < i; k++)
+                CHECK(lights[k].id != lights[i].id, "id %d twice", lights[i].id);
             *new_ids += !known;
         }
         memcpy(held, lights, sizeof lights);
@@ -680,8 +716,9 @@ static void lights_follow_a_turning_probe(void)
     for (int way = 0; way < WAYS; way++) worst[way] *= 100 / mean;
     test_note("%s, %d steps of 0.25 degrees behind a half-space, largest step in %% of the mean:",
               real ? "city_sun" : "sky and sun", frames - 1);
-    test_note("map itself %.1f, median cut %.1f, afresh %.1f, from the previous lights %.1f; %d new ids",
-              worst[0], worst[1], worst[2], worst[3], new_ids);
+    test_note(
+        "map itself %.1f, median cut %.1f, afresh %.1f, from the previous lights %.1f; %d new ids",
+        worst[0], worst[1], worst[2], worst[3], new_ids);
     CHECK(worst[3] < 1.5 * worst[0] + 2, "%.1f%% with previous lights", worst[3]);
     CHECK(new_ids <= frames / 20, "%d new ids", new_ids);
     test_probe_free(&p);
@@ -693,12 +730,13 @@ static void lights_follow_a_new_lamp(void)
     const double d[3] = {0.6, 0, 0.8};
     test_probe dark = test_scene_probe(SCENE_GRADIENT, 32), lit = test_disc_probe(32, d, 0.05, 0);
     for (int f = 0; f < 6; f++)
-        for (int i = 0; i < 3 * 32 * 32; i++) lit.face[f][i] = lit.face[f][i] * 2000 + dark.face[f][i];
+        for (int i = 0; i < 3 * 32 * 32; i++)
+            lit.face[f][i] = lit.face[f][i] * 2000 + dark.face[f][i];
     lightprobe_settings s = settings_of(16, 0);
     int count, same = 0;
     extract(&dark, &s, lights, &count, NULL);
     for (int frame = 0; frame < 3; frame++) {
-        s.previous = lights;  // in place
+        s.previous = lights; // in place
         s.previous_count = count;
         extract(&lit, &s, lights, &count, NULL);
     }
@@ -721,7 +759,8 @@ static void lights_follow_a_new_lamp(void)
     test_probe_free(&lit);
 }
 
-// ------------------------------------------------------------------------------------ hostile probes
+// ------------------------------------------------------------------------------------ hostile
+// probes
 
 static void bad_texels_are_repaired_and_counted(void)
 {
@@ -735,10 +774,11 @@ static void bad_texels_are_repaired_and_counted(void)
         for (int f = 0; f < 6; f++) {
             for (int i = 0; i < n * n; i++) {
                 if (test_uniform(&random) > 0.1) continue;
-                const int which = (int)test_range(&random, 0, 7), c = (int)test_range(&random, 0, 3);
+                const int which = (int)test_range(&random, 0, 7),
+                          c = (int)test_range(&random, 0, 3);
                 p.face[f][3 * i + c] = bad[which];
                 q.face[f][3 * i + c] = 0;
-                count += which != 6;  // minus zero is a zero
+                count += which != 6; // minus zero is a zero
             }
         }
         static lightprobe_light a[20], b[20];
@@ -750,8 +790,8 @@ static void bad_texels_are_repaired_and_counted(void)
             extract(&q, &s, b, &cb, NULL);
             CHECK(stats.repaired_texels == count, "side %d: %d counted, %d there", n,
                   stats.repaired_texels, count);
-            CHECK(ca == cb && memcmp(a, b, (size_t)ca * sizeof *a) == 0, "side %d mode %d: not as with 0", n,
-                  mode);
+            CHECK(ca == cb && memcmp(a, b, (size_t)ca * sizeof *a) == 0,
+                  "side %d mode %d: not as with 0", n, mode);
         }
         test_probe_free(&p);
         test_probe_free(&q);
@@ -767,15 +807,19 @@ static void check_hostile(const test_probe *p, const char *name)
         lightprobe_stats stats;
         int count = -1;
         const lightprobe_result result = extract(p, &s, lights, &count, &stats);
-        CHECK(!result && count >= 1 && count <= counts[k / 2], "%s: result %d, %d lights", name, result, count);
+        CHECK(!result && count >= 1 && count <= counts[k / 2], "%s: result %d, %d lights", name,
+              result, count);
         for (int i = 0; i < count; i++) {
-            int good = k % 2 ? isfinite(lights[i].irradiance[1]) && isfinite(lights[i].direction[0]) &&
-                                   isfinite(lights[i].tan_half_u)
-                             : finite_light(lights + i);
+            int good = k % 2
+                           ? isfinite(lights[i].irradiance[1]) &&
+                                 isfinite(lights[i].direction[0]) && isfinite(lights[i].tan_half_u)
+                           : finite_light(lights + i);
             CHECK(good, "%s, mode %d, at most %d: light %d", name, k % 2, counts[k / 2], i);
         }
-        for (int c = 0; c < 3; c++) CHECK(isfinite(stats.total[c]) && isfinite(stats.residual[c]), "%s", name);
-        CHECK(stats.error >= 0 && stats.error <= 1.0001f, "%s: error %g", name, (double)stats.error);
+        for (int c = 0; c < 3; c++)
+            CHECK(isfinite(stats.total[c]) && isfinite(stats.residual[c]), "%s", name);
+        CHECK(stats.error >= 0 && stats.error <= 1.0001f, "%s: error %g", name,
+              (double)stats.error);
     }
 }
 
@@ -793,7 +837,7 @@ static void hostile_probes_give_finite_lights(void)
             snprintf(name, sizeof name, "constant %g, side %d", (double)values[v], n);
             check_hostile(&p, name);
             test_probe_free(&p);
-            p = test_probe_new(n);  // one hot texel, alone and 1e6 : 1
+            p = test_probe_new(n); // one hot texel, alone and 1e6 : 1
             for (int hot = 0; hot < 2; hot++) {
                 for (int c = 0; c < 3; c++) p.face[3][3 * (n * n / 2) + c] = values[v];
                 snprintf(name, sizeof name, "hot texel %g, side %d", (double)values[v], n);
@@ -815,15 +859,18 @@ static void one_texel_faces_work(void)
     const lightprobe_settings s = settings_of(100, 0);
     int count;
     CHECK(!extract(&p, &s, lights, &count, NULL) && count == 6, "%d lights", count);
-    for (int i = 0; i < count && count == 6; i++) {  // brightest first
-        static const double axis[6][3] = {{0, 0, -1}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}};
+    for (int i = 0; i < count && count == 6; i++) { // brightest first
+        static const double axis[6][3] = {{0, 0, -1}, {0, 0, 1},  {0, -1, 0},
+                                          {0, 1, 0},  {-1, 0, 0}, {1, 0, 0}};
         CHECK(angle_between(lights[i].direction, axis[i]) < 1e-3, "light %d", i);
-        CHECK(fabs((double)lights[i].irradiance[0] / ((6 - i) * 4 * pi / 6) - 1) < 1e-6, "light %d", i);
+        CHECK(fabs((double)lights[i].irradiance[0] / ((6 - i) * 4 * pi / 6) - 1) < 1e-6, "light %d",
+              i);
     }
     test_probe_free(&p);
 }
 
-// ---------------------------------------------------------------------------------------- arguments
+// ----------------------------------------------------------------------------------------
+// arguments
 
 static int log_calls;
 
@@ -834,7 +881,8 @@ static void count_log(void *user, const char *message)
 
 static void check_refused(lightprobe_result want, lightprobe_result got, const char *what)
 {
-    CHECK(got == want, "%s: result %d (%s), not %d", what, got, lightprobe_result_string(got), want);
+    CHECK(got == want, "%s: result %d (%s), not %d", what, got, lightprobe_result_string(got),
+          want);
     CHECK(log_calls == 1, "%s: %d messages", what, log_calls);
     log_calls = 0;
 }
@@ -857,8 +905,9 @@ static void bad_arguments_are_refused(void)
     old_stats = stats;
     const size_t bytes = lightprobe_scratch_bytes(8, 4);
     CHECK(bytes > 0 && bytes <= sizeof scratch, "%d bytes", (int)bytes);
-#define REFUSED(want, cube, settings, memory, size, out, number) \
-    check_refused(want, lightprobe_extract(cube, settings, memory, size, out, number, &stats), #want)
+#define REFUSED(want, cube, settings, memory, size, out, number)                               \
+    check_refused(want, lightprobe_extract(cube, settings, memory, size, out, number, &stats), \
+                  #want)
     REFUSED(LIGHTPROBE_ERROR_NULL, NULL, &ok, scratch, bytes, lights, &count);
     REFUSED(LIGHTPROBE_ERROR_NULL, &good, &ok, NULL, bytes, lights, &count);
     REFUSED(LIGHTPROBE_ERROR_NULL, &good, &ok, scratch, bytes, NULL, &count);
@@ -928,7 +977,8 @@ static void bad_previous_lights_do_no_harm(void)
         s.previous = previous;
         s.previous_count = 8;
         int count;
-        CHECK(!extract(&p, &s, lights, &count, NULL) && count == most, "%d lights of %d", count, most);
+        CHECK(!extract(&p, &s, lights, &count, NULL) && count == most, "%d lights of %d", count,
+              most);
         for (int i = 0; i < count; i++)
             CHECK(finite_light(lights + i) && lights[i].id >= 0, "light %d of %d", i, count);
     }
@@ -946,8 +996,10 @@ const test_case lightprobe_tests[] = {
     {"probe: erratum, Eq. 18 loses energy below the horizon", eq18_loses_energy_below_the_horizon},
     {"probe: lights and residual carry all energy", energy_is_conserved},
     {"probe: any number of lights from 1 to 200", any_number_of_lights},
-    {"probe: irradiance of 32 lights errs at most a fifth of the paper's", irradiance_beats_the_paper},
-    {"probe: a disc is one light on faces, edges and corners", a_disc_is_one_light_wherever_it_lies},
+    {"probe: irradiance of 32 lights errs at most a fifth of the paper's",
+     irradiance_beats_the_paper},
+    {"probe: a disc is one light on faces, edges and corners",
+     a_disc_is_one_light_wherever_it_lies},
     {"probe: erratum, a rectangle keeps its size (variance d^2/3)", a_rectangle_keeps_its_size},
     {"probe: a whole sphere can be one light", a_whole_sphere_is_one_light},
     {"probe: scaling by powers of two scales the lights bit for bit", scaling_scales},

@@ -232,7 +232,7 @@ static bool decode_hdr_header(reader *in, int *width, int *height, bool *flip_x,
 
 static bool decode_hdr(image *im, reader in, message *why)
 {
-    int w, h;
+    int w = 0, h = 0;
     bool flip_x = false, flip_y = false;
     if (!decode_hdr_header(&in, &w, &h, &flip_x, &flip_y, why)) return false;
     // The densest coding in use puts 127 pixels into 8 bytes and the old one 255 into 4, so memory
