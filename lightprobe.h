@@ -880,6 +880,7 @@ static int lightprobe__heap_pop(lightprobe__work *w)
 
 static float lightprobe__tone(const lightprobe__work *w, float luminance, float solid_angle)
 {
+    if (!(solid_angle > 0)) return 0;
     const float ratio =
         luminance < 1e6f * w->mean * solid_angle ? luminance / (w->mean * solid_angle) : 1e6f;
     return LIGHTPROBE__TONE * logf(ratio > 1e-3f ? ratio : 1e-3f);
@@ -1268,7 +1269,7 @@ static void lightprobe__swap(lightprobe__work *w, const int pair[2], int from)
 }
 
 // For a moving probe: takes lights from where two do little more than one does, and spends them
-// where one is not enough. Only where that gains twice what it costs, since a light that changes
+// where one is not enough. Only where that gains four times what it costs: a light that changes
 // hands jumps. A light that the tolerance can spare by a margin is not spent again.
 static void lightprobe__respend(lightprobe__work *w, float total, float tolerance)
 {
@@ -1284,7 +1285,7 @@ static void lightprobe__respend(lightprobe__work *w, float total, float toleranc
         int pair[2] = {0, 0};
         const float cost = lightprobe__cheapest_merge(w, most, pair);
         const int spare = error + cost < 0.8f * tolerance * total;
-        if (cost >= FLT_MAX || (!spare && w->gains[most] < 1e-5f * total + 2 * cost)) break;
+        if (cost >= FLT_MAX || (!spare && w->gains[most] < 1e-5f * total + 4 * cost)) break;
         if (spare) w->clusters[most].count = 0; // nothing to split off
         error += cost;                          // at most: what the swap gains is not counted
         lightprobe__swap(w, pair, most);
@@ -1304,9 +1305,8 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         if (!lightprobe__is_number(d[0] + d[1] + d[2])) continue;
         memcpy(c->centre, d, sizeof c->centre);
         if (!(lightprobe__normalize(c->centre) > 0)) continue;
-        const float disc = 6.2831853f * (1 - previous[i].cos_alpha);
         const float luminance = lightprobe__luminance(previous[i].irradiance) * LIGHTPROBE__SCALE;
-        c->tone = lightprobe__tone(w, luminance, disc);
+        c->tone = lightprobe__tone(w, luminance, previous[i].solid_angle);
         c->id = previous[i].id;
         w->cluster_count++;
     }
@@ -1581,11 +1581,9 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
     lightprobe__divide(w, total, settings->tolerance);
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
-    lightprobe__relax(w, LIGHTPROBE__ROUNDS);
-    if (animated) {
-        lightprobe__respend(w, total, settings->tolerance);
-        lightprobe__relax(w, LIGHTPROBE__ROUNDS);
-    }
+    // The start from previous lights was a round already; one a frame keeps the steps small.
+    if (animated) lightprobe__respend(w, total, settings->tolerance);
+    else lightprobe__relax(w, LIGHTPROBE__ROUNDS);
     *error = 0;
     for (int k = 0; k < w->cluster_count; k++) *error += lightprobe__cluster_error(w->clusters + k);
     *error /= total;

@@ -3186,6 +3186,7 @@ typedef unsigned char mssm__glboolean;
     X(void, TextureStorage2DMultisample,                                                           \
       (unsigned, int, mssm__glenum, int, int, mssm__glboolean))                                    \
     X(void, TextureParameteri, (unsigned, mssm__glenum, int))                                      \
+    X(void, GetTextureLevelParameteriv, (unsigned, int, mssm__glenum, int *))                      \
     X(void, ActiveTexture, (mssm__glenum))                                                         \
     X(void, BindTextureUnit, (unsigned, unsigned))                                                 \
     X(void, BindTexture, (mssm__glenum, unsigned))                                                 \
@@ -3266,6 +3267,7 @@ enum {
     MSSM__GL_TEXTURE_2D_ARRAY = 0x8C1A,
     MSSM__GL_TEXTURE_2D_MULTISAMPLE = 0x9100,
     MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE = 0x9104,
+    MSSM__GL_TEXTURE_SAMPLES = 0x9106,
     MSSM__GL_TEXTURE_MIN_FILTER = 0x2801,
     MSSM__GL_TEXTURE_MAG_FILTER = 0x2800,
     MSSM__GL_NEAREST = 0x2600,
@@ -3304,7 +3306,7 @@ typedef struct mssm__gl_functions {
 
 enum { MSSM__RESOLVE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__PROGRAMS };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
-enum { MSSM__CAPABILITIES = 10 };
+enum { MSSM__CAPABILITIES = 11 };
 
 // State of the caller from begin to end of a depth pass.
 typedef struct mssm__gl_state {
@@ -3315,13 +3317,13 @@ typedef struct mssm__gl_state {
 
 typedef struct mssm__gl_light {
     mssm_light light;
-    int averaged, drawn;  // drawn: since the last build
+    int averaged, drawn, filled;  // drawn: since the last build; filled: ever, the map is not empty
 } mssm__gl_light;
 
 struct mssm_gl {
     mssm__gl_functions f;
     mssm_gl_desc desc;  // with defaults filled in
-    int levels, padded;
+    int levels, padded, samples;  // samples that the driver gives: at least those asked for
     int drawing, back;  // light of the pass between begin and end, or -1; which faces
     int front_of;       // light whose front faces the depth target holds, or -1
     int views_stale;
@@ -3713,17 +3715,20 @@ static mssm_result mssm__write_shader(mssm_gl *gl)
              "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_BINDING %d\n"
              "#define MSSM_SCALE %d\n#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n",
              gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_buffer_binding, MSSM_SCALE);
-    int at = snprintf(chosen, sizeof chosen, "const mssm_options mssm_chosen = mssm_options(%d, %d",
+    int at = snprintf(chosen, sizeof chosen, "#define mssm_chosen mssm_options(%d, %d",
                       o.moments, o.estimator);
     for (int i = 0; i < 4; i++) {
         at += mssm__print_float(chosen + at, sizeof chosen - (size_t)at, ", ", numbers[i]);
     }
-    snprintf(chosen + at, sizeof chosen - (size_t)at, ");\n");
+    snprintf(chosen + at, sizeof chosen - (size_t)at, ")\n");
     const char *const parts[] = {mssm__glsl_math, mssm__glsl_shading, defines, chosen, mssm__glsl_entry};
     size_t length = 1;
     for (int i = 0; i < 5; i++) length += strlen(parts[i]);
     gl->shader = (char *)MSSM_MALLOC(length);
-    if (!gl->shader) return MSSM_ERROR_MEMORY;
+    if (!gl->shader) {
+        mssm__log(gl, "no memory", NULL);
+        return MSSM_ERROR_MEMORY;
+    }
     gl->shader[0] = 0;
     for (int i = 0; i < 5; i++) strcat(gl->shader, parts[i]);
     return MSSM_OK;
@@ -3738,7 +3743,14 @@ static void mssm__delete_storage(mssm_gl *gl)
         if (gl->table[i]) f->DeleteTextures(1, &gl->table[i]);
         gl->framebuffer[i] = gl->depth[i] = gl->table[i] = 0;
     }
-    if (gl->views) f->DeleteBuffers(1, &gl->views);
+    if (gl->views) {
+        // Mesa forgets the generic binding too when a buffer with an indexed binding is deleted.
+        const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+        f->DeleteBuffers(1, &gl->views);
+        if (generic != (int)gl->views) {
+            f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+        }
+    }
     gl->views = 0;
     MSSM_FREE(gl->lights);
     MSSM_FREE(gl->view);
@@ -3755,6 +3767,7 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
     if (!gl->depth[i] || !gl->framebuffer[i]) return MSSM_ERROR_GL;
     f->TextureStorage2DMultisample(gl->depth[i], gl->desc.samples, MSSM__GL_DEPTH_COMPONENT32F,
                                    gl->desc.side, gl->desc.side, 1);
+    f->GetTextureLevelParameteriv(gl->depth[i], 0, MSSM__GL_TEXTURE_SAMPLES, &gl->samples);
     f->ObjectLabel(MSSM__GL_TEXTURE, gl->depth[i], -1, names[i]);
     f->NamedFramebufferTexture(gl->framebuffer[i], MSSM__GL_DEPTH_ATTACHMENT, gl->depth[i], 0);
     f->NamedFramebufferDrawBuffer(gl->framebuffer[i], 0);
@@ -3798,7 +3811,10 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     }
     gl->lights = (mssm__gl_light *)MSSM_MALLOC(count * sizeof *gl->lights);
     gl->view = (mssm_view *)MSSM_MALLOC(count * sizeof *gl->view);
-    if (!gl->lights || !gl->view) return MSSM_ERROR_MEMORY;
+    if (!gl->lights || !gl->view) {
+        mssm__log(gl, "no memory", NULL);
+        return MSSM_ERROR_MEMORY;
+    }
     memset(gl->lights, 0, count * sizeof *gl->lights);
     memset(gl->view, 0, count * sizeof *gl->view);
     mssm_result r = MSSM_OK;
@@ -3886,7 +3902,7 @@ static void mssm__resolve(mssm_gl *gl, int index)
         f->BindSampler(unit + i, 0);
     }
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
-    f->ProgramUniform1i(program, 0, gl->desc.samples);
+    f->ProgramUniform1i(program, 0, gl->samples);
     f->ProgramUniform1i(program, 1, gl->lights[index].averaged);
     f->ProgramUniform1i(program, 2, index);
     f->ProgramUniform4f(program, 3, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far, 0);
@@ -3900,7 +3916,7 @@ static const mssm__glenum mssm__capabilities[MSSM__CAPABILITIES] = {
     MSSM__GL_DEPTH_TEST,          MSSM__GL_MULTISAMPLE,   // on, the rest off
     MSSM__GL_STENCIL_TEST,        MSSM__GL_CULL_FACE,     MSSM__GL_RASTERIZER_DISCARD,
     MSSM__GL_DEPTH_CLAMP,         MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
-    MSSM__GL_SAMPLE_COVERAGE,     MSSM__GL_SAMPLE_MASK};
+    MSSM__GL_SAMPLE_COVERAGE,     MSSM__GL_SAMPLE_MASK,   MSSM__GL_SAMPLE_SHADING};
 
 static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
 {
@@ -3939,13 +3955,12 @@ static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
 static void mssm__upload_views(mssm_gl *gl)
 {
     if (!gl->views_stale) return;
-    const struct mssm_options options = mssm__options(&gl->desc.settings, gl->desc.moments);
-    (void)options;
     float widest = 0;
     for (int i = 0; i < gl->desc.lights; i++) {
-        mssm__gl_light *l = &gl->lights[i];
-        if (!(l->light.z_far > l->light.z_near)) continue;  // never set
+        const mssm__gl_light *l = &gl->lights[i];
         mssm_view *v = &gl->view[i];
+        memset(v, 0, sizeof *v);  // a map without texels: all is lit
+        if (!l->filled || !(l->light.z_far > l->light.z_near)) continue;
         *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, 0, l->averaged);
         // A receiver at depth 3, as far behind all casters as they reach: further ones see wider kernels
         // than the tables hold, and get the widest.
@@ -4017,7 +4032,10 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 {
     if (!gl || !desc || !desc->load) return MSSM_ERROR_ARGUMENT;
     mssm_gl *g = (mssm_gl *)MSSM_MALLOC(sizeof *g);
-    if (!g) return MSSM_ERROR_MEMORY;
+    if (!g) {
+        if (desc->log) desc->log(desc->user, "mssm: no memory");
+        return MSSM_ERROR_MEMORY;
+    }
     memset(g, 0, sizeof *g);
     g->desc = *desc;
     g->drawing = -1;
@@ -4032,7 +4050,6 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     if (!r) r = mssm__build_programs(g);
     if (!r) r = mssm__write_shader(g);
     if (!r) r = mssm__create_storage(g);
-    if (r == MSSM_ERROR_MEMORY) mssm__log(g, "no memory", NULL);
     if (r) {
         mssm_gl_destroy(g);
         return r;
@@ -4132,7 +4149,7 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
     mssm__gl_light *light = &gl->lights[gl->drawing];
     mssm__set_state(gl, &gl->saved);
     light->averaged = gl->back;
-    light->drawn = 1;
+    light->drawn = light->filled = 1;
     mssm__resolve(gl, gl->drawing);
     gl->front_of = gl->back ? -1 : gl->drawing;
     gl->drawing = -1;
