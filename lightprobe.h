@@ -79,8 +79,7 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4
     LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, above LIGHTPROBE_MAX_LIGHTS
     LIGHTPROBE_ERROR_SETTINGS, // tolerance or min_share negative or not finite, or an unknown mode
-    LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
-    LIGHTPROBE_ERROR_BLACK     // no light in the probe
+    LIGHTPROBE_ERROR_SCRATCH    // scratch memory below lightprobe_scratch_bytes()
 } lightprobe_result;
 
 // A sentence for people, never null, also for numbers that are no result.
@@ -140,7 +139,7 @@ typedef struct lightprobe_stats {
 } lightprobe_stats;
 
 // Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default):
-// about 20 side^2, and 550 a light. 0 where side or max_lights is out of range.
+// about 19 side^2, 320 a light and 24,000. 0 where side or max_lights is out of range.
 size_t lightprobe_scratch_bytes(int side, int max_lights);
 
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
@@ -149,7 +148,7 @@ size_t lightprobe_scratch_bytes(int side, int max_lights);
 // The lights carry all of the probe: each texel belongs to exactly one, and the residual is
 // rounding (1e-7 of total, of either sign) unless min_share, or LIGHTPROBE_MEDIAN_CUT with fewer
 // than its six first regions, left something out. There may be fewer lights than asked for: where
-// texels run out, where the tolerance is met, and for black regions.
+// texels run out, where the tolerance is met, and for black regions: none for a black probe.
 //
 // Deterministic. Scaling the radiance by a power of two scales irradiance, total and residual and
 // changes nothing else, bit for bit. Any finite texel is fine; sums beyond the range of float come
@@ -602,7 +601,7 @@ static void lightprobe__make_tables(lightprobe__work *w)
         for (int x = 0; x <= y; x++) {
             const float s = (float)first + ((float)x + 0.5f) * (float)h;
             const float inverse = 1 / sqrtf(1 + s * s + t * t), i2 = inverse * inverse;
-            // The middle of the texel plus the second derivative: 4e-7 off at side 64, less beyond.
+            // The middle of the texel plus the second derivative: at most 4e-7 off.
             // The exact way for all would take a fifth of the whole extraction at side 128.
             float omega = area * i2 * inverse * (1 + bend * i2 * (9 - 15 * i2));
             if (w->side < 64)
@@ -1668,11 +1667,12 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     lightprobe__sum_tiles(&work);
     lightprobe__make_pyramid(&work);
     const float total = lightprobe__find_total(&work);
-    if (total < LIGHTPROBE__BLACK) return lightprobe__fail(&s, LIGHTPROBE_ERROR_BLACK);
-
-    float error;
-    const int count = (s.mode == LIGHTPROBE_MEDIAN_CUT ? lightprobe__paper : lightprobe__best)(
-        &work, &s, total, lights, &error);
+    float error = 0;
+    int count = 0;  // a black probe has no lights
+    if (total >= LIGHTPROBE__BLACK) {
+        count = (s.mode == LIGHTPROBE_MEDIAN_CUT ? lightprobe__paper : lightprobe__best)(
+            &work, &s, total, lights, &error);
+    }
     *light_count = count;
     if (!stats) return LIGHTPROBE_OK;
     for (int i = 0; i < 3; i++) {
@@ -1705,8 +1705,6 @@ const char *lightprobe_result_string(lightprobe_result result)
         return "lightprobe: tolerance and min_share must be 0 or more, mode one of lightprobe_mode";
     case LIGHTPROBE_ERROR_SCRATCH:
         return "lightprobe: less scratch memory than lightprobe_scratch_bytes() asks for";
-    case LIGHTPROBE_ERROR_BLACK:
-        return "lightprobe: no light in the probe";
     }
     return "lightprobe: unknown result";
 }

@@ -1402,7 +1402,12 @@ MSSM_SHARED void mssm__add_samples(const float z[MSSM__BLOCK], float sum[6][MSSM
 {
     for (int i = 0; i < MSSM__BLOCK; i++) {
         const mssm_moments6 t = mssm_chebyshev(z[i]);
-        for (int k = 0; k < 6; k++) sum[k][i] += t.b[k];
+        sum[0][i] += t.b[0];  // written out: a loop here would not be vectorised
+        sum[1][i] += t.b[1];
+        sum[2][i] += t.b[2];
+        sum[3][i] += t.b[3];
+        sum[4][i] += t.b[4];
+        sum[5][i] += t.b[5];
     }
 }
 
@@ -1468,10 +1473,11 @@ static void mssm__halve_values(const mssm_map *map, int finer, int x, int y, int
     for (int i = 0; i < count; i++) {
         const int x0 = 2 * (x + i), x1 = x0 + 2 < size ? x0 + 2 : size;
         const int outside = 4 - (x1 - x0) * (y1 - 2 * y);
+        const int32_t missing = outside * MSSM_SCALE + 2;
+        const uint32_t *a = low + x0 * moments, *b = low + x1 * moments;
+        const uint32_t *c = high + x0 * moments, *d = high + x1 * moments;
         for (int k = 0; k < moments; k++) {
-            const int a = x0 * moments + k, b = x1 * moments + k;
-            value[k][i] = ((int32_t)(high[b] - high[a] - low[b] + low[a]) +
-                           outside * MSSM_SCALE + 2) >> 2;
+            value[k][i] = ((int32_t)(d[k] - c[k] - b[k] + a[k]) + missing) >> 2;
         }
     }
 }

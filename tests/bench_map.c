@@ -32,7 +32,8 @@ static void draw_scene(void)
     uint64_t seed = 3;
     for (int i = 0; i < SIDE * SIDE; i++) depth[i] = 0.8f;
     for (int n = 0; n < 60; n++) {
-        const int x0 = (int)test_range(&seed, 0, SIDE - 25), y0 = (int)test_range(&seed, 0, SIDE - 25);
+        const int x0 = (int)test_range(&seed, 0, SIDE - 25),
+                  y0 = (int)test_range(&seed, 0, SIDE - 25);
         const int width = (int)test_range(&seed, 5, 25);
         const float z = (float)test_range(&seed, -0.99, 0.75);
         for (int y = y0; y < y0 + width; y++) {
@@ -84,18 +85,21 @@ static void bench_update(mssm_map *map, const void *memory, void *copy, size_t b
         copying[r] = (t2 - t1) / 20;
     }
     const double u = median(update), c = median(copying);
-    printf("update of %d^2, 6 moments: %.3f ms, %.1f ns a texel; copying its tables %.3f ms: %.1f times\n", SIDE,
-           u * 1e3, u * 1e9 / SIDE / SIDE, c * 1e3, u / c);
+    printf("update of %d^2, 6 moments: %.3f ms, %.1f ns a texel; copying its tables %.3f ms: %.1f "
+           "times\n",
+           SIDE, u * 1e3, u * 1e9 / SIDE / SIDE, c * 1e3, u / c);
 }
 
 static void bench_width(mssm_map *map, const float *points, float width)
 {
-    static const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, low[3] = {-2, 0, -2}, high[3] = {2, 1, 2};
+    static const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, low[3] = {-2, 0, -2},
+                       high[3] = {2, 1, 2};
     mssm_light light;
     // A caster at the near plane is about one unit above the ground, a texel 4/256 wide.
     const float tangent = 0.5f * width * 4 / SIDE;
     if (mssm_light_directional(&light, up, axis, tangent, tangent, low, high)) return;
-    static const char *const names[] = {"layered 6", "layered auto", "layered 4", "lower 6", "upper 6", "PCSS, all texels"};
+    static const char *const names[] = {"layered 6", "layered auto", "layered 4",
+                                        "lower 6",   "upper 6",      "PCSS, all texels"};
     const mssm_settings settings[] = {{.moments = 6},
                                       {0},
                                       {.moments = 4},
@@ -109,7 +113,8 @@ static void bench_width(mssm_map *map, const float *points, float width)
             const double t = seconds_now();
             for (int i = 0; i < count; i++) {
                 const float *p = points + 3 * i;
-                sink = sink + (m < 5 ? mssm_map_visibility(map, &light, &settings[m], p) : pcss(&light, p));
+                sink = sink + (m < 5 ? mssm_map_visibility(map, &light, &settings[m], p)
+                                     : pcss(&light, p));
             }
             times[m][r] = (seconds_now() - t) / count;
         }

@@ -1,6 +1,6 @@
 // The test harness: a suite is an array of named properties; a failing one can be rerun alone by name.
-//     build/test                 runs everything
-//     build/test "enclose"       runs the tests whose name contains the words
+//     build/release/test                 runs everything
+//     build/release/test "enclose"       runs the tests whose name contains the words
 // TEST_SCALE=10 divides the number of random trials by ten (used under valgrind and sanitizers).
 #ifndef TEST_H
 #define TEST_H

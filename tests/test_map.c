@@ -116,11 +116,13 @@ static void coarse_levels_equal_sums(void)
             const int x = size * (int)(test_random(&seed) % (unsigned)(f.side / size));
             const int y = size * (int)(test_random(&seed) % (unsigned)(f.side / size));
             worst = fmax(worst, query_error(&f, x, y, half, half));
-            worst_any = fmax(worst_any, query_error(&f, x + test_range(&seed, 0, size), y, half, half));
+            worst_any =
+                fmax(worst_any, query_error(&f, x + test_range(&seed, 0, size), y, half, half));
         }
         drop_map(&f);
     }
-    test_note("largest error of a moment %.2e on the grid, %.2e off it (noise as depth)", worst, worst_any);
+    test_note("largest error of a moment %.2e on the grid, %.2e off it (noise as depth)", worst,
+              worst_any);
     CHECK(worst < 6e-6, "error %g", worst);
     CHECK(worst_any < 0.1, "error %g", worst_any);
 }
@@ -149,8 +151,10 @@ static void printed_scale_wraps(void)
         sum += (uint32_t)(1.0f * printed + 0.5f);
         ours += (uint32_t)((4294967295u) / ((27 + 2) * (27 + 2)));
     }
-    CHECK((float)sum / (float)n / printed < 0.01f, "the printed scale gives %g", sum / (double)n / printed);
-    CHECK(ours / (double)n * 841 / 4294967295.0 > 0.999, "floor((2^32-1)/n) with a border does not");
+    CHECK((float)sum / (float)n / printed < 0.01f, "the printed scale gives %g",
+          sum / (double)n / printed);
+    CHECK(ours / (double)n * 841 / 4294967295.0 > 0.999,
+          "floor((2^32-1)/n) with a border does not");
 }
 
 static void samples_are_averaged(void)
@@ -160,7 +164,8 @@ static void samples_are_averaged(void)
     fill_random(&many, &seed);
     double worst = 0;
     for (int i = 0; i < 100; i++) {
-        worst = fmax(worst, query_error(&many, test_range(&seed, 0, 40), test_range(&seed, 0, 40), 3, 5));
+        worst = fmax(worst,
+                     query_error(&many, test_range(&seed, 0, 40), test_range(&seed, 0, 40), 3, 5));
     }
     CHECK(worst < 6e-6, "error %g", worst);
     drop_map(&many);
@@ -179,7 +184,8 @@ static void back_faces_average_depth(void)
     for (int i = 0; i < 32 * 32 * 4; i++) f.depth[i] = 0.5f * (f.depth[i] + back[i]);
     double worst = 0;
     for (int i = 0; i < 100; i++) {
-        worst = fmax(worst, query_error(&f, test_range(&seed, 0, 32), test_range(&seed, 0, 32), 2, 2));
+        worst =
+            fmax(worst, query_error(&f, test_range(&seed, 0, 32), test_range(&seed, 0, 32), 2, 2));
     }
     CHECK(worst < 6e-6, "error %g", worst);
     free(back);
@@ -192,14 +198,15 @@ static void outside_is_lit(void)
     mssm_light light;
     const float low[3] = {-1, 0, -1}, high[3] = {1, 1, 1};
     CHECK(!mssm_light_directional(&light, up, axis_x, 0.2f, 0.2f, low, high), "light failed");
-    for (int i = 0; i < 64 * 64; i++) f.depth[i] = -0.99f;  // the whole map is covered
+    for (int i = 0; i < 64 * 64; i++) f.depth[i] = -0.99f; // the whole map is covered
     CHECK(mssm_map_update(f.map, f.depth, NULL, 1) == MSSM_OK, "update failed");
     const float under[3] = {0, 0.2f, 0}, beside[3] = {2.5f, 0.2f, 0}, above[3] = {0, 1.5f, 0};
     const float far_below[3] = {0, -50, 0}, edge[3] = {1, 0.2f, 0};
     CHECK(mssm_map_visibility(f.map, &light, NULL, under) < 0.01f, "below the cover");
     CHECK(mssm_map_visibility(f.map, &light, NULL, beside) == 1, "beside the map");
     CHECK(mssm_map_visibility(f.map, &light, NULL, above) == 1, "nearer than the near plane");
-    CHECK(mssm_map_visibility(f.map, &light, NULL, far_below) > 0.97f, "the cover is small from afar: %g",
+    CHECK(mssm_map_visibility(f.map, &light, NULL, far_below) > 0.97f,
+          "the cover is small from afar: %g",
           (double)mssm_map_visibility(f.map, &light, NULL, far_below));
     const float v = mssm_map_visibility(f.map, &light, NULL, edge);
     CHECK(fabsf(v - 0.5f) < 0.03f, "half of the light is seen past the edge, not %g", (double)v);
@@ -216,22 +223,24 @@ static void new_map_is_lit(void)
     for (int i = 0; i < 1000; i++) {
         const float p[3] = {(float)test_range(&seed, -3, 3), (float)test_range(&seed, -3, 3),
                             (float)test_range(&seed, -3, 3)};
-        CHECK(mssm_map_visibility(f.map, &light, NULL, p) == 1, "at %a %a %a", (double)p[0], (double)p[1],
-              (double)p[2]);
+        CHECK(mssm_map_visibility(f.map, &light, NULL, p) == 1, "at %a %a %a", (double)p[0],
+              (double)p[1], (double)p[2]);
     }
     drop_map(&f);
 }
 
 static void garbage_depth_counts_as_nothing_or_clamped(void)
 {
-    static const float garbage[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 1e-42f, -0.0f, 2, -2};
+    static const float garbage[] = {NAN,    INFINITY, -INFINITY, FLT_MAX, -FLT_MAX,
+                                    1e-42f, -0.0f,    2,         -2};
     static const float means[] = {1, 1, 1, 1, -1, 0, 0, 1, -1};
     for (int i = 0; i < 9; i++) {
         fixture f = make_map(5, 6, 1);
         for (int k = 0; k < 25; k++) f.depth[k] = garbage[i];
         CHECK(mssm_map_update(f.map, f.depth, NULL, 1) == MSSM_OK, "update failed");
         const mssm_moments6 m = mssm_map_moments(f.map, 0, 0, 0.5f, 0.5f);
-        CHECK(fabsf(m.b[0] - means[i]) < 1e-6f, "%g counts as %g", (double)garbage[i], (double)m.b[0]);
+        CHECK(fabsf(m.b[0] - means[i]) < 1e-6f, "%g counts as %g", (double)garbage[i],
+              (double)m.b[0]);
         drop_map(&f);
     }
 }
@@ -259,14 +268,16 @@ static void bad_arguments_are_refused(void)
 {
     mssm_map *map = (mssm_map *)(void *)&map, *before = map;
     char memory[64];
-    CHECK(mssm_map_bytes(0, 4) == 0 && mssm_map_bytes(-1, 4) == 0 && mssm_map_bytes(16385, 6) == 0 &&
-              mssm_map_bytes(64, 5) == 0 && mssm_map_bytes(64, 0) == 0,
+    CHECK(mssm_map_bytes(0, 4) == 0 && mssm_map_bytes(-1, 4) == 0 &&
+              mssm_map_bytes(16385, 6) == 0 && mssm_map_bytes(64, 5) == 0 &&
+              mssm_map_bytes(64, 0) == 0,
           "sizes out of range have no bytes");
     CHECK(mssm_map_init(&map, memory, sizeof memory, 0, 4) == MSSM_ERROR_ARGUMENT, "side 0");
     CHECK(mssm_map_init(&map, memory, sizeof memory, 64, 5) == MSSM_ERROR_ARGUMENT, "5 moments");
     CHECK(mssm_map_init(&map, NULL, 1u << 20, 64, 4) == MSSM_ERROR_ARGUMENT, "no memory");
     CHECK(mssm_map_init(NULL, memory, sizeof memory, 1, 4) == MSSM_ERROR_ARGUMENT, "no map");
-    CHECK(mssm_map_init(&map, memory, sizeof memory, 64, 4) == MSSM_ERROR_MEMORY, "too little memory");
+    CHECK(mssm_map_init(&map, memory, sizeof memory, 64, 4) == MSSM_ERROR_MEMORY,
+          "too little memory");
     CHECK(map == before, "a failed init changed its output");
     fixture f = make_map(4, 4, 1);
     for (int i = 0; i < 16; i++) f.depth[i] = 0;
@@ -314,8 +325,8 @@ static void directional_frusta_hold_the_box(void)
             nearest = fminf(nearest, s[2]);
             farthest = fmaxf(farthest, s[2]);
         }
-        CHECK(nearest > -1 && nearest < -0.95f && farthest < 0.81f && farthest > 0.78f && widest < 1.001f &&
-                  widest > 0.98f,
+        CHECK(nearest > -1 && nearest < -0.95f && farthest < 0.81f && farthest > 0.78f &&
+                  widest < 1.001f && widest > 0.98f,
               "depth %g to %g, width %g", (double)nearest, (double)farthest, (double)widest);
     }
 }
@@ -331,12 +342,15 @@ static void depth_grows_away_from_the_light(void)
         const float *m = light.world_to_shadow;
         const float p[3] = {low[0], low[1], low[2]};
         const float q[3] = {p[0] + m[2], p[1] + m[6], p[2] + m[10]};
-        CHECK(mssm_light_project(&light, p, s) && mssm_light_project(&light, q, t), "no projection");
+        CHECK(mssm_light_project(&light, p, s) && mssm_light_project(&light, q, t),
+              "no projection");
         CHECK(t[2] > s[2], "depth %g behind %g", (double)t[2], (double)s[2]);
         CHECK(fabsf(t[0] - s[0]) < 1e-3f && fabsf(t[1] - s[1]) < 1e-3f, "the axis is not straight");
         // Right-handed: u x v points towards the light, so front faces stay front faces.
-        const double u[3] = {m[0], m[4], m[8]}, v[3] = {m[1], m[5], m[9]}, w[3] = {m[2], m[6], m[10]};
-        const double handed = (u[1] * v[2] - u[2] * v[1]) * w[0] + (u[2] * v[0] - u[0] * v[2]) * w[1] +
+        const double u[3] = {m[0], m[4], m[8]}, v[3] = {m[1], m[5], m[9]},
+                     w[3] = {m[2], m[6], m[10]};
+        const double handed = (u[1] * v[2] - u[2] * v[1]) * w[0] +
+                              (u[2] * v[0] - u[0] * v[2]) * w[1] +
                               (u[0] * v[1] - u[1] * v[0]) * w[2];
         CHECK(handed < 0, "left-handed");
     }
@@ -347,18 +361,21 @@ static void spot_depth_is_linear(void)
     uint64_t seed = 19;
     const float position[3] = {1, 5, -2}, direction[3] = {0.2f, 1, 0.1f};
     mssm_light light;
-    CHECK(!mssm_light_spot(&light, position, direction, axis_x, 0.7f, 0.5f, 8, 0.1f, 0.1f), "light failed");
+    CHECK(!mssm_light_spot(&light, position, direction, axis_x, 0.7f, 0.5f, 8, 0.1f, 0.1f),
+          "light failed");
     const double length = sqrt(0.04 + 1 + 0.01);
     for (int i = 0; i < 1000; i++) {
         const float p[3] = {(float)test_range(&seed, -3, 5), (float)test_range(&seed, -3, 4),
                             (float)test_range(&seed, -5, 2)};
         double distance = 0;
-        for (int k = 0; k < 3; k++) distance -= (p[k] - (double)position[k]) * direction[k] / length;
+        for (int k = 0; k < 3; k++)
+            distance -= (p[k] - (double)position[k]) * direction[k] / length;
         float s[3] = {7, 7, 7};
         const int seen = mssm_light_project(&light, p, s);
         CHECK(seen == (distance > 0), "distance %g", distance);
         if (seen) {
-            CHECK(fabs(s[2] - (-1 + 2 * (distance - 0.5) / 7.5)) < 1e-5, "depth %g at %g", (double)s[2], distance);
+            CHECK(fabs(s[2] - (-1 + 2 * (distance - 0.5) / 7.5)) < 1e-5, "depth %g at %g",
+                  (double)s[2], distance);
         } else {
             CHECK(s[0] == 7 && s[1] == 7 && s[2] == 7, "a failed projection changed its output");
         }
@@ -370,7 +387,8 @@ static void spot_depth_is_linear(void)
         for (int r = 0; r < 4; r++) {
             clip[r] = light.world_to_shadow[12 + r];
             for (int k = 0; k < 3; k++) {
-                clip[r] += light.world_to_shadow[4 * k + r] * (position[k] - distance * direction[k] / length);
+                clip[r] += light.world_to_shadow[4 * k + r] *
+                           (position[k] - distance * direction[k] / length);
             }
         }
         CHECK(fabs(clip[2] / clip[3] - (end ? 1 : -1)) < 1e-5, "clip depth %g", clip[2] / clip[3]);
@@ -402,9 +420,11 @@ static void bad_lights_are_refused(void)
     r[n++] = mssm_light_spot(&light, zero, up, axis_x, 1, 2, 2, 0, 0);
     r[n++] = mssm_light_spot(&light, zero, up, axis_x, 1, 1, 2, -1, 0);
     r[n++] = mssm_light_spot(&light, bad, up, axis_x, 1, 1, 2, 0, 0);
-    for (int i = 0; i < n; i++) CHECK(r[i] == MSSM_ERROR_ARGUMENT, "case %d: %s", i, mssm_result_string(r[i]));
+    for (int i = 0; i < n; i++)
+        CHECK(r[i] == MSSM_ERROR_ARGUMENT, "case %d: %s", i, mssm_result_string(r[i]));
     CHECK(!memcmp(&light, &before, sizeof light), "a failed call changed its output");
-    CHECK(mssm_light_directional(NULL, up, axis_x, 0, 0, low, high) == MSSM_ERROR_ARGUMENT, "no light");
+    CHECK(mssm_light_directional(NULL, up, axis_x, 0, 0, low, high) == MSSM_ERROR_ARGUMENT,
+          "no light");
 }
 
 static void degenerate_lights_still_work(void)
@@ -412,10 +432,14 @@ static void degenerate_lights_still_work(void)
     const float point[3] = {3, 3, 3}, low[3] = {-1, 0, -1}, flat[3] = {1, 0, 1};
     mssm_light light;
     float s[3];
-    CHECK(!mssm_light_directional(&light, up, up, 0, 0, low, flat), "axis along the light, flat box");
-    CHECK(mssm_light_project(&light, low, s) && fabsf(s[0]) <= 1.001f && s[2] > -1 && s[2] < 1, "not inside");
-    CHECK(!mssm_light_directional(&light, up, axis_x, 1e6f, 1e6f, point, point), "a point, a half-sphere");
-    CHECK(mssm_light_project(&light, point, s) && fabsf(s[0]) < 0.01f && s[2] > -1 && s[2] < 1, "not inside");
+    CHECK(!mssm_light_directional(&light, up, up, 0, 0, low, flat),
+          "axis along the light, flat box");
+    CHECK(mssm_light_project(&light, low, s) && fabsf(s[0]) <= 1.001f && s[2] > -1 && s[2] < 1,
+          "not inside");
+    CHECK(!mssm_light_directional(&light, up, axis_x, 1e6f, 1e6f, point, point),
+          "a point, a half-sphere");
+    CHECK(mssm_light_project(&light, point, s) && fabsf(s[0]) < 0.01f && s[2] > -1 && s[2] < 1,
+          "not inside");
 }
 
 const test_case map_tests[] = {
