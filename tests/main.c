@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int failures, skipped;  // of the running test
+static int failures, skipped; // of the running test
 
 void test_fail(const char *file, int line, const char *format, ...)
 {
-    if (failures++ >= 5) return;  // the first few say enough
+    if (failures++ >= 5) return; // the first few say enough
     va_list list;
     va_start(list, format);
     printf("    %s:%d: ", file, line);
@@ -48,8 +48,8 @@ int test_trials(int n)
 
 int main(int argc, char **argv)
 {
-    const test_case *suites[] = {moments_tests,    map_tests,   visibility_tests,
-                                 lightprobe_tests, files_tests, glsl_tests};
+    const test_case *suites[] = {moments_tests, map_tests,  visibility_tests, lightprobe_tests,
+                                 files_tests,   glsl_tests, gl_tests};
     int passed = 0, failed = 0, left_out = 0;
     setvbuf(stdout, NULL, _IOLBF, 0);
     for (size_t s = 0; s < sizeof suites / sizeof *suites; s++) {
@@ -58,9 +58,12 @@ int main(int argc, char **argv)
             failures = skipped = 0;
             test->run();
             printf("%s  %s\n", failures ? "FAIL" : skipped ? "skip" : "ok  ", test->name);
-            if (failures) failed++;
-            else if (skipped) left_out++;
-            else passed++;
+            if (failures)
+                failed++;
+            else if (skipped)
+                left_out++;
+            else
+                passed++;
         }
     }
     if (passed + failed + left_out == 0) printf("no test is named like \"%s\"\n", argv[1]);

@@ -44,5 +44,6 @@ extern const test_case visibility_tests[];
 extern const test_case lightprobe_tests[];
 extern const test_case files_tests[];
 extern const test_case glsl_tests[];
+extern const test_case gl_tests[];
 
 #endif

@@ -1,0 +1,2083 @@
+// The OpenGL half of mssm.h: the numbers of the CPU half, whatever state the caller is in, whatever
+// fails, and nothing left behind.
+#include "gl_fakes.h"
+#include "gl_state.h"
+#include "scenes.h"
+#include "test.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../examples/common/gl_context.h"
+
+// Where the tests bind their own buffers, away from mssm's.
+enum { DEPTH_BINDING = 7, POINT_BINDING = 8, RESULT_BINDING = 9, GROUP = 64 };
+
+static void *allocate(size_t bytes)
+{
+    void *memory = malloc(bytes ? bytes : 1);
+    if (!memory) abort();
+    return memory;
+}
+
+// ---- A context, and programs to draw with --------------------------------------------------------
+
+static struct {
+    gl_context context;
+    GLuint fill; // draws a known depth into every sample
+    GLuint casters;
+    GLuint array; // without attributes
+} stage;
+
+static GLuint link_program(int count, const GLenum *types, const char *const *texts)
+{
+    const GLuint program = gl.CreateProgram();
+    GLint linked = 0;
+    char log[1000] = "";
+    for (int i = 0; i < count; i++) {
+        const GLuint shader = gl.CreateShader(types[i]);
+        gl.ShaderSource(shader, 1, &texts[i], NULL);
+        gl.CompileShader(shader);
+        gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
+        CHECK(!log[0], "shader: %s", log);
+        gl.AttachShader(program, shader);
+        gl.DeleteShader(shader);
+    }
+    gl.LinkProgram(program);
+    gl.GetProgramiv(program, GL_LINK_STATUS, &linked);
+    gl.GetProgramInfoLog(program, sizeof log, NULL, log);
+    CHECK(linked && !log[0], "program: %s", log);
+    return program;
+}
+
+static void make_programs(void)
+{
+    static const GLenum types[2] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER};
+    static const char *const fill[2] = {
+        "#version 450 core\n"
+        "uniform bool clockwise;\n"
+        "void main()\n"
+        "{\n"
+        "    vec2 p = vec2(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1);\n"
+        "    gl_Position = vec4(clockwise ? p.yx : p, 0, 1);\n"
+        "}\n",
+        "#version 450 core\n"
+        "layout(std430, binding = 7) readonly buffer depths { float depth[]; };\n"
+        "uniform int side, samples;\n"
+        "void main()\n"
+        "{\n"
+        "    ivec2 p = ivec2(gl_FragCoord.xy);\n"
+        "    gl_FragDepth = depth[(p.y * side + p.x) * samples + min(gl_SampleID, samples - 1)];\n"
+        "}\n"};
+    static const char *const casters[2] = {
+        "#version 450 core\n"
+        "layout(location = 0) in vec3 position;\n"
+        "uniform mat4 world_to_shadow;\n"
+        "void main() { gl_Position = world_to_shadow * vec4(position, 1); }\n",
+        "#version 450 core\nvoid main() {}\n"};
+    stage.fill = link_program(2, types, fill);
+    stage.casters = link_program(2, types, casters);
+    gl.CreateVertexArrays(1, &stage.array);
+}
+
+static bool begin_gl(void)
+{
+    const char *why;
+    gl_fakes_reset();
+    gl_fakes_forget_living();
+    if (gl_context_create(&stage.context, &why)) {
+        gl_fakes_watch();
+        make_programs();
+        return true;
+    }
+    CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", why);
+    test_skip("%s", why);
+    return false;
+}
+
+static void nothing_is_left(const char *after)
+{
+    char text[200];
+    CHECK(!gl_fakes_living(false, text, sizeof text), "left after %s:%s", after, text);
+    CHECK(!gl_fakes_living_memory(), "%d pieces of memory left after %s", gl_fakes_living_memory(),
+          after);
+    const GLenum error = gl.GetError();
+    CHECK(error == GL_NO_ERROR, "GL error 0x%04X left after %s", error, after);
+}
+
+// Ends a test in which nothing was made to fail.
+static void end_gl(void)
+{
+    nothing_is_left("the test");
+    CHECK(!fakes.debug_messages, "the driver said: %s", fakes.debug_message);
+    CHECK(!fakes.unwatched, "%s is not watched by gl_fakes.c", fakes.unwatched_name);
+    CHECK(!fakes.bad_logs, "%d shaders or programs with a log", fakes.bad_logs);
+    gl_context_destroy(&stage.context);
+    gl_fakes_reset();
+}
+
+// ---- A subject: GL's maps and the CPU's of the same depth ----------------------------------------
+
+enum { MOST_LIGHTS = 5 };
+
+typedef struct subject {
+    mssm_gl_desc desc;
+    mssm_gl *gl;
+    GLuint asking; // program that asks for visibility
+    mssm_light light[MOST_LIGHTS];
+    mssm_map *map[MOST_LIGHTS];
+    void *memory[MOST_LIGHTS];
+} subject;
+
+static mssm_gl_desc description(int lights, int side, int samples, int moments)
+{
+    mssm_gl_desc d;
+    memset(&d, 0, sizeof d);
+    d.load = gl_fakes_load;
+    d.lights = lights;
+    d.side = side;
+    d.samples = samples;
+    d.moments = moments;
+    d.log = gl_fakes_log;
+    d.user = &fakes;
+    d.first_texture_unit = 5;
+    d.first_buffer_binding = 3;
+    return d;
+}
+
+static GLuint asking_program(const mssm_gl *g)
+{
+    static const GLenum type = GL_COMPUTE_SHADER;
+    static const char head[] = "#version 450 core\n";
+    static const char tail[] =
+        "layout(local_size_x = 64) in;\n"
+        "layout(std430, binding = 8) readonly buffer test_points { vec4 test_point[]; };\n"
+        "layout(std430, binding = 9) writeonly buffer test_results { float test_result[]; };\n"
+        "uniform int test_light;\n"
+        "uniform bool test_in_shadow_space;\n"
+        "void main()\n"
+        "{\n"
+        "    uint i = gl_GlobalInvocationID.x;\n"
+        "    vec3 p = test_point[i].xyz;\n"
+        "    test_result[i] = test_in_shadow_space ? mssm_visibility_at(test_light, p)\n"
+        "                                          : mssm_visibility(test_light, p);\n"
+        "}\n";
+    const char *shading = mssm_gl_shader(g);
+    if (!shading) return 0;
+    char *text = allocate(strlen(head) + strlen(shading) + strlen(tail) + 1);
+    strcpy(text, head);
+    strcat(text, shading);
+    strcat(text, tail);
+    const GLuint program = link_program(1, &type, (const char *const *)&text);
+    free(text);
+    return program;
+}
+
+static void make_maps(subject *s)
+{
+    const size_t bytes = mssm_map_bytes(s->desc.side, s->desc.moments);
+    for (int i = 0; i < s->desc.lights; i++) {
+        s->memory[i] = allocate(bytes);
+        CHECK(mssm_map_init(&s->map[i], s->memory[i], bytes, s->desc.side, s->desc.moments) ==
+                  MSSM_OK,
+              "map");
+    }
+}
+
+// Drivers may give more samples a texel than asked for: llvmpipe has 4 or none.
+static int driver_samples(int asked)
+{
+    GLuint texture;
+    GLint samples = 0;
+    gl.CreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &texture);
+    gl.TextureStorage2DMultisample(texture, asked, GL_DEPTH_COMPONENT32F, 1, 1, GL_TRUE);
+    gl.GetTextureLevelParameteriv(texture, 0, 0x9106, &samples);
+    gl.DeleteTextures(1, &texture);
+    return samples;
+}
+
+static bool make_subject(subject *s, const mssm_gl_desc *desc)
+{
+    memset(s, 0, sizeof *s);
+    s->desc = *desc;
+    s->desc.samples = driver_samples(desc->samples);
+    const mssm_result r = mssm_gl_create(&s->gl, desc);
+    CHECK(r == MSSM_OK, "create: %s, %s", mssm_result_string(r), fakes.message);
+    if (r != MSSM_OK) return false;
+    make_maps(s);
+    return true;
+}
+
+static void drop_maps(subject *s)
+{
+    for (int i = 0; i < MOST_LIGHTS; i++) free(s->memory[i]);
+    memset(s->memory, 0, sizeof s->memory);
+}
+
+static void drop_subject(subject *s)
+{
+    if (s->asking) gl.DeleteProgram(s->asking);
+    mssm_gl_destroy(s->gl);
+    drop_maps(s);
+    memset(s, 0, sizeof *s);
+}
+
+// ---- Depth by value ------------------------------------------------------------------------------
+
+// What window depth a linear depth is stored as.
+static float window_depth(const mssm_light *light, float z)
+{
+    double d = 0.5 * (double)z + 0.5;
+    if (light->perspective) {
+        const double n = (double)light->z_near, f = (double)light->z_far;
+        const double distance = n + d * (f - n);
+        d = f / (f - n) * (1 - n / distance);
+    }
+    return (float)fmin(fmax(d, 0), 1);
+}
+
+// And back: exactly what the CPU must be given for the stored window depth.
+static float linear_depth(const mssm_light *light, float window)
+{
+    if (!light->perspective) return 2 * window - 1;
+    const double n = (double)light->z_near, f = (double)light->z_far, d = (double)window;
+    const double distance = f * n / (f - d * (f - n));
+    return (float)(-1 + 2 * (distance - n) / (f - n));
+}
+
+// Uploads window depths for every sample to where the fill program reads them.
+static GLuint bind_depth(const mssm_light *light, const float *z, int side, int samples)
+{
+    const int count = side * side * samples;
+    float *window = allocate(sizeof *window * (size_t)count);
+    GLuint buffer;
+    for (int i = 0; i < count; i++) window[i] = window_depth(light, z[i]);
+    gl.CreateBuffers(1, &buffer);
+    gl.NamedBufferStorage(buffer, (GLsizeiptr)sizeof *window * count, window, 0);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, DEPTH_BINDING, buffer);
+    gl.ProgramUniform1i(stage.fill, gl.GetUniformLocation(stage.fill, "side"), side);
+    gl.ProgramUniform1i(stage.fill, gl.GetUniformLocation(stage.fill, "samples"), samples);
+    free(window);
+    return buffer;
+}
+
+static void bind_fill(bool back)
+{
+    gl.ProgramUniform1i(stage.fill, gl.GetUniformLocation(stage.fill, "clockwise"), back);
+    gl.UseProgram(stage.fill);
+    gl.BindVertexArray(stage.array);
+}
+
+// One depth pass of one light, with depth z at every sample.
+static void fill_pass(subject *s, int index, bool back, const float *z)
+{
+    const GLuint buffer = bind_depth(&s->light[index], z, s->desc.side, s->desc.samples);
+    bind_fill(back);
+    mssm_result r = mssm_gl_begin_depth(s->gl, index, back);
+    CHECK(r == MSSM_OK, "begin: %s", mssm_result_string(r));
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    r = mssm_gl_end_depth(s->gl);
+    CHECK(r == MSSM_OK, "end: %s", mssm_result_string(r));
+    gl.DeleteBuffers(1, &buffer);
+    gl.UseProgram(0);
+    gl.BindVertexArray(0);
+}
+
+// The CPU's map of the depth that GL has stored.
+static void fill_map(subject *s, int index, const float *front, const float *back)
+{
+    const int count = s->desc.side * s->desc.side * s->desc.samples;
+    const mssm_light *light = &s->light[index];
+    float *z = allocate(2 * sizeof *z * (size_t)count);
+    for (int i = 0; i < count; i++) {
+        z[i] = linear_depth(light, window_depth(light, front[i]));
+        if (back) z[count + i] = linear_depth(light, window_depth(light, back[i]));
+    }
+    CHECK(mssm_map_update(s->map[index], z, back ? z + count : NULL, s->desc.samples) == MSSM_OK,
+          "update");
+    free(z);
+}
+
+// Both maps of a light from the same depth (back may be null); mssm_gl_build is left to the caller.
+static void fill(subject *s, int index, const float *front, const float *back)
+{
+    CHECK(mssm_gl_set_light(s->gl, index, &s->light[index]) == MSSM_OK, "set light");
+    fill_pass(s, index, false, front);
+    if (back) fill_pass(s, index, true, back);
+    fill_map(s, index, front, back);
+}
+
+static void build(subject *s)
+{
+    const mssm_result r = mssm_gl_build(s->gl);
+    CHECK(r == MSSM_OK, "build: %s", mssm_result_string(r));
+}
+
+// ---- Reading GL's maps ---------------------------------------------------------------------------
+
+// Whether this C compiler fuses a*b + c: then its T_k may round to another integer than GL's.
+static bool fuses(void)
+{
+    volatile float a = 1 + 0x1p-23f, b = 1 - 0x1p-23f, c = -1;
+    const float x = a, y = b, z = c;
+    return x * y + z != 0;
+}
+
+typedef struct difference {
+    double values, unequal; // how many
+    int largest;            // of a single texel's value, recovered from the sums
+} difference;
+
+// The value of one texel in a table with a row stride, from four sums.
+static int texel_value(const uint32_t *at, size_t right, size_t up)
+{
+    return (int)(at[right + up] - at[right] - at[up] + at[0]);
+}
+
+// Sums of one level of one light with a first row and column of zeros, as the CPU lays them out.
+static uint32_t *read_level(const subject *s, int index, int level, int size)
+{
+    const int moments = s->desc.moments;
+    const size_t stride = (size_t)(size + 1) * (size_t)moments;
+    uint32_t *table = allocate(sizeof *table * stride * (size_t)(size + 1));
+    memset(table, 0, sizeof *table * stride * (size_t)(size + 1));
+    for (int which = 0; which < (moments == 6 ? 2 : 1); which++) {
+        const GLuint texture = mssm_gl_texture(s->gl, which);
+        const int channels = which ? 2 : 4;
+        GLint width = 0, height = 0, depth = 0;
+        gl.GetTextureLevelParameteriv(texture, level, 0x1000, &width);
+        gl.GetTextureLevelParameteriv(texture, level, 0x1001, &height);
+        gl.GetTextureLevelParameteriv(texture, level, 0x8071, &depth);
+        CHECK(width >= size && height >= size && depth >= s->desc.lights,
+              "texture %d, level %d: %d x %d x %d, not %d x %d x %d", which, level, width, height,
+              depth, size, size, s->desc.lights);
+        if (width < size || height < size || depth <= index) break;
+        const size_t count = (size_t)width * (size_t)height * (size_t)(depth * channels);
+        uint32_t *texels = allocate(count * sizeof *texels);
+        gl.GetTextureImage(texture, level, which ? 0x8228 : GL_RGBA_INTEGER, GL_INT,
+                           (GLsizei)(count * sizeof *texels), texels);
+        for (int y = 0; y < size; y++) {
+            for (int x = 0; x < size; x++) {
+                memcpy(table + (size_t)(y + 1) * stride + (size_t)((x + 1) * moments + 4 * which),
+                       texels + (((size_t)index * (size_t)height + (size_t)y) * (size_t)width +
+                                 (size_t)x) * (size_t)channels,
+                       (size_t)channels * sizeof *texels);
+            }
+        }
+        free(texels);
+    }
+    return table;
+}
+
+static int levels_of(const subject *s)
+{
+    GLint levels = 0;
+    gl.GetTextureParameteriv(mssm_gl_texture(s->gl, 0), 0x82DF, &levels);
+    return levels;
+}
+
+static void compare_level(const subject *s, int index, int level, difference *d)
+{
+    int size;
+    const uint32_t *cpu = gl_fakes_map_table(s->map[index], level, &size);
+    if (!cpu) return;
+    uint32_t *gpu = read_level(s, index, level, size);
+    const size_t right = (size_t)s->desc.moments, up = (size_t)(size + 1) * right;
+    for (int y = 0; y < size; y++) {
+        for (size_t i = (size_t)y * up; i < (size_t)y * up + (size_t)size * right; i++) {
+            const int off =
+                abs(texel_value(cpu + i, right, up) - texel_value(gpu + i, right, up));
+            d->values++;
+            d->unequal += cpu[i + right + up] != gpu[i + right + up];
+            if (off > d->largest) d->largest = off;
+        }
+    }
+    free(gpu);
+}
+
+// Adds the difference of all levels that a light asks for; returns how many were compared.
+static int compare_tables(const subject *s, int index, difference *d)
+{
+    const int levels = levels_of(s);
+    int level = 0;
+    for (int size; level < levels && gl_fakes_map_table(s->map[index], level, &size); level++) {
+        compare_level(s, index, level, d);
+    }
+    return level;
+}
+
+// result[i] = visibility of the light at points[3 i ...].
+static void ask(subject *s, int index, bool in_shadow_space, int count, const float *points,
+                float *result)
+{
+    const int padded = (count + GROUP - 1) / GROUP * GROUP;
+    float *four = allocate(sizeof *four * 4 * (size_t)padded);
+    GLuint buffers[2];
+    if (!s->asking) s->asking = asking_program(s->gl);
+    memset(four, 0, sizeof *four * 4 * (size_t)padded);
+    for (int i = 0; i < count; i++) memcpy(four + 4 * i, points + 3 * i, 3 * sizeof *four);
+    gl.CreateBuffers(2, buffers);
+    gl.NamedBufferStorage(buffers[0], (GLsizeiptr)sizeof *four * 4 * padded, four, 0);
+    gl.NamedBufferStorage(buffers[1], (GLsizeiptr)sizeof *four * padded, NULL, 0);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, POINT_BINDING, buffers[0]);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, RESULT_BINDING, buffers[1]);
+    CHECK(mssm_gl_bind(s->gl) == MSSM_OK, "bind");
+    gl.UseProgram(s->asking);
+    gl.ProgramUniform1i(s->asking, gl.GetUniformLocation(s->asking, "test_light"), index);
+    gl.ProgramUniform1i(s->asking, gl.GetUniformLocation(s->asking, "test_in_shadow_space"),
+                        in_shadow_space);
+    gl.DispatchCompute((GLuint)(padded / GROUP), 1, 1);
+    gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl.GetNamedBufferSubData(buffers[1], 0, (GLsizeiptr)sizeof *result * count, result);
+    gl.DeleteBuffers(2, buffers);
+    gl.UseProgram(0);
+    free(four);
+}
+
+// ---- Lights and depth for tests ------------------------------------------------------------------
+
+static mssm_light wide_light(bool spot, float size)
+{
+    const float low[3] = {-2, -1, -2}, high[3] = {2, 2, 2}, to_light[3] = {0.3f, 1, 0.45f};
+    const float axis[3] = {1, 0, 0.2f}, eye[3] = {1, 5, 1.5f};
+    mssm_light light;
+    const mssm_result r =
+        spot ? mssm_light_spot(&light, eye, to_light, axis, 0.7f, 1.5f, 8, size, 0.7f * size)
+             : mssm_light_directional(&light, to_light, axis, size, 0.7f * size, low, high);
+    CHECK(r == MSSM_OK, "light");
+    return light;
+}
+
+// Hostile depth: noise, slopes, few layers, the ends of the range.
+static void random_depth(float *z, int side, int samples, uint64_t *seed)
+{
+    const int kind = (int)test_range(seed, 0, 5);
+    const double a = test_range(seed, -1, 1), b = test_range(seed, -1, 1);
+    for (int i = 0; i < side * side * samples; i++) {
+        const int texel = i / samples;
+        const double x = (double)(texel % side) / side, y = (double)texel / (side * side);
+        const double r = test_range(seed, -1, 1);
+        z[i] = (float)(kind == 0   ? r
+                       : kind == 1 ? a * x + b * y + 0.01 * r
+                       : kind == 2 ? (r < a ? a : r < 0.5 ? b : 1)
+                       : kind == 3 ? (r < 0 ? -1 : 1)
+                                   : fmod(7 * x + 3 * y, 1) + 1e-6 * r);
+        z[i] = fminf(fmaxf(z[i], -1), 1);
+    }
+}
+
+// ---- 1. The CPU's numbers ------------------------------------------------------------------------
+
+static void tables_are_equal(void)
+{
+    static const struct {
+        int side, lights, samples, moments, back;
+    } cases[] = {{256, 1, 4, 6, 0}, {100, 3, 4, 6, 1}, {300, 2, 1, 6, 0}, {1, 2, 4, 6, 0},
+                 {27, 1, 1, 6, 1},  {28, 5, 4, 6, 0},  {300, 1, 4, 4, 1}, {2, 1, 1, 4, 0},
+                 {55, 2, 4, 4, 0},  {109, 1, 1, 6, 0}};
+    uint64_t seed = 21;
+    difference all = {0, 0, 0};
+    if (!begin_gl()) return;
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        const int side = cases[c].side;
+        const mssm_gl_desc d = description(cases[c].lights, side, cases[c].samples, cases[c].moments);
+        subject s;
+        difference here = {0, 0, 0};
+        if (!make_subject(&s, &d)) continue;
+        const int samples = s.desc.samples, count = side * side * samples;
+        float *z = allocate(2 * sizeof *z * (size_t)count);
+        for (int round = 0; round < 2; round++) { // the second over the first
+            for (int i = 0; i < d.lights; i++) {
+                s.light[i] = wide_light(false, 3); // asks for every level
+                random_depth(z, side, samples, &seed);
+                random_depth(z + count, side, samples, &seed);
+                fill(&s, i, z, cases[c].back ? z + count : NULL);
+            }
+            build(&s);
+        }
+        int levels = 0, size;
+        for (int i = 0; i < d.lights; i++) levels = compare_tables(&s, i, &here);
+        CHECK(!gl_fakes_map_table(s.map[0], levels, &size), "side %d: only %d levels", side, levels);
+        CHECK(here.unequal == 0 || fuses(), "side %d, %d lights, %d samples, %d moments: %g of %g "
+              "sums differ, texels by up to %d", side, d.lights, samples, d.moments, here.unequal,
+              here.values, here.largest);
+        CHECK(here.largest <= 1, "side %d: a texel differs by %d", side, here.largest);
+        all.values += here.values;
+        all.unequal += here.unequal;
+        all.largest = here.largest > all.largest ? here.largest : all.largest;
+        free(z);
+        drop_subject(&s);
+    }
+    test_note("%.0f sums, %.0f differ, a texel by at most %d", all.values, all.unequal, all.largest);
+    end_gl();
+}
+
+// Linear depth is computed by the GPU in float: T6 changes 36 times as fast as depth does.
+static void spot_depth_is_linear_per_sample(void)
+{
+    enum { SIDE = 100, SAMPLES = 4, COUNT = SIDE * SIDE * SAMPLES };
+    const mssm_gl_desc d = description(2, SIDE, SAMPLES, 6);
+    uint64_t seed = 22;
+    subject s;
+    difference all = {0, 0, 0};
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        float *z = allocate(2 * sizeof *z * COUNT);
+        for (int i = 0; i < 2; i++) {
+            s.light[i] = wide_light(true, 3);
+            random_depth(z, SIDE, SAMPLES, &seed);
+            random_depth(z + COUNT, SIDE, SAMPLES, &seed);
+            fill(&s, i, z, i ? z + COUNT : NULL);
+        }
+        build(&s);
+        for (int i = 0; i < 2; i++) compare_tables(&s, i, &all);
+        test_note("a texel differs by at most %.2g of a value", all.largest / 2945788.0);
+        CHECK(all.largest < 60, "%d units", all.largest);
+        free(z);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// However many samples the driver has, equal ones are one.
+static void equal_samples_are_one(void)
+{
+    enum { SIDE = 40, COUNT = SIDE * SIDE };
+    float z[COUNT];
+    uint64_t seed = 23;
+    if (!begin_gl()) return;
+    for (int samples = 1; samples <= 4; samples++) {
+        const mssm_gl_desc d = description(1, SIDE, samples, 6);
+        subject s;
+        difference all = {0, 0, 0};
+        if (!make_subject(&s, &d)) continue;
+        s.light[0] = wide_light(false, 0.5f);
+        random_depth(z, SIDE, 1, &seed);
+        s.desc.samples = 1; // what there is to fill in
+        fill(&s, 0, z, NULL);
+        build(&s);
+        compare_tables(&s, 0, &all);
+        CHECK(all.largest <= 1, "%d samples: a texel differs by %d", samples, all.largest);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+typedef struct agreement {
+    int count, beyond; // by more than 2e-3 and not at a limit
+    double squares, largest, largest_at_limit;
+} agreement;
+
+// Does C itself answer that differently a hair away? Positions are rounded to about 1e-7 of the map
+// on both sides, by different instructions.
+static double sensitivity(const subject *s, int index, const float point[3], float v)
+{
+    double largest = 0;
+    for (int i = 0; i < 40; i++) {
+        const float off = (i % 2 ? 1e-6f : -1e-6f) * (float)(1 << (i / 10));
+        float p[3] = {point[0], point[1], point[2]};
+        mssm_light light = s->light[index];
+        const int what = i / 2 % 5;
+        if (what < 3) p[what] += off;
+        else if (what == 3) light.half_u *= 1 + off;
+        else light.half_v *= 1 + off;
+        const float moved = mssm_map_visibility(s->map[index], &light, &s->desc.settings, p);
+        largest = fmax(largest, fabs((double)(moved - v)));
+    }
+    return largest;
+}
+
+static void compare_visibility(subject *s, int index, const char *what, int count,
+                               const float *points, agreement *a)
+{
+    float *gpu = allocate(sizeof *gpu * (size_t)count);
+    ask(s, index, false, count, points, gpu);
+    for (int i = 0; i < count; i++) {
+        const float *p = points + 3 * i;
+        const float v = mssm_map_visibility(s->map[index], &s->light[index], &s->desc.settings, p);
+        const double off = fabs((double)(gpu[i] - v));
+        a->count++;
+        a->squares += off * off;
+        if (!(off > 2e-3)) {
+            a->largest = fmax(a->largest, off);
+        } else if (off <= 2e-3 + 4 * sensitivity(s, index, p, v)) {
+            a->largest_at_limit = fmax(a->largest_at_limit, off);
+        } else {
+            a->beyond++;
+            CHECK(0, "%s: at %a %a %a GL says %g, C %g", what, (double)p[0], (double)p[1],
+                  (double)p[2], (double)gpu[i], (double)v);
+        }
+    }
+    free(gpu);
+}
+
+// Half of the points on surfaces, half anywhere near.
+static void random_points(const scene *c, int count, float *points, uint64_t *seed)
+{
+    for (int i = 0; i < count; i++) {
+        double p[3], normal[3];
+        scene_receiver(c, seed, p, normal);
+        for (int k = 0; k < 3; k++) {
+            points[3 * i + k] = (float)(i % 2 ? p[k] : test_range(seed, -4, 4));
+        }
+    }
+}
+
+// Three lights over three scenes, the last one a spot.
+static void fill_scenes(subject *s, scene scenes[3])
+{
+    static const int which[3] = {1, 6, 8};
+    const size_t count = (size_t)(s->desc.side * s->desc.side * s->desc.samples);
+    float *z = allocate(2 * count * sizeof *z);
+    for (int i = 0; i < 3; i++) {
+        scene_make(&scenes[i], which[i]);
+        if (i == 2) s->light[i] = wide_light(true, 0.4f);
+        else CHECK(scene_light(&scenes[i], i ? 0.3 : 0.1, i ? 0.2 : 0.1, &s->light[i]) == 0, "light");
+        scene_depth(&scenes[i], &s->light[i], s->desc.side, s->desc.samples, z, z + count);
+        fill(s, i, z, i == 1 ? NULL : z + count);
+    }
+    build(s);
+    free(z);
+}
+
+static void visibility_is_equal(void)
+{
+    static const char *const names[3] = {"layered", "lower blocker", "upper blocker"};
+    const int count = test_trials(20000);
+    float *points = allocate(sizeof *points * 3 * (size_t)count);
+    uint64_t seed = 24;
+    if (!begin_gl()) {
+        free(points);
+        return;
+    }
+    for (int estimator = 0; estimator < 3; estimator++) {
+        for (int moments = 0; moments <= 6; moments += moments ? 2 : 4) {
+            mssm_gl_desc d = description(3, 128, 4, moments == 4 ? 4 : 6);
+            char what[60];
+            subject s;
+            scene scenes[3];
+            agreement a = {0, 0, 0, 0, 0};
+            d.settings.estimator = (mssm_estimator)estimator;
+            d.settings.moments = moments;
+            snprintf(what, sizeof what, "%s, %d moments", names[estimator], moments);
+            if (!make_subject(&s, &d)) continue;
+            fill_scenes(&s, scenes);
+            for (int i = 0; i < 3; i++) {
+                random_points(&scenes[i], count, points, &seed);
+                compare_visibility(&s, i, what, count, points, &a);
+            }
+            test_note("%-24s rms %.1e, largest %.1e, at limits %.1e", what,
+                      sqrt(a.squares / a.count), a.largest, a.largest_at_limit);
+            CHECK(sqrt(a.squares / a.count) < 5e-4, "%s: rms %g", what, sqrt(a.squares / a.count));
+            drop_subject(&s);
+        }
+    }
+    free(points);
+    end_gl();
+}
+
+// All members of mssm_settings take part, one at a time and all at once.
+static void settings_are_obeyed(void)
+{
+    static const mssm_settings settings[] = {
+        {0, MSSM_LAYERED, 1e-3f, 0, 0, 0}, {0, MSSM_LAYERED, 0, 0.05f, 0, 0},
+        {0, MSSM_LAYERED, 0, 0, 9, 0},     {0, MSSM_LAYERED, 0, 0, 0, 0.1f},
+        {4, MSSM_LAYERED, 0, 0, 0, 0},     {6, MSSM_UPPER_BLOCKER, 1e-4f, 0.02f, 33, 0.02f}};
+    const int count = test_trials(4000);
+    float *points = allocate(sizeof *points * 3 * (size_t)count);
+    uint64_t seed = 25;
+    if (begin_gl()) {
+        for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
+            mssm_gl_desc d = description(3, 100, 1, 6);
+            char what[60];
+            subject s;
+            scene scenes[3];
+            agreement a = {0, 0, 0, 0, 0};
+            d.settings = settings[i];
+            snprintf(what, sizeof what, "settings %d", (int)i);
+            if (!make_subject(&s, &d)) continue;
+            fill_scenes(&s, scenes);
+            for (int k = 0; k < 3; k++) {
+                random_points(&scenes[k], count, points, &seed);
+                compare_visibility(&s, k, what, count, points, &a);
+            }
+            test_note("%s: rms %.1e, largest %.1e, at limits %.1e", what,
+                      sqrt(a.squares / a.count), a.largest, a.largest_at_limit);
+            drop_subject(&s);
+        }
+        end_gl();
+    }
+    free(points);
+}
+
+// mssm_visibility_at is mssm_visibility of a point that is in shadow space already.
+static void shadow_space_is_the_same(void)
+{
+    enum { COUNT = 1000 };
+    static float world[3 * COUNT], shadow[3 * COUNT], a[COUNT], b[COUNT];
+    const mssm_gl_desc d = description(3, 64, 1, 6);
+    uint64_t seed = 26;
+    scene scenes[3];
+    subject s;
+    double worst = 0, squares = 0;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        fill_scenes(&s, scenes);
+        for (int i = 0; i < 3; i++) {
+            random_points(&scenes[i], COUNT, world, &seed);
+            for (int k = 0; k < COUNT; k++) {
+                float *q = shadow + 3 * k;
+                if (!mssm_light_project(&s.light[i], world + 3 * k, q)) q[0] = 9;
+            }
+            ask(&s, i, false, COUNT, world, a);
+            ask(&s, i, true, COUNT, shadow, b);
+            for (int k = 0; k < COUNT; k++) {
+                const double off = fabs((double)(a[k] - b[k]));
+                worst = fmax(worst, off);
+                squares += off * off / (3 * COUNT);
+            }
+        }
+        test_note("rms %.1e, largest %.1e", sqrt(squares), worst);
+        CHECK(sqrt(squares) < 1e-3, "rms %g", sqrt(squares));
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+static void hostile_points_are_in_range(void)
+{
+    enum { COUNT = 4096 };
+    static const float odd[] = {0, 1, -1, 1e30f, -1e30f, 3e38f, 1e-42f, INFINITY, -INFINITY, NAN};
+    static float points[3 * COUNT], v[COUNT];
+    uint64_t seed = 27;
+    scene scenes[3];
+    if (!begin_gl()) return;
+    for (int estimator = 0; estimator < 3; estimator++) {
+        mssm_gl_desc d = description(3, 32, 1, 6);
+        subject s;
+        d.settings.estimator = (mssm_estimator)estimator;
+        if (!make_subject(&s, &d)) continue;
+        fill_scenes(&s, scenes);
+        for (int i = 0; i < 3; i++) {
+            for (int k = 0; k < 3 * COUNT; k++) {
+                const uint64_t pick = test_random(&seed) % 20;
+                points[k] = pick < 10 ? odd[pick] : (float)test_range(&seed, -3, 3);
+            }
+            ask(&s, i, i == 1, COUNT, points, v);
+            for (int k = 0; k < COUNT; k++) {
+                CHECK(v[k] >= 0 && v[k] <= 1, "%g at %g %g %g", (double)v[k], (double)points[3 * k],
+                      (double)points[3 * k + 1], (double)points[3 * k + 2]);
+            }
+        }
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+static void new_maps_are_lit(void)
+{
+    enum { COUNT = 500 };
+    static float points[3 * COUNT], v[COUNT];
+    const mssm_gl_desc d = description(2, 64, 4, 6);
+    uint64_t seed = 28;
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        for (int k = 0; k < 3 * COUNT; k++) points[k] = (float)test_range(&seed, -4, 4);
+        for (int pass = 0; pass < 3; pass++) { // new; with lights; built
+            for (int i = 0; i < 2; i++) {
+                s.light[i] = wide_light(i, 0.3f);
+                if (pass == 1) CHECK(!mssm_gl_set_light(s.gl, i, &s.light[i]), "set light");
+                if (pass == 2 && i == 0) build(&s);
+                ask(&s, i, false, COUNT, points, v);
+                for (int k = 0; k < COUNT; k++) {
+                    CHECK(v[k] > 0.999f, "pass %d, light %d: %g", pass, i, (double)v[k]);
+                }
+            }
+        }
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// ---- 2. The picture against ray tracing ------------------------------------------------------------
+
+// Triangles of a scene's shapes, counter-clockwise from outside; discs have two sides.
+typedef struct mesh {
+    float *xyz;
+    int vertices, capacity;
+    GLuint buffer, array;
+} mesh;
+
+static void add_vertex(mesh *m, const double p[3])
+{
+    if (m->vertices == m->capacity) {
+        m->capacity = m->capacity ? 2 * m->capacity : 4096;
+        m->xyz = realloc(m->xyz, sizeof *m->xyz * 3 * (size_t)m->capacity);
+        if (!m->xyz) abort();
+    }
+    for (int k = 0; k < 3; k++) m->xyz[3 * m->vertices + k] = (float)p[k];
+    m->vertices++;
+}
+
+// Turned so that it faces away from the centre.
+static void add_triangle(mesh *m, const double centre[3], const double a[3], const double b[3],
+                         const double c[3])
+{
+    double u[3], v[3], out[3];
+    for (int k = 0; k < 3; k++) {
+        u[k] = b[k] - a[k];
+        v[k] = c[k] - a[k];
+        out[k] = a[k] + b[k] + c[k] - 3 * centre[k];
+    }
+    const double side = out[0] * (u[1] * v[2] - u[2] * v[1]) + out[1] * (u[2] * v[0] - u[0] * v[2]) +
+                        out[2] * (u[0] * v[1] - u[1] * v[0]);
+    add_vertex(m, a);
+    add_vertex(m, side > 0 ? b : c);
+    add_vertex(m, side > 0 ? c : b);
+}
+
+// A point of a shape from coordinates in units of its half-sizes.
+static void shape_point(const shape *o, double x, double y, double z, double p[3])
+{
+    for (int k = 0; k < 3; k++) {
+        p[k] = o->centre[k] + x * o->half[0] * o->axis[0][k] + y * o->half[1] * o->axis[1][k] +
+               z * o->half[2] * o->axis[2][k];
+    }
+}
+
+static void sphere_point(const shape *o, int i, int j, int n, double p[3])
+{
+    const double a = 3.14159265358979 * i / n, b = 3.14159265358979 * j / n;
+    shape_point(o, sin(a) * cos(b), cos(a), sin(a) * sin(b), p);
+}
+
+static void add_sphere(mesh *m, const shape *o)
+{
+    enum { N = 40 };
+    for (int i = 0; i < N; i++) {
+        for (int j = 0; j < 2 * N; j++) {
+            double p[4][3];
+            for (int k = 0; k < 4; k++) sphere_point(o, i + k / 2, j + k % 2, N, p[k]);
+            if (i > 0) add_triangle(m, o->centre, p[0], p[1], p[2]);
+            if (i < N - 1) add_triangle(m, o->centre, p[1], p[3], p[2]);
+        }
+    }
+}
+
+static void add_box(mesh *m, const shape *o)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        for (int end = -1; end <= 1; end += 2) {
+            double p[4][3];
+            for (int k = 0; k < 4; k++) {
+                double c[3];
+                c[axis] = end;
+                c[(axis + 1) % 3] = k % 2 ? 1 : -1;
+                c[(axis + 2) % 3] = k / 2 ? 1 : -1;
+                shape_point(o, c[0], c[1], c[2], p[k]);
+            }
+            add_triangle(m, o->centre, p[0], p[1], p[2]);
+            add_triangle(m, o->centre, p[1], p[3], p[2]);
+        }
+    }
+}
+
+static void add_disc(mesh *m, const shape *o)
+{
+    enum { N = 48 };
+    for (int j = 0; j < N; j++) {
+        const double a = 6.28318530717959 * j / N, b = 6.28318530717959 * (j + 1) / N;
+        double p[3], q[3];
+        shape_point(o, cos(a), sin(a), 0, p);
+        shape_point(o, cos(b), sin(b), 0, q);
+        for (int side = 0; side < 2; side++) {
+            add_vertex(m, o->centre);
+            add_vertex(m, side ? p : q);
+            add_vertex(m, side ? q : p);
+        }
+    }
+}
+
+static void make_mesh(mesh *m, const scene *s)
+{
+    memset(m, 0, sizeof *m);
+    for (int i = 0; i < s->count; i++) {
+        const shape *o = &s->shapes[i];
+        if (o->kind == SHAPE_SPHERE) add_sphere(m, o);
+        else if (o->kind == SHAPE_BOX) add_box(m, o);
+        else add_disc(m, o);
+    }
+    gl.CreateBuffers(1, &m->buffer);
+    gl.NamedBufferStorage(m->buffer, (GLsizeiptr)sizeof *m->xyz * 3 * m->vertices, m->xyz, 0);
+    gl.CreateVertexArrays(1, &m->array);
+    gl.VertexArrayVertexBuffer(m->array, 0, m->buffer, 0, 3 * sizeof *m->xyz);
+    gl.VertexArrayAttribFormat(m->array, 0, 3, GL_FLOAT, GL_FALSE, 0);
+    gl.VertexArrayAttribBinding(m->array, 0, 0);
+    gl.EnableVertexArrayAttrib(m->array, 0);
+}
+
+static void drop_mesh(mesh *m)
+{
+    gl.DeleteBuffers(1, &m->buffer);
+    gl.DeleteVertexArrays(1, &m->array);
+    free(m->xyz);
+}
+
+static void draw_casters(const mesh *m, const mssm_light *light)
+{
+    gl.ProgramUniformMatrix4fv(stage.casters,
+                               gl.GetUniformLocation(stage.casters, "world_to_shadow"), 1, GL_FALSE,
+                               light->world_to_shadow);
+    gl.UseProgram(stage.casters);
+    gl.BindVertexArray(m->array);
+    gl.DrawArrays(GL_TRIANGLES, 0, m->vertices);
+}
+
+// All passes of light 0, as an application would.
+static void draw_light(subject *s, const mesh *m, bool with_back)
+{
+    CHECK(mssm_gl_set_light(s->gl, 0, &s->light[0]) == MSSM_OK, "set light");
+    for (int back = 0; back <= (with_back ? 1 : 0); back++) {
+        CHECK(mssm_gl_begin_depth(s->gl, 0, back) == MSSM_OK, "begin");
+        draw_casters(m, &s->light[0]);
+        CHECK(mssm_gl_end_depth(s->gl) == MSSM_OK, "end");
+    }
+    build(s);
+    gl.UseProgram(0);
+    gl.BindVertexArray(0);
+}
+
+// Errors of GL (meshes drawn), of the CPU (depth by ray tracing) against the truth, and of the one
+// against the other; added to sums of squares.
+static void measure_scene(subject *s, const scene *c, int receivers, uint64_t *seed, double sums[3])
+{
+    float *points = allocate(sizeof *points * 3 * (size_t)receivers);
+    float *v = allocate(sizeof *v * (size_t)receivers);
+    double *truth = allocate(sizeof *truth * (size_t)receivers);
+    for (int i = 0; i < receivers; i++) {
+        double p[3], normal[3];
+        scene_receiver(c, seed, p, normal);
+        for (int k = 0; k < 3; k++) points[3 * i + k] = (float)p[k];
+        truth[i] = scene_visibility(c, &s->light[0], p, normal, 12, seed);
+    }
+    ask(s, 0, false, receivers, points, v);
+    for (int i = 0; i < receivers; i++) {
+        const double cpu =
+            (double)mssm_map_visibility(s->map[0], &s->light[0], NULL, points + 3 * i);
+        sums[0] += pow((double)v[i] - truth[i], 2) / receivers;
+        sums[1] += pow(cpu - truth[i], 2) / receivers;
+        sums[2] += pow((double)v[i] - cpu, 2) / receivers;
+    }
+    free(points);
+    free(v);
+    free(truth);
+}
+
+static void picture_agrees_with_ray_tracing(void)
+{
+    static const struct {
+        int which, spot, back;
+        double size;
+    } cases[] = {{0, 0, 0, 0.05}, {0, 0, 1, 0.2}, {1, 0, 0, 0.2}, {2, 0, 1, 0.1}, {3, 0, 0, 0.2},
+                 {6, 0, 0, 0.1},  {8, 1, 0, 0.3}, {0, 1, 1, 0.1}, {7, 1, 0, 0.6}, {4, 0, 0, 0.4}};
+    enum { CASES = sizeof cases / sizeof *cases };
+    const int receivers = test_trials(300), side = receivers < 100 ? 64 : 256;
+    double sums[3] = {0, 0, 0};
+    uint64_t seed = 29;
+    if (!begin_gl()) return;
+    for (int asked = 1; asked <= 4; asked += 3) {
+        const mssm_gl_desc d = description(1, side, asked, 6);
+        subject s;
+        if (!make_subject(&s, &d)) continue;
+        const int samples = s.desc.samples;
+        const size_t count = (size_t)(side * side * samples);
+        float *z = allocate(2 * count * sizeof *z);
+        for (int i = 0; i < CASES; i++) {
+            scene c;
+            mesh m;
+            double here[3] = {0, 0, 0};
+            scene_make(&c, cases[i].which);
+            if (cases[i].spot) s.light[0] = wide_light(true, (float)cases[i].size);
+            else CHECK(!scene_light(&c, cases[i].size, cases[i].size, &s.light[0]), "light");
+            make_mesh(&m, &c);
+            draw_light(&s, &m, cases[i].back);
+            scene_depth(&c, &s.light[0], side, samples, z, z + count);
+            CHECK(!mssm_map_update(s.map[0], z, cases[i].back ? z + count : NULL, samples), "update");
+            measure_scene(&s, &c, receivers, &seed, here);
+            CHECK(receivers < 100 || here[0] < 1.2 * here[1] + 3e-4,
+                  "%s%s%s, %d samples: rms %.4f, CPU %.4f", c.name, cases[i].spot ? ", spot" : "",
+                  cases[i].back ? ", both faces" : "", asked, sqrt(here[0]), sqrt(here[1]));
+            for (int k = 0; k < 3; k++) sums[k] += here[k] / (2 * CASES);
+            drop_mesh(&m);
+        }
+        free(z);
+        drop_subject(&s);
+    }
+    test_note("rms against ray tracing: GL %.4f, CPU %.4f; GL against CPU %.4f", sqrt(sums[0]),
+              sqrt(sums[1]), sqrt(sums[2]));
+    end_gl();
+}
+
+// ---- 7. From frame to frame ----------------------------------------------------------------------
+
+enum { FRAME_POINTS = 100 };
+
+typedef struct motion {
+    double squares, truth_squares, largest, step;
+    int steps;
+} motion;
+
+// Adds the steps from before to now: of the estimate, and of the truth.
+static void add_steps(motion *m, const float v[2][FRAME_POINTS], const double t[2][FRAME_POINTS])
+{
+    for (int i = 0; i < FRAME_POINTS; i++) {
+        const double step = (double)v[1][i] - (double)v[0][i], truth = t[1][i] - t[0][i];
+        m->squares += pow(step - truth, 2);
+        m->truth_squares += truth * truth;
+        m->largest = fmax(m->largest, fabs(step) - fabs(truth));
+        m->step = fmax(m->step, fabs(truth));
+        m->steps++;
+    }
+}
+
+// One frame of a scene: the light is fitted, the casters are drawn, all points are asked.
+static void make_frame(subject *s, const scene *c, const double points[][3], float v[FRAME_POINTS],
+                       double truth[FRAME_POINTS])
+{
+    const double up[3] = {0, 1, 0};
+    float world[3 * FRAME_POINTS];
+    mesh m;
+    uint64_t same = 12; // the truth's noise must not move
+    CHECK(scene_light(c, 0.15, 0.15, &s->light[0]) == MSSM_OK, "light");
+    make_mesh(&m, c);
+    draw_light(s, &m, false);
+    for (int i = 0; i < FRAME_POINTS; i++) {
+        for (int k = 0; k < 3; k++) world[3 * i + k] = (float)points[i][k];
+        truth[i] = scene_visibility(c, &s->light[0], points[i], up, 16, &same);
+    }
+    ask(s, 0, false, FRAME_POINTS, world, v);
+    drop_mesh(&m);
+}
+
+static motion play(subject *s, int which, bool light_turns, int frames)
+{
+    static double points[FRAME_POINTS][3];
+    motion m = {0, 0, 0, 0, 0};
+    float v[2][FRAME_POINTS];
+    double t[2][FRAME_POINTS];
+    uint64_t seed = 31;
+    scene c;
+    scene_make(&c, which);
+    for (int i = 0; i < FRAME_POINTS; i++) {
+        points[i][0] = test_range(&seed, -1.5, 1.5);
+        points[i][1] = 1e-4;
+        points[i][2] = test_range(&seed, -1.5, 1.5);
+    }
+    const double sun[3] = {c.sun[0], c.sun[1], c.sun[2]};
+    for (int frame = 0; frame < frames; frame++) {
+        if (light_turns) {
+            const double angle = frame * 0.25 * 0.0174532925199433;
+            c.sun[0] = cos(angle) * sun[0] - sin(angle) * sun[1];
+            c.sun[1] = sin(angle) * sun[0] + cos(angle) * sun[1];
+        } else {
+            c.shapes[0].centre[0] += 0.1 * 2 * (double)s->light[0].extent_u / s->desc.side;
+        }
+        scene_finish(&c);
+        make_frame(s, &c, (const double(*)[3])points, v[1], t[1]);
+        if (frame > 0) add_steps(&m, (const float(*)[FRAME_POINTS])v, (const double(*)[FRAME_POINTS])t);
+        memcpy(v[0], v[1], sizeof v[0]);
+        memcpy(t[0], t[1], sizeof t[0]);
+    }
+    return m;
+}
+
+static void visibility_does_not_flicker(void)
+{
+    static const int which[3] = {0, 6, 2};
+    const int frames = test_trials(16) < 2 ? 2 : test_trials(16);
+    const mssm_gl_desc d = description(1, 256, 4, 6);
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        s.light[0] = wide_light(false, 0.15f);
+        for (int turns = 1; turns >= 0; turns--) {
+            for (int i = 0; i < 3; i++) {
+                const motion m = play(&s, which[i], turns, frames);
+                scene c;
+                scene_make(&c, which[i]);
+                test_note("%s, %s: rms step %.4f off the truth's %.4f, largest excess %.3f, the "
+                          "truth's largest %.3f", turns ? "light turns" : "caster moves", c.name,
+                          sqrt(m.squares / m.steps), sqrt(m.truth_squares / m.steps), m.largest,
+                          m.step);
+                // Not GL's but the estimator's: the CPU takes the same steps, with 16 samples, too.
+                CHECK(m.largest < (turns ? 0.15 : 0.1), "%s, %s: a step of %.3f more than the truth's",
+                      turns ? "light turns" : "caster moves", c.name, m.largest);
+            }
+        }
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// ---- 3. A good citizen ---------------------------------------------------------------------------
+
+static gl_state before, after;
+
+// The state as it is now must be that of the last snapshot, but for what is allowed.
+static void same_state(const char *call, const char *allowed)
+{
+    char text[800];
+    gl_state_take(&after);
+    const int n = gl_state_differences(&before, &after, allowed, text, sizeof text);
+    CHECK(!n, "%s changed %d: %s", call, n, text);
+    const GLenum error = gl.GetError();
+    CHECK(error == GL_NO_ERROR, "%s left GL error 0x%04X", call, error);
+}
+
+// Evaluates a call between two snapshots.
+#define WATCH(call, allowed)       \
+    do {                           \
+        gl_state_take(&before);    \
+        call;                      \
+        same_state(#call, allowed); \
+    } while (0)
+
+#define WATCH_OK(call, allowed)                                                   \
+    do {                                                                          \
+        mssm_result result_;                                                      \
+        gl_state_take(&before);                                                   \
+        result_ = call;                                                           \
+        CHECK(result_ == MSSM_OK, "%s: %s", #call, mssm_result_string(result_));  \
+        same_state(#call, allowed);                                               \
+    } while (0)
+
+#define WATCH_FAIL(call, expected)                                                \
+    do {                                                                          \
+        mssm_result result_;                                                      \
+        gl_state_take(&before);                                                   \
+        result_ = call;                                                           \
+        CHECK(result_ == expected, "%s: %s", #call, mssm_result_string(result_)); \
+        same_state(#call, NULL);                                                  \
+    } while (0)
+
+// The snapshot itself: sees what gl_state_make_unusual does, and that make_usual undoes it.
+static void the_snapshot_sees_all(void)
+{
+    gl_unusual unusual;
+    gl_state fresh = {NULL, 0, 0};
+    char text[800];
+    if (!begin_gl()) return;
+    gl_state_take(&fresh);
+    gl_state_make_unusual(&unusual);
+    gl_state_take(&before);
+    CHECK(gl.GetError() == GL_NO_ERROR, "GL error from making it unusual");
+    const int changed = gl_state_differences(&fresh, &before, NULL, text, sizeof text);
+    test_note("%d numbers, %d of them made unusual", fresh.count, changed);
+    CHECK(fresh.count > 1000 && changed > 400, "%d of %d", changed, fresh.count);
+    same_state("taking a snapshot", NULL);
+    gl_state_make_usual(&unusual);
+    memcpy(before.entry, fresh.entry, (size_t)fresh.count * sizeof *fresh.entry);
+    same_state("making it unusual and back", NULL);
+    gl_state_free(&fresh);
+    end_gl();
+}
+
+enum { CITIZEN_SIDE = 60, CITIZEN_SAMPLES = 4 };
+
+// One watched depth pass; the caller's program, array and buffer are bound before.
+static void watched_pass(subject *s, int index, bool back, const float *z)
+{
+    const GLuint buffer = bind_depth(&s->light[index], z, CITIZEN_SIDE, CITIZEN_SAMPLES);
+    gl_state at_begin = {NULL, 0, 0};
+    bind_fill(back);
+    gl_state_take(&at_begin);
+    mssm_result r = mssm_gl_begin_depth(s->gl, index, back);
+    CHECK(r == MSSM_OK, "begin: %s", mssm_result_string(r));
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    WATCH_FAIL(mssm_gl_begin_depth(s->gl, index, back), MSSM_ERROR_ORDER);
+    WATCH_FAIL(mssm_gl_build(s->gl), MSSM_ERROR_ORDER);
+    r = mssm_gl_end_depth(s->gl);
+    CHECK(r == MSSM_OK, "end: %s", mssm_result_string(r));
+    if (before.capacity < at_begin.count) gl_state_take(&before);
+    memcpy(before.entry, at_begin.entry, (size_t)at_begin.count * sizeof *at_begin.entry);
+    same_state("begin, draw, end", NULL);
+    gl_state_free(&at_begin);
+    gl.DeleteBuffers(1, &buffer);
+}
+
+static const char bound_by_bind[] = "SHADER_STORAGE_BUFFER[3] TEXTURE_BINDING_2D_ARRAY[5] "
+                                    "TEXTURE_BINDING_2D_ARRAY[6] SAMPLER_BINDING[5] "
+                                    "SAMPLER_BINDING[6]";
+
+// Every call between snapshots. The subject's maps are those of random depth at the end.
+static bool call_everything(subject *s)
+{
+    enum { COUNT = CITIZEN_SIDE * CITIZEN_SIDE * CITIZEN_SAMPLES };
+    const mssm_gl_desc d = description(2, 100, CITIZEN_SAMPLES, 6);
+    float *z = allocate(2 * sizeof *z * COUNT);
+    uint64_t seed = 33;
+    memset(s, 0, sizeof *s);
+    s->desc = d;
+    WATCH_OK(mssm_gl_create(&s->gl, &d), NULL);
+    if (!s->gl) {
+        free(z);
+        return false;
+    }
+    s->desc.side = CITIZEN_SIDE;
+    s->desc.lights = 3;
+    make_maps(s);
+    WATCH_OK(mssm_gl_bind(s->gl), bound_by_bind);
+    WATCH_OK(mssm_gl_build(s->gl), NULL); // nothing to build yet
+    // What was bound is gone with its storage.
+    WATCH_OK(mssm_gl_resize(s->gl, s->desc.lights, s->desc.side), bound_by_bind);
+    for (int i = 0; i < 3; i++) {
+        s->light[i] = wide_light(false, 3);
+        random_depth(z, CITIZEN_SIDE, CITIZEN_SAMPLES, &seed);
+        random_depth(z + COUNT, CITIZEN_SIDE, CITIZEN_SAMPLES, &seed);
+        WATCH_OK(mssm_gl_set_light(s->gl, i, &s->light[i]), NULL);
+        watched_pass(s, i, false, z);
+        if (i == 1) watched_pass(s, i, true, z + COUNT);
+        fill_map(s, i, z, i == 1 ? z + COUNT : NULL);
+    }
+    WATCH_OK(mssm_gl_build(s->gl), NULL);
+    WATCH_OK(mssm_gl_bind(s->gl), bound_by_bind);
+    WATCH_FAIL(mssm_gl_end_depth(s->gl), MSSM_ERROR_ORDER);
+    WATCH_FAIL(mssm_gl_set_light(s->gl, 3, &s->light[0]), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_begin_depth(s->gl, -1, 0), MSSM_ERROR_ARGUMENT);
+    WATCH(CHECK(mssm_gl_shader(s->gl) && mssm_gl_texture(s->gl, 0), "no shader"), NULL);
+    free(z);
+    return true;
+}
+
+static void check_numbers(const subject *s, const char *state)
+{
+    difference all = {0, 0, 0};
+    for (int i = 0; i < s->desc.lights; i++) compare_tables(s, i, &all);
+    test_note("%s: %.0f sums, %.0f differ", state, all.values, all.unequal);
+    CHECK(all.values > 0 && all.largest <= (fuses() ? 1 : 0), "%s: %g of %g sums differ, by %d",
+          state, all.unequal, all.values, all.largest);
+}
+
+static void state_is_left_alone(void)
+{
+    subject s;
+    if (!begin_gl()) return;
+    if (call_everything(&s)) {
+        check_numbers(&s, "usual state");
+        WATCH(mssm_gl_destroy(s.gl), bound_by_bind); // what was bound is gone
+        drop_maps(&s);
+    }
+    gl.UseProgram(0);
+    end_gl();
+}
+
+static void unusual_state_is_left_alone(void)
+{
+    gl_unusual unusual;
+    subject s;
+    if (!begin_gl()) return;
+    gl_state_make_unusual(&unusual);
+    const bool called = call_everything(&s);
+    gl_state_make_usual(&unusual);
+    if (called) {
+        check_numbers(&s, "unusual state");
+        gl_state_make_unusual(&unusual);
+        mssm_gl_bind(s.gl);
+        WATCH(mssm_gl_destroy(s.gl), bound_by_bind);
+        gl_state_make_usual(&unusual);
+        drop_maps(&s);
+    }
+    end_gl();
+}
+
+// Each switch alone: two that are wrong may hide each other.
+static void each_state_alone_is_harmless(void)
+{
+    static const struct {
+        const char *name;
+        GLenum value;
+        bool usual;
+    } switches[] = {
+        {"blend", GL_BLEND, 0},
+        {"logic op", 0x0BF2, 0},
+        {"depth clamp", GL_DEPTH_CLAMP, 0},
+        {"sRGB", GL_FRAMEBUFFER_SRGB, 0},
+        {"multisample", GL_MULTISAMPLE, 1},
+        {"polygon offset", GL_POLYGON_OFFSET_FILL, 0},
+        {"primitive restart", GL_PRIMITIVE_RESTART, 0},
+        {"rasterizer discard", 0x8C89, 0},
+        {"alpha to coverage", 0x809E, 0},
+        {"sample coverage", 0x80A0, 0},
+        {"sample mask", 0x8E51, 0},
+        {"sample shading", 0x8C36, 0},
+        {"scissor", GL_SCISSOR_TEST, 0},
+        {"stencil", 0x0B90, 0},
+        {"cull face", GL_CULL_FACE, 0},
+        {"clip distance", 0x3000, 0},
+        {"depth test", GL_DEPTH_TEST, 0},
+    };
+    enum { COUNT = 40 * 40 * 4 };
+    const mssm_gl_desc d = description(1, 40, 4, 6);
+    static float z[COUNT];
+    uint64_t seed = 34;
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        s.light[0] = wide_light(false, 1);
+        gl.SampleCoverage(0.3f, GL_TRUE);
+        gl.SampleMaski(0, 4);
+        gl.PolygonOffset(20, 1e6f);
+        gl.CullFace(0x0408);
+        for (size_t i = 0; i < sizeof switches / sizeof *switches; i++) {
+            difference all = {0, 0, 0};
+            random_depth(z, 40, 4, &seed);
+            (switches[i].usual ? gl.Disable : gl.Enable)(switches[i].value);
+            fill(&s, 0, z, NULL);
+            build(&s);
+            (switches[i].usual ? gl.Enable : gl.Disable)(switches[i].value);
+            compare_tables(&s, 0, &all);
+            CHECK(all.largest <= (fuses() ? 1 : 0), "%s: a texel differs by %d", switches[i].name,
+                  all.largest);
+        }
+        drop_subject(&s);
+    }
+    gl.SampleCoverage(1, GL_FALSE);
+    gl.SampleMaski(0, ~0u);
+    gl.PolygonOffset(0, 0);
+    gl.CullFace(GL_BACK);
+    end_gl();
+}
+
+// What begin set is put back to what it was before begin, also where the caller changed it in
+// between; what begin did not set, and the caller changed, stays as he left it.
+static void changes_in_between(void)
+{
+    const mssm_gl_desc d = description(1, 32, 4, 6);
+    gl_unusual unusual;
+    gl_state at_begin = {NULL, 0, 0}, within = {NULL, 0, 0};
+    subject s;
+    int set = 0, kept = 0;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        s.light[0] = wide_light(false, 1);
+        CHECK(mssm_gl_set_light(s.gl, 0, &s.light[0]) == MSSM_OK, "set light");
+        gl_state_take(&at_begin);
+        CHECK(mssm_gl_begin_depth(s.gl, 0, 0) == MSSM_OK, "begin");
+        gl_state_take(&within);
+        gl_state_make_unusual(&unusual);
+        gl_state_take(&before);
+        CHECK(mssm_gl_end_depth(s.gl) == MSSM_OK, "end");
+        gl_state_take(&after);
+        for (int i = 0; i < after.count; i++) {
+            const bool begin_set =
+                memcmp(at_begin.entry[i].value, within.entry[i].value, sizeof(double[4])) != 0;
+            const gl_state_entry *expected = begin_set ? &at_begin.entry[i] : &before.entry[i];
+            const bool same = !memcmp(expected->value, after.entry[i].value, sizeof(double[4]));
+            // What begin set to the very value that it had is put back, too: nobody can tell.
+            const bool back = !memcmp(at_begin.entry[i].value, after.entry[i].value, sizeof(double[4]));
+            CHECK(begin_set ? same : same || back, "%s is %g", after.entry[i].name,
+                  after.entry[i].value[0]);
+            set += begin_set;
+            kept += same && !back;
+        }
+        static const char *const callers[] = {
+            "CURRENT_PROGRAM", "VERTEX_ARRAY_BINDING", "ACTIVE_TEXTURE", "TEXTURE_BINDING_2D[0]",
+            "UNIFORM_BUFFER[2]", "SHADER_STORAGE_BUFFER[7]", "PIXEL_UNPACK_BUFFER_BINDING"};
+        for (int i = 0; i < 7; i++) {
+            CHECK(gl_state_find(&after, callers[i])->value[0] ==
+                      gl_state_find(&before, callers[i])->value[0],
+                  "%s is not as the caller left it", callers[i]);
+        }
+        test_note("%d numbers set by begin and put back, %d others stay as the caller left them", set,
+                  kept);
+        gl_state_make_usual(&unusual);
+        drop_subject(&s);
+    }
+    gl_state_free(&at_begin);
+    gl_state_free(&within);
+    end_gl();
+}
+
+// An error that the caller has not asked about yet is not ours.
+static void callers_error_is_not_ours(void)
+{
+    const mssm_gl_desc d = description(1, 32, 1, 4);
+    subject s;
+    if (!begin_gl()) return;
+    gl.DebugMessageCallback(NULL, NULL);
+    gl.Enable(0xFFFF);
+    if (make_subject(&s, &d)) {
+        s.light[0] = wide_light(false, 0.2f);
+        gl.Enable(0xFFFF);
+        CHECK(mssm_gl_set_light(s.gl, 0, &s.light[0]) == MSSM_OK, "set light");
+        gl.Enable(0xFFFF);
+        CHECK(mssm_gl_begin_depth(s.gl, 0, 0) == MSSM_OK, "begin");
+        gl.Enable(0xFFFF);
+        CHECK(mssm_gl_end_depth(s.gl) == MSSM_OK, "end");
+        gl.Enable(0xFFFF);
+        CHECK(mssm_gl_build(s.gl) == MSSM_OK, "build");
+        gl.Enable(0xFFFF);
+        CHECK(mssm_gl_resize(s.gl, 2, 40) == MSSM_OK, "resize");
+        gl.Enable(0xFFFF);
+        CHECK(mssm_gl_bind(s.gl) == MSSM_OK, "bind");
+        drop_subject(&s);
+    }
+    while (gl.GetError() != GL_NO_ERROR) {
+    }
+    end_gl();
+}
+
+// ---- 4. Objects ----------------------------------------------------------------------------------
+
+static void objects_are_labelled_and_deleted(void)
+{
+    char text[200];
+    if (!begin_gl()) return;
+    for (int moments = 4; moments <= 6; moments += 2) {
+        const mssm_gl_desc d = description(2, 64, 4, moments);
+        enum { COUNT = 64 * 64 * 4 };
+        static float z[COUNT];
+        uint64_t seed = 35;
+        subject s;
+        if (!make_subject(&s, &d)) continue;
+        s.light[0] = wide_light(false, 1);
+        random_depth(z, 64, 4, &seed);
+        fill(&s, 0, z, z);
+        build(&s);
+        CHECK(!gl_fakes_living(true, text, sizeof text), "without a label:%s", text);
+        test_note("%d moments: %d objects", moments, gl_fakes_living(false, text, sizeof text));
+        CHECK(mssm_gl_resize(s.gl, 3, 50) == MSSM_OK, "resize");
+        CHECK(!gl_fakes_living(true, text, sizeof text), "without a label after resize:%s", text);
+        drop_subject(&s);
+        nothing_is_left("destroy");
+    }
+    mssm_gl_destroy(NULL);
+    end_gl();
+}
+
+// ---- 5. Failures ---------------------------------------------------------------------------------
+
+// The whole life of an mssm_gl up to the first failure.
+static mssm_result whole_life(mssm_gl **g)
+{
+    const mssm_gl_desc d = description(2, 64, 4, 6);
+    const mssm_light light = wide_light(false, 1);
+    mssm_result r = mssm_gl_create(g, &d);
+    if (!r) r = mssm_gl_set_light(*g, 0, &light);
+    for (int back = 0; back < 2 && !r; back++) {
+        r = mssm_gl_begin_depth(*g, 0, back);
+        if (!r) r = mssm_gl_end_depth(*g);
+    }
+    if (!r) r = mssm_gl_build(*g);
+    if (!r) r = mssm_gl_bind(*g);
+    if (!r) r = mssm_gl_resize(*g, 3, 100);
+    if (!r) r = mssm_gl_build(*g);
+    return r;
+}
+
+// Runs it with what fakes say is to fail; all must be as before. The context lives on.
+static void fail_once(const char *what, mssm_result expected)
+{
+    mssm_gl *const nothing = (mssm_gl *)(void *)&before;
+    mssm_gl *g = nothing;
+    gl_state start = {NULL, 0, 0};
+    char text[800];
+    gl_state_take(&start);
+    const mssm_result r = whole_life(&g);
+    CHECK(r == expected, "%s: %s", what, mssm_result_string(r));
+    CHECK(r == MSSM_OK || (fakes.messages > 0 && fakes.message[0]), "%s: no message", what);
+    gl_state_take(&after);
+    const int n = gl_state_differences(&start, &after, bound_by_bind, text, sizeof text);
+    CHECK(!n, "%s changed %d: %s", what, n, text);
+    if (g != nothing) mssm_gl_destroy(g);
+    nothing_is_left(what);
+    gl_state_free(&start);
+}
+
+static void missing_functions(void)
+{
+    if (!begin_gl()) return;
+    const char *names[GL_FAKES_NAMES];
+    fail_once("nothing", MSSM_OK);
+    const int count = fakes.name_count;
+    memcpy(names, fakes.names, sizeof names);
+    CHECK(count > 20 && count < GL_FAKES_NAMES, "%d functions asked for", count);
+    for (int i = 0; i < count; i++) {
+        gl_fakes_reset();
+        fakes.missing = names[i];
+        fail_once(names[i], MSSM_ERROR_GL_VERSION);
+        CHECK(strstr(fakes.message, names[i]), "%s: the message is \"%s\"", names[i], fakes.message);
+    }
+    test_note("%d functions, each missing once; last message: %s", count, fakes.message);
+    gl_fakes_reset();
+    end_gl();
+}
+
+static void allocations_fail(void)
+{
+    char what[40];
+    if (!begin_gl()) return;
+    fail_once("nothing", MSSM_OK);
+    const int allocations = fakes.allocations, mallocs = fakes.mallocs;
+    gl.DebugMessageCallback(NULL, NULL); // what follows from a failure may be an error
+    for (int i = 1; i <= allocations; i++) {
+        gl_fakes_reset();
+        fakes.fail_allocation = i;
+        snprintf(what, sizeof what, "GL allocation %d", i);
+        fail_once(what, MSSM_ERROR_GL);
+    }
+    for (int i = 1; i <= mallocs; i++) {
+        gl_fakes_reset();
+        fakes.fail_malloc = i;
+        snprintf(what, sizeof what, "malloc %d", i);
+        fail_once(what, MSSM_ERROR_MEMORY);
+    }
+    test_note("%d allocations by GL, %d by malloc", allocations, mallocs);
+    CHECK(allocations > 5 && mallocs > 0, "hardly any allocation is seen");
+    gl_fakes_reset();
+    end_gl();
+}
+
+static void shaders_fail(void)
+{
+    char what[40];
+    if (!begin_gl()) return;
+    fail_once("nothing", MSSM_OK);
+    const int compiles = fakes.compiles, links = fakes.links;
+    gl.DebugMessageCallback(NULL, NULL);
+    for (int i = 1; i <= compiles + links; i++) {
+        gl_fakes_reset();
+        if (i <= compiles) fakes.fail_compile = i;
+        else fakes.fail_link = i - compiles;
+        snprintf(what, sizeof what, "%s %d", i <= compiles ? "shader" : "program",
+                 i <= compiles ? i : i - compiles);
+        fail_once(what, MSSM_ERROR_GL);
+        CHECK(strstr(fakes.message, "%s%n"), "%s: the log is not passed on: %.60s", what,
+              fakes.message);
+    }
+    test_note("%d shaders, %d programs", compiles, links);
+    CHECK(compiles > 0 && links > 0, "no shader is seen");
+    gl_fakes_reset();
+    end_gl();
+}
+
+static void drivers_with_less(void)
+{
+    if (!begin_gl()) return;
+    gl.DebugMessageCallback(NULL, NULL);
+    fakes.incomplete = true;
+    fail_once("incomplete framebuffer", MSSM_ERROR_GL);
+    gl_fakes_reset();
+    fakes.max_samples = 2;
+    fail_once("two samples at most", MSSM_ERROR_GL);
+    test_note("message: %s", fakes.message);
+    gl_fakes_reset();
+    end_gl();
+}
+
+// A resize that fails leaves everything as it was.
+static void failed_resize_changes_nothing(void)
+{
+    enum { SIDE = 40, COUNT = SIDE * SIDE * 4 };
+    const mssm_gl_desc d = description(2, SIDE, 4, 6);
+    static float z[COUNT];
+    uint64_t seed = 36;
+    subject s;
+    char text[800];
+    if (!begin_gl()) return;
+    gl.DebugMessageCallback(NULL, NULL);
+    if (make_subject(&s, &d)) {
+        for (int i = 0; i < 2; i++) {
+            s.light[i] = wide_light(false, 1);
+            random_depth(z, SIDE, 4, &seed);
+            fill(&s, i, z, NULL);
+        }
+        build(&s);
+        int failures = 0;
+        for (int i = 1; i < 40; i++) {
+            difference all = {0, 0, 0};
+            const int had = gl_fakes_living(false, text, sizeof text);
+            gl_fakes_reset();
+            fakes.fail_allocation = i;
+            gl_state_take(&before);
+            const mssm_result r = mssm_gl_resize(s.gl, 3, 50);
+            same_state("failed resize", NULL);
+            if (!r) break;
+            failures++;
+            CHECK(r == MSSM_ERROR_GL && fakes.messages > 0, "%d: %s", i, mssm_result_string(r));
+            gl_fakes_reset();
+            CHECK(gl_fakes_living(false, text, sizeof text) == had, "%d: objects left:%s", i, text);
+            for (int k = 0; k < 2; k++) compare_tables(&s, k, &all);
+            CHECK(!all.largest || fuses(), "%d: maps changed", i);
+            random_depth(z, SIDE, 4, &seed);
+            fill(&s, i % 2, z, NULL);
+            build(&s);
+        }
+        test_note("%d allocations", failures);
+        CHECK(failures > 1, "only %d allocations in resize", failures);
+        gl_fakes_reset();
+        WATCH_FAIL(mssm_gl_resize(s.gl, -1, 64), MSSM_ERROR_ARGUMENT);
+        WATCH_FAIL(mssm_gl_resize(s.gl, 1, 1 << 20), MSSM_ERROR_ARGUMENT);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// ---- 6. Versions, order, arguments, life -----------------------------------------------------------
+
+static void old_versions_are_refused(void)
+{
+    static const struct {
+        int major, minor;
+        const char *version, *named;
+    } contexts[] = {{4, 4, "4.4 (Core Profile) Mesa 22.3.6", "4.4"},
+                    {3, 3, "3.3.0 NVIDIA 535.54", "3.3"},
+                    {2, 1, "2.1 Metal - 76.3", "2.1"},
+                    {3, 2, "OpenGL ES 3.2 Mesa 22.3.6", "ES"},
+                    {9, 9, "", NULL}};
+    if (!begin_gl()) return;
+    for (size_t i = 0; i < sizeof contexts / sizeof *contexts; i++) {
+        gl_fakes_reset();
+        fakes.major = contexts[i].major;
+        fakes.minor = contexts[i].minor;
+        fakes.version = contexts[i].version;
+        fail_once(contexts[i].named ? contexts[i].version : "no context", MSSM_ERROR_GL_VERSION);
+        CHECK(!contexts[i].named || strstr(fakes.message, contexts[i].named),
+              "%s: the message is \"%s\"", contexts[i].version, fakes.message);
+        test_note("\"%s\": %s", contexts[i].version, fakes.message);
+    }
+    gl_fakes_reset();
+    fakes.major = 4;
+    fakes.minor = 6;
+    fakes.version = "4.6.0 - Build 31.0.101.2111";
+    fail_once("4.6", MSSM_OK);
+    gl_fakes_reset();
+    end_gl();
+}
+
+static void bad_arguments_are_refused(void)
+{
+    const mssm_gl_desc good = description(2, 32, 1, 6);
+    const struct {
+        const char *what;
+        mssm_gl_desc desc;
+    } bad[] = {{"lights", description(-1, 32, 1, 6)},       {"lights", description(100000, 32, 1, 6)},
+               {"side", description(1, -1, 1, 6)},          {"side", description(1, 1 << 20, 1, 6)},
+               {"samples", description(1, 32, -1, 6)},      {"moments", description(1, 32, 1, 5)},
+               {"moments", description(1, 32, 1, -4)}};
+    mssm_gl *const nothing = (mssm_gl *)(void *)&before;
+    mssm_gl *g = nothing;
+    mssm_gl_desc d = good;
+    if (!begin_gl()) return;
+    const mssm_light light = wide_light(false, 0.1f);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        gl_fakes_reset();
+        const mssm_result r = mssm_gl_create(&g, &bad[i].desc);
+        CHECK(r == MSSM_ERROR_ARGUMENT && g == nothing, "%s %d %d %d %d: %s", bad[i].what,
+              bad[i].desc.lights, bad[i].desc.side, bad[i].desc.samples, bad[i].desc.moments,
+              mssm_result_string(r));
+        CHECK(fakes.messages > 0, "%s: no message", bad[i].what);
+    }
+    CHECK(mssm_gl_create(NULL, &good) == MSSM_ERROR_ARGUMENT, "no place");
+    CHECK(mssm_gl_create(&g, NULL) == MSSM_ERROR_ARGUMENT && g == nothing, "no description");
+    d.load = NULL;
+    CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "no loader");
+    d = good;
+    d.first_texture_unit = -1;
+    CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "texture unit -1");
+    d.first_texture_unit = 100000;
+    CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "texture unit 100000");
+    d = good;
+    d.first_buffer_binding = -1;
+    CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "buffer binding -1");
+    d.first_buffer_binding = 100000;
+    CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "buffer binding 100000");
+    d = good;
+    d.log = NULL;
+    d.moments = 5;
+    CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "no log");
+    CHECK(mssm_gl_create(&g, &good) == MSSM_OK, "good description");
+    for (int i = -1; i <= 2; i += 3) {
+        WATCH_FAIL(mssm_gl_set_light(g, i, &light), MSSM_ERROR_ARGUMENT);
+        WATCH_FAIL(mssm_gl_begin_depth(g, i, 0), MSSM_ERROR_ARGUMENT);
+    }
+    WATCH_FAIL(mssm_gl_set_light(g, 0, NULL), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_set_light(NULL, 0, &light), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_begin_depth(NULL, 0, 0), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_end_depth(NULL), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_build(NULL), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_bind(NULL), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_resize(NULL, 1, 32), MSSM_ERROR_ARGUMENT);
+    CHECK(!mssm_gl_texture(NULL, 0) && !mssm_gl_texture(g, -1) && !mssm_gl_texture(g, 2),
+          "textures that are none");
+    CHECK(mssm_gl_shader(NULL) == NULL || mssm_gl_shader(NULL)[0] == '\0', "shader of nothing");
+    mssm_light broken = light;
+    broken.world_to_shadow[5] = NAN;
+    WATCH_FAIL(mssm_gl_set_light(g, 0, &broken), MSSM_ERROR_ARGUMENT);
+    mssm_gl_destroy(g);
+    end_gl();
+}
+
+static void wrong_order_is_refused(void)
+{
+    const mssm_gl_desc d = description(2, 32, 4, 6);
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        s.light[0] = wide_light(false, 1);
+        CHECK(mssm_gl_set_light(s.gl, 0, &s.light[0]) == MSSM_OK, "set light");
+        WATCH_FAIL(mssm_gl_end_depth(s.gl), MSSM_ERROR_ORDER);
+        CHECK(mssm_gl_begin_depth(s.gl, 0, 0) == MSSM_OK, "begin");
+        WATCH_FAIL(mssm_gl_begin_depth(s.gl, 0, 0), MSSM_ERROR_ORDER);
+        WATCH_FAIL(mssm_gl_begin_depth(s.gl, 1, 1), MSSM_ERROR_ORDER);
+        WATCH_FAIL(mssm_gl_build(s.gl), MSSM_ERROR_ORDER);
+        WATCH_FAIL(mssm_gl_resize(s.gl, 1, 64), MSSM_ERROR_ORDER);
+        CHECK(mssm_gl_end_depth(s.gl) == MSSM_OK, "end");
+        WATCH_FAIL(mssm_gl_end_depth(s.gl), MSSM_ERROR_ORDER);
+        CHECK(mssm_gl_build(s.gl) == MSSM_OK, "build");
+        // Destroyed in the middle of a pass: the state comes back all the same.
+        gl_state_take(&before);
+        CHECK(mssm_gl_begin_depth(s.gl, 0, 0) == MSSM_OK, "begin");
+        mssm_gl_destroy(s.gl);
+        same_state("begin, destroy", NULL);
+        drop_maps(&s);
+    }
+    end_gl();
+}
+
+// Zero means the default, in every member.
+static void defaults(void)
+{
+    enum { SIDE = 256, COUNT = SIDE * SIDE * 4 };
+    mssm_gl_desc d;
+    uint64_t seed = 37;
+    subject s;
+    if (!begin_gl()) return;
+    memset(&d, 0, sizeof d);
+    d.load = gl_fakes_load;
+    memset(&s, 0, sizeof s);
+    CHECK(mssm_gl_create(&s.gl, &d) == MSSM_OK, "create");
+    if (s.gl) {
+        enum { POINTS = 1000 };
+        static float points[3 * POINTS];
+        agreement a = {0, 0, 0, 0, 0};
+        difference all = {0, 0, 0};
+        scene c;
+        float *z = allocate(sizeof *z * COUNT);
+        s.desc = description(1, SIDE, 4, 6);
+        make_maps(&s);
+        scene_make(&c, 0);
+        CHECK(scene_light(&c, 0.2, 0.2, &s.light[0]) == MSSM_OK, "light");
+        scene_depth(&c, &s.light[0], SIDE, 4, z, NULL);
+        fill(&s, 0, z, NULL);
+        build(&s);
+        compare_level(&s, 0, 0, &all); // this light needs no more
+        CHECK(all.largest <= 1, "tables differ by %d", all.largest);
+        random_points(&c, POINTS, points, &seed);
+        compare_visibility(&s, 0, "defaults", POINTS, points, &a);
+        free(z);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+static long resident_pages(void)
+{
+    FILE *f = fopen("/proc/self/statm", "r");
+    long total = 0, resident = 0;
+    if (!f) return 0;
+    if (fscanf(f, "%ld %ld", &total, &resident) != 2) resident = 0;
+    fclose(f);
+    return resident;
+}
+
+static void many_lives_do_not_grow(void)
+{
+    const int lives = test_trials(200);
+    const mssm_gl_desc d = description(4, 256, 4, 6);
+    long half = 0;
+    if (!begin_gl()) return;
+    for (int i = 0; i < lives; i++) {
+        mssm_gl *g = NULL;
+        const mssm_light light = wide_light(false, 1);
+        CHECK(mssm_gl_create(&g, &d) == MSSM_OK, "life %d: %s", i, fakes.message);
+        CHECK(mssm_gl_set_light(g, 0, &light) == MSSM_OK, "set light");
+        CHECK(mssm_gl_begin_depth(g, 0, 0) == MSSM_OK && mssm_gl_end_depth(g) == MSSM_OK, "pass");
+        CHECK(mssm_gl_build(g) == MSSM_OK, "build");
+        mssm_gl_destroy(g);
+        gl.Finish();
+        nothing_is_left("a life");
+        if (i == lives / 2) half = resident_pages();
+    }
+    const long growth = resident_pages() - half;
+    test_note("%d lives, %ld pages more after the second half", lives, growth);
+    CHECK(lives < 100 || growth < 1000, "%ld pages", growth);
+    end_gl();
+}
+
+static void resize_keeps_lights_and_empties_maps(void)
+{
+    static const int sizes[][2] = {{4, 50}, {1, 50}, {3, 20}, {3, 130}, {5, 64}};
+    const mssm_gl_desc d = description(3, 64, 4, 6);
+    uint64_t seed = 38;
+    subject s;
+    static float points[3 * 200], v[200];
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        for (size_t n = 0; n < sizeof sizes / sizeof *sizes; n++) {
+            CHECK(mssm_gl_resize(s.gl, sizes[n][0], sizes[n][1]) == MSSM_OK, "resize %d", (int)n);
+            const int had = s.desc.lights;
+            drop_maps(&s);
+            s.desc.lights = sizes[n][0];
+            s.desc.side = sizes[n][1];
+            make_maps(&s);
+            const int count = s.desc.side * s.desc.side * 4;
+            float *z = allocate(sizeof *z * (size_t)count);
+            for (int i = 0; i < 600; i++) points[i] = (float)test_range(&seed, -3, 3);
+            for (int i = 0; i < s.desc.lights; i++) {
+                ask(&s, i, false, 200, points, v);
+                for (int k = 0; k < 200; k++) CHECK(v[k] > 0.999f, "not empty: %g", (double)v[k]);
+                random_depth(z, s.desc.side, 4, &seed);
+                if (i >= had || n == 0) {
+                    s.light[i] = wide_light(false, 3);
+                    fill(&s, i, z, NULL);
+                } else {
+                    fill_pass(&s, i, false, z); // the light of before
+                    fill_map(&s, i, z, NULL);
+                }
+            }
+            build(&s);
+            for (int i = 0; i < s.desc.lights; i++) {
+                difference all = {0, 0, 0};
+                agreement a = {0, 0, 0, 0, 0};
+                compare_tables(&s, i, &all);
+                CHECK(all.largest <= (fuses() ? 1 : 0), "resize %d, light %d: off by %d", (int)n, i,
+                      all.largest);
+                compare_visibility(&s, i, "after resize", 200, points, &a);
+            }
+            free(z);
+        }
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// Only what was drawn since is built; other lights keep their maps.
+static void lights_are_updated_alone(void)
+{
+    enum { SIDE = 64, COUNT = SIDE * SIDE * 4 };
+    static float z[COUNT];
+    const mssm_gl_desc d = description(4, SIDE, 4, 6);
+    uint64_t seed = 39;
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        for (int i = 0; i < 4; i++) s.light[i] = wide_light(false, 2);
+        for (int round = 0; round < 12; round++) {
+            const int drawn = round ? 1 + (int)(test_random(&seed) % 15) : 15; // lights, as bits
+            for (int i = 3; i >= 0; i--) {
+                if (!(drawn >> i & 1)) continue;
+                random_depth(z, SIDE, 4, &seed);
+                fill(&s, i, z, round % 3 ? NULL : z);
+            }
+            build(&s);
+            for (int i = 0; i < 4; i++) {
+                difference all = {0, 0, 0};
+                compare_tables(&s, i, &all);
+                CHECK(all.largest <= (fuses() ? 1 : 0), "round %d, drawn %d, light %d: off by %d",
+                      round, drawn, i, all.largest);
+            }
+        }
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+typedef unsigned (*make_current_function)(void *display, void *draw, void *read, void *context);
+
+static void two_contexts_at_once(void)
+{
+    enum { COUNT = 70 * 70 * 4 };
+    static float z[COUNT];
+    const mssm_gl_desc d[2] = {description(1, 70, 4, 6), description(2, 33, 4, 4)};
+    uint64_t seed = 40;
+    gl_context contexts[2];
+    subject s[2];
+    const char *why;
+    make_current_function make_current;
+    if (!begin_gl()) return;
+    contexts[0] = stage.context;
+    const gl_fakes_function f = gl_context_function("eglMakeCurrent");
+    memcpy(&make_current, &f, sizeof f);
+    bool made = f && make_subject(&s[0], &d[0]);
+    CHECK(made, "first context");
+    if (made && gl_context_create(&contexts[1], &why)) {
+        const GLuint first_fill = stage.fill, first_array = stage.array;
+        GLuint fills[2], arrays[2];
+        make_programs(); // in the second context
+        fills[0] = first_fill, fills[1] = stage.fill;
+        arrays[0] = first_array, arrays[1] = stage.array;
+        made = make_subject(&s[1], &d[1]);
+        for (int round = 0; round < 6 && made; round++) {
+            const int k = round % 2;
+            difference all = {0, 0, 0};
+            make_current(contexts[k].display, NULL, NULL, contexts[k].context);
+            stage.fill = fills[k], stage.array = arrays[k];
+            s[k].light[0] = wide_light(k, 1);
+            random_depth(z, s[k].desc.side, 4, &seed);
+            fill(&s[k], 0, z, NULL);
+            build(&s[k]);
+            compare_tables(&s[k], 0, &all);
+            CHECK(all.largest <= (k ? 60 : fuses()), "context %d: off by %d", k, all.largest);
+        }
+        make_current(contexts[1].display, NULL, NULL, contexts[1].context);
+        if (made) drop_subject(&s[1]);
+        CHECK(gl.GetError() == GL_NO_ERROR, "second context");
+        gl_context_destroy(&contexts[1]);
+        make_current(contexts[0].display, NULL, NULL, contexts[0].context);
+    }
+    if (s[0].gl) drop_subject(&s[0]);
+    end_gl();
+}
+
+// ---- 8. A second compiler --------------------------------------------------------------------------
+
+static bool have_validator(void)
+{
+    return system("command -v glslangValidator >/dev/null 2>&1") == 0;
+}
+
+// Says what glslangValidator says about a shader, if anything.
+static void validate(const char *what, const char *extension, const char *text)
+{
+    char name[100], command[300], line[300];
+    snprintf(name, sizeof name, "/tmp/mssm_test_gl_%llx.%s",
+             (unsigned long long)(uintptr_t)&name ^ (unsigned long long)resident_pages(), extension);
+    FILE *f = fopen(name, "w");
+    if (!f) {
+        CHECK(0, "cannot write %s", name);
+        return;
+    }
+    fputs(text, f);
+    fclose(f);
+    snprintf(command, sizeof command, "glslangValidator %s >%s.log 2>&1", name, name);
+    const int status = system(command);
+    snprintf(command, sizeof command, "%s.log", name);
+    f = fopen(command, "r");
+    const int said = 0;
+    while (f && fgets(line, sizeof line, f)) {
+        if (!strncmp(line, name, strlen(name)) || line[0] == '\n') continue; // its own name
+        line[strcspn(line, "\n")] = '\0';
+        CHECK(said, "%s: %s", what, line);
+    }
+    CHECK(status == 0, "%s: glslangValidator fails", what);
+    if (f) fclose(f);
+    remove(command);
+    remove(name);
+}
+
+static void validate_shading(const mssm_gl *g, const char *what)
+{
+    static const char *const mains[2] = {
+        "layout(location = 0) in vec3 position;\nlayout(location = 0) out vec4 colour;\n"
+        "void main() { colour = vec4(mssm_visibility(1, position), mssm_visibility_at(0, position),"
+        " 0, 1); }\n",
+        "layout(local_size_x = 1) in;\nlayout(std430, binding = 9) buffer b { float r[]; };\n"
+        "void main() { r[0] = mssm_visibility(0, vec3(r[1])); }\n"};
+    const char *shading = mssm_gl_shader(g);
+    char *text = allocate(strlen(shading) + 1000);
+    for (int i = 0; i < 2; i++) {
+        char log[1000] = "";
+        GLint compiled = 0;
+        strcpy(text, "#version 450 core\n");
+        strcat(text, shading);
+        strcat(text, mains[i]);
+        const GLuint shader = gl.CreateShader(i ? GL_COMPUTE_SHADER : GL_FRAGMENT_SHADER);
+        gl.ShaderSource(shader, 1, (const char *const *)&text, NULL);
+        gl.CompileShader(shader);
+        gl.GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+        gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
+        CHECK(compiled && !log[0], "%s: %s", what, log);
+        gl.DeleteShader(shader);
+        validate(what, i ? "comp" : "frag", text);
+    }
+    free(text);
+}
+
+static void second_compiler_agrees(void)
+{
+    if (!have_validator()) {
+        CHECK(!getenv("TEST_REQUIRE_GL"), "no glslangValidator: apt-get install glslang-tools");
+        test_skip("no glslangValidator: apt-get install glslang-tools");
+        return;
+    }
+    if (!begin_gl()) return;
+    int texts = 0;
+    for (int variant = 0; variant < 5; variant++) {
+        mssm_gl_desc d = description(2, 64, variant == 1 ? 1 : 4, variant == 2 ? 4 : 6);
+        mssm_gl *g = NULL;
+        char what[60];
+        d.settings.estimator = (mssm_estimator)(variant % 3);
+        d.settings.moments = variant == 3 ? 6 : 0;
+        gl_fakes_reset();
+        const mssm_result r = whole_life(&g); // shaders may be made when first used
+        CHECK(r == MSSM_OK, "%s", mssm_result_string(r));
+        if (variant > 0) mssm_gl_destroy(g), g = NULL;
+        if (variant > 0 && mssm_gl_create(&g, &d)) continue;
+        for (int i = variant ? fakes.text_count / 2 : 0; i < fakes.text_count; i++) {
+            const GLenum type = fakes.text_types[i];
+            snprintf(what, sizeof what, "own shader %d", i);
+            validate(what, type == GL_COMPUTE_SHADER ? "comp" : type == GL_VERTEX_SHADER ? "vert"
+                                                                                         : "frag",
+                     fakes.texts[i]);
+            texts++;
+        }
+        snprintf(what, sizeof what, "shading, variant %d", variant);
+        validate_shading(g, what);
+        CHECK(!fakes.bad_logs, "%d shaders with a log", fakes.bad_logs);
+        mssm_gl_destroy(g);
+    }
+    test_note("%d texts of its own, 10 of shading", texts);
+    end_gl();
+}
+
+const test_case gl_tests[] = {
+#if UINTPTR_MAX <= 0xffffffffu
+    {0, 0}, // a 32-bit program would need a 32-bit driver, and the text is the same
+#endif
+    {"GL's tables are the CPU's, bit for bit", tables_are_equal},
+    {"GL's spot lights have linear depth in every sample", spot_depth_is_linear_per_sample},
+    {"GL's equal samples are one", equal_samples_are_one},
+    {"GL's visibility is the CPU's", visibility_is_equal},
+    {"GL's settings are obeyed", settings_are_obeyed},
+    {"GL's visibility from shadow space is that from world space", shadow_space_is_the_same},
+    {"GL's visibility of hostile points is in range", hostile_points_are_in_range},
+    {"GL's new maps are lit", new_maps_are_lit},
+    {"GL's picture agrees with ray tracing as the CPU's does", picture_agrees_with_ray_tracing},
+    {"GL's visibility does not flicker from frame to frame", visibility_does_not_flicker},
+    {"the snapshot of GL state sees all of it", the_snapshot_sees_all},
+    {"GL state is left alone by every call", state_is_left_alone},
+    {"GL state is left alone where it is unusual, and the numbers are right",
+     unusual_state_is_left_alone},
+    {"GL numbers are right with each switch of the state turned", each_state_alone_is_harmless},
+    {"GL state that the caller changes between begin and end is his", changes_in_between},
+    {"GL errors of the caller are not ours", callers_error_is_not_ours},
+    {"GL objects are labelled and deleted", objects_are_labelled_and_deleted},
+    {"GL functions may be missing", missing_functions},
+    {"GL and malloc may be out of memory", allocations_fail},
+    {"GL shaders may fail, with any log", shaders_fail},
+    {"GL drivers may have fewer samples or framebuffers", drivers_with_less},
+    {"GL: a resize that fails changes nothing", failed_resize_changes_nothing},
+    {"GL before 4.5 is refused", old_versions_are_refused},
+    {"GL's bad arguments are refused", bad_arguments_are_refused},
+    {"GL's wrong order of calls is refused", wrong_order_is_refused},
+    {"GL's defaults are those of the description", defaults},
+    {"GL's memory does not grow with many lives", many_lives_do_not_grow},
+    {"GL's resize keeps lights and empties maps", resize_keeps_lights_and_empties_maps},
+    {"GL's lights are updated one by one", lights_are_updated_alone},
+    {"GL works in two contexts at once", two_contexts_at_once},
+    {"GL shaders pass a second compiler", second_compiler_agrees},
+    {0, 0}};
