@@ -1,10 +1,10 @@
 // mssm.h - v0.1 - moment soft shadow mapping - MIT or public domain, at your choice (see the end)
 //
 // Soft shadows of area lights in constant time per receiver. A shadow map is turned into a few
-// moments of depth per texel; a summed-area table gives the moments of any rectangle of it; and from
-// four or six moments follow sharp bounds on the share of the light that a receiver sees. This header
-// holds the moment math (usable and testable on its own), the tables, the search for blockers, the
-// filter, and the same math as GLSL text. No dependency but the C standard library.
+// moments of depth per texel; a summed-area table gives the moments of any rectangle of it; and
+// from four or six moments follow sharp bounds on the share of the light that a receiver sees. This
+// header holds the moment math (usable and testable on its own), the tables, the search for
+// blockers, the filter, and the same math as GLSL text. No dependency but the C standard library.
 //
 // QUICK START
 //
@@ -22,7 +22,8 @@
 //         const float box_min[3] = {-2, 0, -2}, box_max[3] = {2, 2, 2};  // of the casters
 //         mssm_light light;
 //         mssm_map *map;
-//         if (mssm_light_directional(&light, to_light, axis, 0.1f, 0.1f, box_min, box_max)) return 1;
+//         if (mssm_light_directional(&light, to_light, axis, 0.1f, 0.1f, box_min, box_max))
+//             return 1;
 //         if (mssm_map_init(&map, memory, sizeof memory, 256, 6)) return 1;
 //         // depth_256x256 was drawn with light.world_to_shadow
 //         if (mssm_map_update(map, depth_256x256, NULL, 1)) return 1;
@@ -33,15 +34,16 @@
 //
 //     mssm_bounds two_surfaces(void)
 //     {
-//         mssm_moments4 m = {{0}}, a = mssm_moments4_of_depth(-0.5f), b = mssm_moments4_of_depth(0.5f);
+//         const mssm_moments4 a = mssm_moments4_of_depth(-0.5f), b = mssm_moments4_of_depth(0.5f);
+//         mssm_moments4 m;
 //         for (int k = 0; k < 4; k++) m.b[k] = 0.3f * a.b[k] + 0.7f * b.b[k];
 //         return mssm_visibility4(mssm_moments4_bias(m, 1e-6f), 0.0f);  // both bounds close to 0.7
 //     }
 //
 // CONVENTIONS
 //
-//   depth z       in [-1,1], -1 nearest the light, linear in the distance along the light's axis, also
-//                 for perspective (spot) lights. 1 where nothing is hit.
+//   depth z       in [-1,1], -1 nearest the light, linear in the distance along the light's axis,
+//                 also for perspective (spot) lights. 1 where nothing is hit.
 //   moments       b[k] = E[z^(k+1)]. The zeroth moment is 1 and is not stored.
 //   visibility    1 where the whole light is seen. All bounds are bounds on visibility.
 //   lights        direction points from the scene to the light. Sizes are tangents of half-angles
@@ -53,7 +55,7 @@
 // MACROS, each to be defined before the #include
 //
 //   MSSM_IMPLEMENTATION   in one source file: compiles the functions
-//   MSSM_NO_GL            there: leaves out the OpenGL half (which needs no GL header and no library)
+//   MSSM_NO_GL            there: leaves out the OpenGL half, which needs no GL header or library
 //   MSSM_MALLOC(bytes), MSSM_FREE(memory)   there: for the OpenGL half; the rest never allocates
 //
 // Threads: no global state. Functions that take a const map may run in parallel on one map.
@@ -87,18 +89,18 @@ typedef struct mssm_roots3 { float x[3]; int count; } mssm_roots3;
 mssm_moments4 mssm_moments4_of_depth(float z);
 mssm_moments6 mssm_moments6_of_depth(float z);
 
-// How strongly moments must be pulled towards the bias vector so that rounding cannot leave the set of
-// valid moments, per storage format (docs/moments.md, "Bias"; printed by `make bias`). A larger value
-// leaks a little more light, a smaller one lets false shadows of up to its size through.
-#define MSSM_BIAS4_FLOAT32 4.8e-7f           // moments as float, mssm_moments4_bias
+// How strongly moments must be pulled towards the bias vector so that rounding cannot leave the set
+// of valid moments, per storage format (docs/moments.md, "Bias"; printed by `make bias`). A larger
+// value leaks a little more light, a smaller one lets false shadows of up to its size through.
+#define MSSM_BIAS4_FLOAT32 4.8e-7f  // moments as float; mssm_moments*_bias
 #define MSSM_BIAS6_FLOAT32 2.2e-6f
-#define MSSM_BIAS4_UNORM16 1.9e-5f           // encoded, stored once in 16 bits, mssm_moments4_bias_encoded
-#define MSSM_BIAS6_UNORM16 3.5e-5f
-#define MSSM_BIAS4_UNORM16_FILTERED 5.6e-5f  // the same after a resolve and a two-pass blur, each stored
+#define MSSM_BIAS4_UNORM16 1.9e-5f  // encoded, stored once in 16 bits; mssm_moments*_bias_encoded
+#define MSSM_BIAS6_UNORM16 3.5e-5f  // (mssm_moments*_bias would need 2.1e-5 and 5.2e-5)
+#define MSSM_BIAS4_UNORM16_FILTERED 5.6e-5f  // the same, stored by a resolve and two blur passes
 #define MSSM_BIAS6_UNORM16_FILTERED 1.05e-4f
-#define MSSM_BIAS4_TABLE 7.0e-7f             // what mssm_map_visibility uses for the tables of this header
+#define MSSM_BIAS4_TABLE 7.0e-7f  // tables of this header, as mssm_map_visibility uses them
 #define MSSM_BIAS6_TABLE 1.3e-6f
-#define MSSM_BIAS4_DECODED 1.4e-6f           // what mssm_map_moments gives, mssm_moments4_bias
+#define MSSM_BIAS4_DECODED 1.4e-6f  // what mssm_map_moments gives; mssm_moments*_bias
 #define MSSM_BIAS6_DECODED 4.0e-6f
 
 // (1 - alpha) m + alpha m*, m* the bias vector that repairs the rounding of moments kept as float32
@@ -117,9 +119,10 @@ mssm_moments4 mssm_moments4_decode(mssm_moments4 q);
 mssm_moments6 mssm_moments6_encode(mssm_moments6 m);
 mssm_moments6 mssm_moments6_decode(mssm_moments6 q);
 
-// Sharp bounds on visibility, 1 - P(depth < z), over all distributions with these moments (m already
-// biased). 0 <= lower <= upper <= 1. The upper bound never darkens a lit surface. Where the moments
-// are not those of any distribution, the bounds of the longest valid part of them (4, 2) are given.
+// Sharp bounds on visibility, 1 - P(depth < z), over all distributions with these moments (m
+// already biased). 0 <= lower <= upper <= 1. The upper bound never darkens a lit surface. Where the
+// moments are not those of any distribution, the bounds of the longest valid part of them (4, 2)
+// are given.
 mssm_bounds mssm_visibility4(mssm_moments4 m, float z);
 mssm_bounds mssm_visibility6(mssm_moments6 m, float z);
 
@@ -132,14 +135,15 @@ void mssm_visibility6_array(int count, const float *const b[6], const float *z, 
                             float *upper);
 
 // The distribution with the fewest depths that has the moments m and z among its depths (canonical
-// representation): z[0] is the given depth, the others ascend, w are their shares, sum 1. Depths that
-// would lie at infinity are put far outside with a share of about 0.
+// representation): z[0] is the given depth, the others ascend, w are their shares, sum 1. Depths
+// that would lie at infinity are put far outside with a share of about 0.
 mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z);
 mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z);
 
-// Mean depth of the blockers nearer than z, where the receiver's own share w0 takes part as if it were
-// a blocker at z, clamped to [self_weight_min, self_weight_max]. 1e-3, 1e-3: the lower estimate (image-
-// based lighting paper, Eq. 7); 1e-3, 1: the upper estimate (Eq. 19). In [-1,z]; z without blockers.
+// Mean depth of the blockers nearer than z, where the receiver's own share w0 takes part as if it
+// were a blocker at z, clamped to [self_weight_min, self_weight_max]. 1e-3, 1e-3: the lower
+// estimate (image- based lighting paper, Eq. 7); 1e-3, 1: the upper estimate (Eq. 19). In [-1,z]; z
+// without blockers.
 float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max);
 float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max);
 
@@ -164,30 +168,32 @@ typedef enum mssm_result {
 // One line for people. Never null.
 const char *mssm_result_string(mssm_result r);
 
-// A light and its frustum. Fill it with one of the functions below, or by hand for frusta of your own.
+// A light and its frustum. Fill it with one of the functions below, or by hand for frusta of your
+// own.
 typedef struct mssm_light {
-    float world_to_shadow[16];   // clip = M (p,1); shadow-space x, y = clip.xy / clip.w. Suits gl_Position.
-                                 // Depth is clip.z for directional lights. For perspective ones it is
-                                 // linear in clip.w, the distance along the axis: -1 at z_near, 1 at z_far
-    int perspective;             // 0: directional
-    float half_u, half_v;        // directional: tangents of the half-angles; spot: half-widths in world units
-    float extent_u, extent_v;    // directional: half-size of the frustum in world units; spot: tan_half_fov
-    float z_near, z_far;         // distance along the axis of depth -1 and 1, world units; only the
-                                 // difference counts for directional lights
+    // clip = M (p,1), fit for gl_Position; shadow-space x, y = clip.xy / clip.w. Depth is clip.z for
+    // directional lights. For perspective ones it is linear in clip.w, the distance along the axis: -1
+    // at z_near, 1 at z_far.
+    float world_to_shadow[16];
+    int perspective;           // 0: directional
+    float half_u, half_v;      // directional: tangents of half-angles; spot: half-widths, world units
+    float extent_u, extent_v;  // directional: half-size of the frustum, world units; spot: tan_half_fov
+    float z_near, z_far;       // distance along the axis of depth -1 and 1, world units; only the
+                               // difference counts for directional lights
 } mssm_light;
 
-// A light at infinity: a rectangle of the sky with tangents of half-angles tan_half_u, tan_half_v >= 0
-// along axis_u and across it. The frustum is fitted to the box of the casters; receivers may lie
-// outside. direction needs not be unit. axis_u is made orthogonal to it; where that is impossible
-// another axis is taken. Fails, with light untouched, on numbers that are not finite, a zero direction
-// or box_min > box_max.
-mssm_result mssm_light_directional(mssm_light *light, const float direction[3], const float axis_u[3],
-                                   float tan_half_u, float tan_half_v, const float box_min[3],
-                                   const float box_max[3]);
+// A light at infinity: a rectangle of the sky with tangents of half-angles tan_half_u, tan_half_v
+// >= 0 along axis_u and across it. The frustum is fitted to the box of the casters; receivers may
+// lie outside. direction needs not be unit. axis_u is made orthogonal to it; where that is
+// impossible another axis is taken. Fails, with light untouched, on numbers that are not finite, a
+// zero direction or box_min > box_max.
+mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
+                                   const float axis_u[3], float tan_half_u, float tan_half_v,
+                                   const float box_min[3], const float box_max[3]);
 
-// A rectangle of half_width_u by half_width_v >= 0 (world units) at position, shining along -direction
-// into a square pyramid of half-angle tangent tan_half_fov > 0 between the distances
-// 0 < z_near < z_far. Casters must lie between the two. Outside of the pyramid all counts as lit: the
+// A rectangle of half_width_u by half_width_v >= 0 (world units) at position, shining along
+// -direction into a square pyramid of half-angle tangent tan_half_fov > 0 between the distances 0 <
+// z_near < z_far. Casters must lie between the two. Outside of the pyramid all counts as lit: the
 // cone's falloff is the caller's. Fails as above.
 mssm_result mssm_light_spot(mssm_light *light, const float position[3], const float direction[3],
                             const float axis_u[3], float tan_half_fov, float z_near, float z_far,
@@ -210,34 +216,34 @@ typedef enum mssm_estimator {
 typedef struct mssm_settings {  // zero means default everywhere
     int moments;                // 4, 6, or 0: as few as the receiver needs, at most the map's
     mssm_estimator estimator;
-    float moment_bias;          // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
-    float depth_bias;           // in units of z; 0: a texel, none where back faces were given. Blockers
-                                // fade in over twice as much, so that they don't pop
-    int max_kernel;             // widest filter in texels of level 0; 0: as wide as the light asks for
-    float tolerance;            // error of visibility below which work may be left out; 0: 1/256
+    float moment_bias;  // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
+    float depth_bias;   // in units of z; 0: a texel, none where back faces were given. Blockers fade in
+                        // over twice as much, so that they don't pop
+    int max_kernel;     // widest filter in texels of level 0; 0: as wide as the light asks for
+    float tolerance;    // error of visibility below which work may be left out; 0: 1/256
 } mssm_settings;
 
 typedef struct mssm_map mssm_map;
 
-// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * moments * 4 and a third
-// more for the coarser levels. 0 if the arguments are out of range.
+// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * moments * 4 and a
+// third more for the coarser levels. 0 if the arguments are out of range.
 size_t mssm_map_bytes(int side, int moments);
 
 // Lays out a map in memory (any alignment; must not be moved while in use). The map starts empty:
 // everything is lit. Fails with *map untouched.
 mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments);
 
-// Takes a depth map and builds all tables. Depth at [(y*side + x)*samples + s], 1 to 64 samples a texel,
-// 1 where nothing is hit, clamped to [-1,1], NaN counts as 1. With back (the depth of back faces, same
-// layout) the mean of both is used, sample by sample: no depth bias, so firmer contact shadows of
-// separate convex casters under small lights, but leaks next to concave ones; NULL for
+// Takes a depth map and builds all tables. Depth at [(y*side + x)*samples + s], 1 to 64 samples a
+// texel, 1 where nothing is hit, clamped to [-1,1], NaN counts as 1. With back (the depth of back
+// faces, same layout) the mean of both is used, sample by sample: no depth bias, so firmer contact
+// shadows of separate convex casters under small lights, but leaks next to concave ones; NULL for
 // open meshes. Fails with the map untouched.
 mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples);
 
-// Visibility of the light from a world-space point, in [0,1]. settings may be NULL. Points outside the
-// map, nearer than its near plane or not finite are lit.
-float mssm_map_visibility(const mssm_map *map, const mssm_light *light, const mssm_settings *settings,
-                          const float point[3]);
+// Visibility of the light from a world-space point, in [0,1]. settings may be NULL. Points outside
+// the map, nearer than its near plane or not finite are lit.
+float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
+                          const mssm_settings *settings, const float point[3]);
 
 // Moments of depth of a rectangle of the map, for estimators of one's own: centre and half-sizes in
 // shadow space, at least half a texel, as if depth were 1 outside of the map. Not biased yet:
@@ -248,10 +254,11 @@ mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half
 // To be put after #version. Static storage.
 const char *mssm_glsl_math(void);
 
-// GLSL 4.50 text of the estimators, for a pipeline of one's own (Vulkan, other table formats); to be put after
-// mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map, mssm_view, mssm_options,
-// mssm_receiver), and calls mssm_moments6 mssm_query(int map, int moments, float x, float y, float half_x,
-// float half_y), which is yours to define: the Chebyshev moments that a rectangle of the map holds.
+// GLSL 4.50 text of the estimators, for a pipeline of one's own (Vulkan, other table formats); to
+// be put after mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map,
+// mssm_view, mssm_options, mssm_receiver), and calls mssm_moments6 mssm_query(int map, int moments,
+// float x, float y, float half_x, float half_y), which is yours to define: the Chebyshev moments
+// that a rectangle of the map holds.
 const char *mssm_glsl_shading(void);
 
 // ------------------------------------------------------------------------------------------------
@@ -263,16 +270,16 @@ const char *mssm_glsl_shading(void);
 //     for (int i = 0; i < lights; i++) {
 //         mssm_gl_set_light(gl, i, &light[i]);            // where it changed
 //         mssm_gl_begin_depth(gl, i, 0);
-//         draw_casters(light[i].world_to_shadow);         // gl_Position = world_to_shadow * position
+//         draw_casters(light[i].world_to_shadow);  // gl_Position = world_to_shadow * position
 //         mssm_gl_end_depth(gl);
 //     }
 //     mssm_gl_build(gl);
 //     mssm_gl_bind(gl);
 //     draw_scene();                                       // with mssm_visibility() in its shader
 //
-// Calls must come with the context of mssm_gl_create current; several contexts may have one mssm_gl each.
-// They leave the GL state as they found it, but for what mssm_gl_bind says it binds and, between begin and
-// end, the state of the depth pass. Objects carry labels that start with "mssm".
+// Calls must come with the context of mssm_gl_create current; several contexts may have one mssm_gl
+// each. They leave the GL state as they found it, but for what mssm_gl_bind says it binds and,
+// between begin and end, the state of the depth pass. Objects carry labels that start with "mssm".
 
 typedef void (*mssm_gl_function)(void);
 typedef mssm_gl_function (*mssm_gl_loader)(const char *name);  // glfwGetProcAddress and the like
@@ -292,43 +299,46 @@ typedef struct mssm_gl_desc {  // zero means default everywhere
 
 typedef struct mssm_gl mssm_gl;
 
-// Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 24 bytes and a
-// third more, and two depth targets of side^2 * samples * 4. On failure *gl is untouched, nothing is left
-// behind, and the log has said why.
+// Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 24
+// bytes and a third more, and two depth targets of side^2 * samples * 4. On failure *gl is
+// untouched, nothing is left behind, and the log has said why.
 mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
 
 // Deletes all objects. gl may be NULL. A depth pass under way is ended.
 void mssm_gl_destroy(mssm_gl *gl);
 
-// Other numbers of lights or texels, 0 for the defaults. Lights stay set, maps must be drawn again. On failure
-// everything is as it was.
+// Other numbers of lights or texels, 0 for the defaults. Lights stay set, maps must be drawn again.
+// On failure everything is as it was.
 mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side);
 
 // The light with this index, from mssm_light_directional or mssm_light_spot, or filled in by hand.
 mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
 
-// Between these two the application draws its casters into the light's depth map. begin binds a multisampled
-// framebuffer without colour, sets viewport, depth test, depth range and clip control (-1 to 1) and clears
-// depth; culling is off, or with back_faces front faces are culled. end restores all of that and turns
-// depth into moments. A pass with back_faces must directly follow the light's pass without: the mean of both is
-// used then, sample by sample, as with mssm_map_update.
+// Between these two the application draws its casters into the light's depth map. begin binds a
+// multisampled framebuffer without colour, sets viewport, depth test, depth range and clip control
+// (-1 to 1) and clears depth; culling is off, or with back_faces front faces are culled. end
+// restores all of that and turns depth into moments. A pass with back_faces must directly follow
+// the light's pass without: the mean of both is used then, sample by sample, as with
+// mssm_map_update.
 mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
 mssm_result mssm_gl_end_depth(mssm_gl *gl);
 
-// Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of as many
-// levels as the widest light needs.
+// Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of
+// as many levels as the widest light needs.
 mssm_result mssm_gl_build(mssm_gl *gl);
 
-// Binds what shading reads: textures at units first_texture_unit and the next (and no samplers), a shader
-// storage buffer at first_buffer_binding. Once a frame after the build, or whenever these were changed.
+// Binds what shading reads: textures at units first_texture_unit and the next (and no samplers), a
+// shader storage buffer at first_buffer_binding. Once a frame after the build, or whenever these
+// were changed.
 mssm_result mssm_gl_bind(mssm_gl *gl);
 
 // GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
-// float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth. Lives as long as gl.
+// float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth. Lives as long
+// as gl.
 const char *mssm_gl_shader(const mssm_gl *gl);
 
-// The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip levels.
-// which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments.
+// The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
+// levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments.
 unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
 #ifdef __cplusplus
@@ -354,8 +364,9 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 extern "C" {
 #endif
 
-// What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and is
-// quoted by `make glsl` into mssm__glsl_text further down. No pointers, casts or preprocessor lines.
+// What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and
+// is quoted by `make glsl` into mssm__glsl_text further down. No pointers, casts or preprocessor
+// lines.
 #if defined __GNUC__
 #define MSSM_SHARED static inline __attribute__((always_inline))
 #else
@@ -530,27 +541,27 @@ mssm_moments6 mssm_moments6_decode(mssm_moments6 q)
 // ---- Bounds without the roots (docs/moments.md, "Bounds") ----
 //
 // Notation: u = depth - mean. D1, D2, D3 are the pivots of the moment matrix (squared norms of the
-// monic orthogonal polynomials p1 = u, p2 = (u - a1) p1 - D1, p3 = (u - a2) p2 - D2/D1 p1), u0 is the
-// receiver. The kernel K(u) = 1 + p1(u) p1(u0)/D1 + p2(u) p2(u0)/D2 + ... vanishes at all other depths
-// of the canonical representation. With v = 1/(u - u0) it reads k0 v^n + k1 v^(n-1) + ... + kn, where
-// k0 > 0 is 1/w0, the inverse share of the receiver, times a positive factor. All roots are real, so
-// Descartes' rule is exact: the number of sign changes is the number of depths beyond the receiver.
-// The share of any depth x is 1/K(x,x) (Christoffel number).
+// monic orthogonal polynomials p1 = u, p2 = (u - a1) p1 - D1, p3 = (u - a2) p2 - D2/D1 p1), u0 is
+// the receiver. The kernel K(u) = 1 + p1(u) p1(u0)/D1 + p2(u) p2(u0)/D2 + ... vanishes at all other
+// depths of the canonical representation. With v = 1/(u - u0) it reads k0 v^n + k1 v^(n-1) + ... +
+// kn, where k0 > 0 is 1/w0, the inverse share of the receiver, times a positive factor. All roots
+// are real, so Descartes' rule is exact: the number of sign changes is the number of depths beyond
+// the receiver. The share of any depth x is 1/K(x,x) (Christoffel number).
 
-// Floors: pivots below half of alpha times those of the bias vector (D1 = b2, D2 = b4 - b2^2,
-// D3 = b6 - b4^2/b2) do not come from rounding of safely biased moments, for the smaller of the two
-// biases that fit a function. The moments are then those of no distribution, and the longest valid part
-// of them is used: 6, 4 or 2, and for none a single surface of the variance D1's floor. That cuts false
-// shadows 90 times where a user's bias is too small.
+// Floors: pivots below half of alpha times those of the bias vector (D1 = b2, D2 = b4 - b2^2, D3 =
+// b6 - b4^2/b2) do not come from rounding of safely biased moments, for the smaller of the two
+// biases that fit a function. The moments are then those of no distribution, and the longest valid
+// part of them is used: 6, 4 or 2, and for none a single surface of the variance D1's floor. That
+// cuts false shadows 90 times where a user's bias is too small.
 
-// Factorised moment matrix (L D L^T): pivots d and the entries c of L that the polynomials need. d2 or
-// d3 is 0 where the moments are valid only up to there; d1 is never below its floor.
+// Factorised moment matrix (L D L^T): pivots d and the entries c of L that the polynomials need. d2
+// or d3 is 0 where the moments are valid only up to there; d1 is never below its floor.
 struct mssm_pivots {
     float mean, d1, c21, d2, c32, d3;
 };
 
 struct mssm_kernel4 {
-    float mean, u0, i1, i2, f1, q2;  // i = 1/d; q, f, e = values and slopes of the polynomials at u0
+    float mean, u0, i1, i2, f1, q2;  // i = 1/d; q, f, e: values and slopes of polynomials at u0
     float k0, k1, k2, w0;
 };
 
@@ -717,8 +728,9 @@ MSSM_SHARED struct mssm_split mssm_split4(struct mssm_kernel4 k)
     return r;
 }
 
-// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its side;
-// its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d < 0.
+// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its
+// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d <
+// 0.
 MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
 {
     int falling = k.k1 < 0.0f ? 1 : 0;
@@ -741,7 +753,7 @@ MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
     float y_c = c >= 0.0f ? y_a : y_b;
     y_c = b > 0.0f ? y_c : y;
     y = y_c < y ? y_c : y;
-    for (int i = 0; i < 3; i++) {  // Halley: from there monotone, error below 1e-6 after three steps
+    for (int i = 0; i < 3; i++) {  // Halley: monotone from there, error below 1e-6 after three
         float f = ((y + b) * y + c) * y + d;
         float f1 = (3.0f * y + 2.0f * b) * y + c;
         float f2 = 6.0f * y + 2.0f * b;
@@ -842,9 +854,10 @@ MSSM_SHARED struct mssm_pair mssm_quadratic(float b, float c)
     return r;
 }
 
-// Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection point, which
-// is simple unless all three coincide. Newton's method finds it fast from outside, no further than reach
-// from that point, and deflation by it is stable (after Kahan, "To solve a real cubic equation", 1986).
+// Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection
+// point, which is simple unless all three coincide. Newton's method finds it fast from outside, no
+// further than reach from that point, and deflation by it is stable (after Kahan, "To solve a real
+// cubic equation", 1986).
 MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float reach)
 {
     float x = b * (-1.0f / 3.0f);
@@ -857,7 +870,7 @@ MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float r
         f = ((x + b) * x + c) * x + d;
         f1 = (3.0f * x + 2.0f * b) * x + c;
         float step = f1 > 0.0f ? side * f / f1 : -size;
-        if (fabsf(step) > size) break;  // steps shrink, except where all is rounding: three equal roots
+        if (fabsf(step) > size) break;  // steps shrink, or all is rounding: three equal roots
         size = fabsf(step);
         x = x - side * step;
         if (step >= 0.0f) break;
@@ -969,9 +982,9 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     c = c / size / size;
     d = d / size / size / size;
     struct mssm_deflated left = mssm_deflate(b, c, d, mssm_reach(b, c, d));
-    // A complex pair counts as a double root where rounding of the coefficients can have made it: where
-    // the cubic at its real part m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which
-    // it is next to a triple root, where m is the root itself.
+    // A complex pair counts as a double root where rounding of the coefficients can have made it:
+    // where the cubic at its real part m, disc * (m - root), is noise. The larger of that and
+    // |disc|^(3/2), which it is next to a triple root, where m is the root itself.
     float m = -0.5f * left.b;
     float am = fabsf(m);
     float disc = left.c - m * m;
@@ -1031,8 +1044,8 @@ MSSM_SHARED mssm_points4 mssm_points_of6(struct mssm_kernel6 k)
     float t_low = tb.x0 < tb.x1 ? tb.x0 : tb.x1;
     tb.x1 = tb.x0 < tb.x1 ? tb.x1 : tb.x0;
     tb.x0 = t_low;
-    // The single root is the well-conditioned one, and so is its share. The shares of a close pair are
-    // not, but their sum is: what the others leave.
+    // The single root is the well-conditioned one, and so is its share. The shares of a close pair
+    // are not, but their sum is: what the others leave.
     float total = 1.0f - k.w0;
     float share_a = mssm_share6(k, ta);
     share_a = share_a < total ? share_a : total;
@@ -1066,10 +1079,11 @@ mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)
 }
 // ---- Stored moments: factorised in the Chebyshev basis, without decoding ----
 //
-// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2 make
-// the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16. Skipping
-// the conversion to powers skips its rounding, which the safe bias would have to pay for (4e-6
-// instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197, floors as above.
+// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2
+// make the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16.
+// Skipping the conversion to powers skips its rounding, which the safe bias would have to pay for
+// (4e-6 instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197, floors as
+// above.
 
 MSSM_SHARED struct mssm_pivots mssm_factorise_stored4(mssm_moments4 t, float alpha)
 {
@@ -1207,12 +1221,13 @@ static int mssm__normalise(double a[3])
     return 1;
 }
 
-// Casters get depths up to here: texels where nothing is hit, depth 1, must be told from the casters'
-// far end by receivers behind it, whose depth is taken as halfway in between (measured: a gap of .05
-// instead doubles the error of scenes with one layer, .2 gains nothing).
+// Casters get depths up to here: texels where nothing is hit, depth 1, must be told from the
+// casters' far end by receivers behind it, whose depth is taken as halfway in between (measured: a
+// gap of .05 instead doubles the error of scenes with one layer, .2 gains nothing).
 #define MSSM_FAR_CASTER 0.8f
 
-// The light's frame: rows u, v, direction, right-handed (u x v = direction). 0 for a zero direction.
+// The light's frame: rows u, v, direction, right-handed (u x v = direction). 0 for a zero
+// direction.
 static int mssm__frame(const float direction[3], const float axis_u[3], double frame[3][3])
 {
     double *u = frame[0], *v = frame[1], *w = frame[2];
@@ -1221,7 +1236,7 @@ static int mssm__frame(const float direction[3], const float axis_u[3], double f
     for (int i = 0; i < 3; i++) u[i] = axis_u[i];
     int usable = mssm__normalise(u);
     mssm__cross(w, u, v);
-    if (!usable || mssm__dot(v, v) < 1e-12) {  // no direction of its own: take the least aligned axis
+    if (!usable || mssm__dot(v, v) < 1e-12) {  // none of its own: take the least aligned axis
         int least = fabs(w[0]) < fabs(w[1]) ? (fabs(w[0]) < fabs(w[2]) ? 0 : 2)
                                             : (fabs(w[1]) < fabs(w[2]) ? 1 : 2);
         for (int i = 0; i < 3; i++) u[i] = i == least;
@@ -1238,13 +1253,13 @@ static void mssm__set_row(float m[16], int row, const double axis[3], double sca
     m[12 + row] = (float)offset;
 }
 
-mssm_result mssm_light_directional(mssm_light *light, const float direction[3], const float axis_u[3],
-                                   float tan_half_u, float tan_half_v, const float box_min[3],
-                                   const float box_max[3])
+mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
+                                   const float axis_u[3], float tan_half_u, float tan_half_v,
+                                   const float box_min[3], const float box_max[3])
 {
     double frame[3][3], low[3], high[3];
-    if (!light || !direction || !axis_u || !box_min || !box_max || !mssm__all_finite(direction, 3) ||
-        !mssm__all_finite(axis_u, 3) || !mssm__all_finite(box_min, 3) ||
+    if (!light || !direction || !axis_u || !box_min || !box_max ||
+        !mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3) || !mssm__all_finite(box_min, 3) ||
         !mssm__all_finite(box_max, 3) || !mssm__is_finite(tan_half_u) ||
         !mssm__is_finite(tan_half_v) || tan_half_u < 0 || tan_half_v < 0 ||
         !mssm__frame(direction, axis_u, frame)) {
@@ -1353,7 +1368,8 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
 // difference. 5 less leave room for T_k that rounding takes an ulp or two beyond 1.
 #define MSSM_KERNEL 27.0f
 #define MSSM_SCALE 2945788
-#define MSSM_INVERSE_SCALE ((1.0f - 2.4e-7f) / (float)MSSM_SCALE)  // weights that round to more than 1 stay below
+// Less than the inverse by so much that weights which round to a sum above 1 do no harm.
+#define MSSM_INVERSE_SCALE ((1.0f - 2.4e-7f) / (float)MSSM_SCALE)
 #define MSSM__LEVELS 11      // of a map of 16384^2
 #define MSSM__SIDE 16384
 
@@ -1969,8 +1985,8 @@ static struct mssm_options mssm__options(const mssm_settings *set, int map_momen
     return o;
 }
 
-float mssm_map_visibility(const mssm_map *map, const mssm_light *light, const mssm_settings *settings,
-                          const float point[3])
+float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
+                          const mssm_settings *settings, const float point[3])
 {
     if (!map || !light || !point || !mssm__all_finite(point, 3)) return 1;
     const mssm_view view = mssm__view(light, settings, map->side, map->levels, map->averaged);
@@ -2195,27 +2211,27 @@ static const char mssm__glsl_math[] =
     "// ---- Bounds without the roots (docs/moments.md, \"Bounds\") ----\n"
     "//\n"
     "// Notation: u = depth - mean. D1, D2, D3 are the pivots of the moment matrix (squared norms of the\n"
-    "// monic orthogonal polynomials p1 = u, p2 = (u - a1) p1 - D1, p3 = (u - a2) p2 - D2/D1 p1), u0 is the\n"
-    "// receiver. The kernel K(u) = 1 + p1(u) p1(u0)/D1 + p2(u) p2(u0)/D2 + ... vanishes at all other depths\n"
-    "// of the canonical representation. With v = 1/(u - u0) it reads k0 v^n + k1 v^(n-1) + ... + kn, where\n"
-    "// k0 > 0 is 1/w0, the inverse share of the receiver, times a positive factor. All roots are real, so\n"
-    "// Descartes' rule is exact: the number of sign changes is the number of depths beyond the receiver.\n"
-    "// The share of any depth x is 1/K(x,x) (Christoffel number).\n"
+    "// monic orthogonal polynomials p1 = u, p2 = (u - a1) p1 - D1, p3 = (u - a2) p2 - D2/D1 p1), u0 is\n"
+    "// the receiver. The kernel K(u) = 1 + p1(u) p1(u0)/D1 + p2(u) p2(u0)/D2 + ... vanishes at all other\n"
+    "// depths of the canonical representation. With v = 1/(u - u0) it reads k0 v^n + k1 v^(n-1) + ... +\n"
+    "// kn, where k0 > 0 is 1/w0, the inverse share of the receiver, times a positive factor. All roots\n"
+    "// are real, so Descartes' rule is exact: the number of sign changes is the number of depths beyond\n"
+    "// the receiver. The share of any depth x is 1/K(x,x) (Christoffel number).\n"
     "\n"
-    "// Floors: pivots below half of alpha times those of the bias vector (D1 = b2, D2 = b4 - b2^2,\n"
-    "// D3 = b6 - b4^2/b2) do not come from rounding of safely biased moments, for the smaller of the two\n"
-    "// biases that fit a function. The moments are then those of no distribution, and the longest valid part\n"
-    "// of them is used: 6, 4 or 2, and for none a single surface of the variance D1's floor. That cuts false\n"
-    "// shadows 90 times where a user's bias is too small.\n"
+    "// Floors: pivots below half of alpha times those of the bias vector (D1 = b2, D2 = b4 - b2^2, D3 =\n"
+    "// b6 - b4^2/b2) do not come from rounding of safely biased moments, for the smaller of the two\n"
+    "// biases that fit a function. The moments are then those of no distribution, and the longest valid\n"
+    "// part of them is used: 6, 4 or 2, and for none a single surface of the variance D1's floor. That\n"
+    "// cuts false shadows 90 times where a user's bias is too small.\n"
     "\n"
-    "// Factorised moment matrix (L D L^T): pivots d and the entries c of L that the polynomials need. d2 or\n"
-    "// d3 is 0 where the moments are valid only up to there; d1 is never below its floor.\n"
+    "// Factorised moment matrix (L D L^T): pivots d and the entries c of L that the polynomials need. d2\n"
+    "// or d3 is 0 where the moments are valid only up to there; d1 is never below its floor.\n"
     "struct mssm_pivots {\n"
     "    float mean, d1, c21, d2, c32, d3;\n"
     "};\n"
     "\n"
     "struct mssm_kernel4 {\n"
-    "    float mean, u0, i1, i2, f1, q2;  // i = 1/d; q, f, e = values and slopes of the polynomials at u0\n"
+    "    float mean, u0, i1, i2, f1, q2;  // i = 1/d; q, f, e: values and slopes of polynomials at u0\n"
     "    float k0, k1, k2, w0;\n"
     "};\n"
     "\n"
@@ -2382,8 +2398,9 @@ static const char mssm__glsl_math[] =
     "    return r;\n"
     "}\n"
     "\n"
-    "// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its side;\n"
-    "// its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d < 0.\n"
+    "// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its\n"
+    "// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d <\n"
+    "// 0.\n"
     "MSSM_SHARED mssm_split mssm_split6(mssm_kernel6 k)\n"
     "{\n"
     "    int falling = k.k1 < 0.0f ? 1 : 0;\n"
@@ -2406,7 +2423,7 @@ static const char mssm__glsl_math[] =
     "    float y_c = c >= 0.0f ? y_a : y_b;\n"
     "    y_c = b > 0.0f ? y_c : y;\n"
     "    y = y_c < y ? y_c : y;\n"
-    "    for (int i = 0; i < 3; i++) {  // Halley: from there monotone, error below 1e-6 after three steps\n"
+    "    for (int i = 0; i < 3; i++) {  // Halley: monotone from there, error below 1e-6 after three\n"
     "        float f = ((y + b) * y + c) * y + d;\n"
     "        float f1 = (3.0f * y + 2.0f * b) * y + c;\n"
     "        float f2 = 6.0f * y + 2.0f * b;\n"
@@ -2507,9 +2524,10 @@ static const char mssm__glsl_math[] =
     "    return r;\n"
     "}\n"
     "\n"
-    "// Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection point, which\n"
-    "// is simple unless all three coincide. Newton's method finds it fast from outside, no further than reach\n"
-    "// from that point, and deflation by it is stable (after Kahan, \"To solve a real cubic equation\", 1986).\n"
+    "// Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection\n"
+    "// point, which is simple unless all three coincide. Newton's method finds it fast from outside, no\n"
+    "// further than reach from that point, and deflation by it is stable (after Kahan, \"To solve a real\n"
+    "// cubic equation\", 1986).\n"
     "MSSM_SHARED mssm_deflated mssm_deflate(float b, float c, float d, float reach)\n"
     "{\n"
     "    float x = b * (-1.0f / 3.0f);\n"
@@ -2522,7 +2540,7 @@ static const char mssm__glsl_math[] =
     "        f = ((x + b) * x + c) * x + d;\n"
     "        f1 = (3.0f * x + 2.0f * b) * x + c;\n"
     "        float step = f1 > 0.0f ? side * f / f1 : -size;\n"
-    "        if (fabsf(step) > size) break;  // steps shrink, except where all is rounding: three equal roots\n"
+    "        if (fabsf(step) > size) break;  // steps shrink, or all is rounding: three equal roots\n"
     "        size = fabsf(step);\n"
     "        x = x - side * step;\n"
     "        if (step >= 0.0f) break;\n"
@@ -2634,9 +2652,9 @@ static const char mssm__glsl_math[] =
     "    c = c / size / size;\n"
     "    d = d / size / size / size;\n"
     "    mssm_deflated left = mssm_deflate(b, c, d, mssm_reach(b, c, d));\n"
-    "    // A complex pair counts as a double root where rounding of the coefficients can have made it: where\n"
-    "    // the cubic at its real part m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which\n"
-    "    // it is next to a triple root, where m is the root itself.\n"
+    "    // A complex pair counts as a double root where rounding of the coefficients can have made it:\n"
+    "    // where the cubic at its real part m, disc * (m - root), is noise. The larger of that and\n"
+    "    // |disc|^(3/2), which it is next to a triple root, where m is the root itself.\n"
     "    float m = -0.5f * left.b;\n"
     "    float am = fabsf(m);\n"
     "    float disc = left.c - m * m;\n"
@@ -2696,8 +2714,8 @@ static const char mssm__glsl_math[] =
     "    float t_low = tb.x0 < tb.x1 ? tb.x0 : tb.x1;\n"
     "    tb.x1 = tb.x0 < tb.x1 ? tb.x1 : tb.x0;\n"
     "    tb.x0 = t_low;\n"
-    "    // The single root is the well-conditioned one, and so is its share. The shares of a close pair are\n"
-    "    // not, but their sum is: what the others leave.\n"
+    "    // The single root is the well-conditioned one, and so is its share. The shares of a close pair\n"
+    "    // are not, but their sum is: what the others leave.\n"
     "    float total = 1.0f - k.w0;\n"
     "    float share_a = mssm_share6(k, ta);\n"
     "    share_a = share_a < total ? share_a : total;\n"
@@ -2731,10 +2749,11 @@ static const char mssm__glsl_math[] =
     "}\n"
     "// ---- Stored moments: factorised in the Chebyshev basis, without decoding ----\n"
     "//\n"
-    "// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2 make\n"
-    "// the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16. Skipping\n"
-    "// the conversion to powers skips its rounding, which the safe bias would have to pay for (4e-6\n"
-    "// instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197, floors as above.\n"
+    "// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2\n"
+    "// make the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16.\n"
+    "// Skipping the conversion to powers skips its rounding, which the safe bias would have to pay for\n"
+    "// (4e-6 instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197, floors as\n"
+    "// above.\n"
     "\n"
     "MSSM_SHARED mssm_pivots mssm_factorise_stored4(mssm_moments4 t, float alpha)\n"
     "{\n"
@@ -3342,8 +3361,8 @@ struct mssm_gl {
 
 static const char mssm__glsl_version[] = "#version 450 core\n";
 
-// Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from fusing
-// what the C code does not fuse: tables are equal bit for bit.
+// Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from
+// fusing what the C code does not fuse: tables are equal bit for bit.
 static const char mssm__glsl_resolve[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
     "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
@@ -3389,8 +3408,8 @@ static const char mssm__glsl_resolve[] =
     "#endif\n"
     "}\n";
 
-// What the table passes share: the level in hand, and the lights of a batch. Channels 5 and 6 are there
-// for 6 moments only.
+// What the table passes share: the level in hand, and the lights of a batch. Channels 5 and 6 are
+// there for 6 moments only.
 static const char mssm__glsl_tables[] =
     "layout(binding = 0, rgba32i) uniform iimage2DArray table0;\n"
     "layout(location = 0) uniform int layers[MSSM_BATCH];\n"
@@ -3418,9 +3437,10 @@ static const char mssm__glsl_tables[] =
     "    return entry(e.a + f.a, e.b + f.b);\n"
     "}\n";
 
-// Prefix sums along rows, one work group a row: four texels a thread in registers, a scan of the threads'
-// sums in shared memory, a carry from block to block. MSSM_HALVE makes the texels of a coarser level on
-// the way: each is the mean of four of the level below, one difference of that level's finished table.
+// Prefix sums along rows, one work group a row: four texels a thread in registers, a scan of the
+// threads' sums in shared memory, a carry from block to block. MSSM_HALVE makes the texels of a
+// coarser level on the way: each is the mean of four of the level below, one difference of that
+// level's finished table.
 static const char mssm__glsl_rows[] =
     "layout(local_size_x = 64) in;\n"
     "#ifdef MSSM_HALVE\n"
@@ -3506,8 +3526,8 @@ static const char mssm__glsl_columns[] =
     "    }\n"
     "}\n";
 
-// Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first texel
-// they are 0.
+// Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first
+// texel they are 0.
 static const char mssm__glsl_entry[] =
     "layout(binding = MSSM_UNIT) uniform isampler2DArray mssm_table0;\n"
     "#if MSSM_MOMENTS == 6\n"
@@ -3597,7 +3617,7 @@ static void mssm__log(const mssm_gl *gl, const char *what, const char *detail)
 
 static int mssm__get(const mssm_gl *gl, mssm__glenum name)
 {
-    int value[4] = {0};  // four: some drivers write more than one
+    int value[4] = {0}; // four: some drivers write more than one
     gl->f.GetIntegerv(name, value);
     return value[0];
 }
@@ -3618,18 +3638,18 @@ static mssm__glenum mssm__take_error(const mssm_gl *gl)
 static mssm_result mssm__load(mssm_gl *gl)
 {
     const char *missing = NULL;
-#define MSSM__GL_LOAD(result, name, parameters)                                                    \
-    {                                                                                              \
-        const mssm_gl_function f = gl->desc.load("gl" #name);                                      \
-        memcpy(&gl->f.name, &f, sizeof f);                                                         \
-        if (!f && !missing) missing = "gl" #name;                                                  \
+#define MSSM__GL_LOAD(result, name, parameters)               \
+    {                                                         \
+        const mssm_gl_function f = gl->desc.load("gl" #name); \
+        memcpy(&gl->f.name, &f, sizeof f);                    \
+        if (!f && !missing) missing = "gl" #name;             \
     }
     MSSM__GL_FUNCTIONS(MSSM__GL_LOAD)
 #undef MSSM__GL_LOAD
     if (gl->f.GetIntegerv && gl->f.GetString && gl->f.GetError) {
         const char *text = (const char *)gl->f.GetString(MSSM__GL_VERSION);
-        const int version = mssm__get(gl, MSSM__GL_MAJOR_VERSION) * 10 +
-                            mssm__get(gl, MSSM__GL_MINOR_VERSION);
+        const int version =
+            mssm__get(gl, MSSM__GL_MAJOR_VERSION) * 10 + mssm__get(gl, MSSM__GL_MINOR_VERSION);
         if (!text || !strncmp(text, "OpenGL ES", 9) || version < 45) {
             mssm__log(gl, "OpenGL 4.5 is needed, this context is ", text ? text : "not current");
             return MSSM_ERROR_GL_VERSION;
@@ -3692,11 +3712,13 @@ static mssm_result mssm__build_programs(mssm_gl *gl)
              "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_BATCH %d\n"
              "#define MSSM_SCALE %d\n",
              gl->desc.moments, gl->desc.first_texture_unit, (int)MSSM__BATCH, MSSM_SCALE);
-    const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math, mssm__glsl_resolve};
+    const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
+                                   mssm__glsl_resolve};
     const char *const rows[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_rows};
     const char *const halve[] = {mssm__glsl_version, defines, "#define MSSM_HALVE\n",
                                  mssm__glsl_tables, mssm__glsl_rows};
-    const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_columns};
+    const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables,
+                                   mssm__glsl_columns};
     mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 4);
     if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
     if (!r) r = mssm__build_program(gl, MSSM__HALVE, halve, 5);
@@ -3717,17 +3739,19 @@ static mssm_result mssm__write_shader(mssm_gl *gl)
     const struct mssm_options o = mssm__options(&gl->desc.settings, gl->desc.moments);
     const float numbers[] = {o.alpha4, o.alpha6, o.depth_bias, o.tolerance};
     char defines[256], chosen[512];
-    snprintf(defines, sizeof defines,
-             "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_BINDING %d\n"
-             "#define MSSM_SCALE %d\n#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n",
-             gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_buffer_binding, MSSM_SCALE);
-    int at = snprintf(chosen, sizeof chosen, "#define mssm_chosen mssm_options(%d, %d",
-                      o.moments, o.estimator);
+    snprintf(
+        defines, sizeof defines,
+        "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_BINDING %d\n"
+        "#define MSSM_SCALE %d\n#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n",
+        gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_buffer_binding, MSSM_SCALE);
+    int at = snprintf(chosen, sizeof chosen, "#define mssm_chosen mssm_options(%d, %d", o.moments,
+                      o.estimator);
     for (int i = 0; i < 4; i++) {
         at += mssm__print_float(chosen + at, sizeof chosen - (size_t)at, ", ", numbers[i]);
     }
     snprintf(chosen + at, sizeof chosen - (size_t)at, ")\n");
-    const char *const parts[] = {mssm__glsl_math, mssm__glsl_shading, defines, chosen, mssm__glsl_entry};
+    const char *const parts[] = {mssm__glsl_math, mssm__glsl_shading, defines, chosen,
+                                 mssm__glsl_entry};
     size_t length = 1;
     for (int i = 0; i < 5; i++) length += strlen(parts[i]);
     gl->shader = (char *)MSSM_MALLOC(length);
@@ -3787,14 +3811,16 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
 
 static mssm_result mssm__create_table(mssm_gl *gl, int i)
 {
-    static const char *const names[] = {"mssm tables, moments 1 to 4", "mssm tables, moments 5 and 6"};
+    static const char *const names[] = {"mssm tables, moments 1 to 4",
+                                        "mssm tables, moments 5 and 6"};
     const mssm__gl_functions *f = &gl->f;
     f->CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &gl->table[i]);
     if (!gl->table[i]) return MSSM_ERROR_GL;
     f->TextureStorage3D(gl->table[i], gl->levels, i == 0 ? MSSM__GL_RGBA32I : MSSM__GL_RG32I,
                         gl->padded, gl->padded, gl->desc.lights);
     // Integer textures are complete with these filters only.
-    f->TextureParameteri(gl->table[i], MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_NEAREST_MIPMAP_NEAREST);
+    f->TextureParameteri(gl->table[i], MSSM__GL_TEXTURE_MIN_FILTER,
+                         MSSM__GL_NEAREST_MIPMAP_NEAREST);
     f->TextureParameteri(gl->table[i], MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
     f->ObjectLabel(MSSM__GL_TEXTURE, gl->table[i], -1, names[i]);
     return MSSM_OK;
@@ -3852,9 +3878,9 @@ typedef struct mssm__gl_bindings {
 
 static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
 {
-    static const mssm__glenum names[6] = {MSSM__GL_IMAGE_BINDING_NAME,    MSSM__GL_IMAGE_BINDING_LEVEL,
-                                          MSSM__GL_IMAGE_BINDING_LAYERED, MSSM__GL_IMAGE_BINDING_LAYER,
-                                          MSSM__GL_IMAGE_BINDING_ACCESS,  MSSM__GL_IMAGE_BINDING_FORMAT};
+    static const mssm__glenum names[6] = {
+        MSSM__GL_IMAGE_BINDING_NAME,  MSSM__GL_IMAGE_BINDING_LEVEL,  MSSM__GL_IMAGE_BINDING_LAYERED,
+        MSSM__GL_IMAGE_BINDING_LAYER, MSSM__GL_IMAGE_BINDING_ACCESS, MSSM__GL_IMAGE_BINDING_FORMAT};
     b->program = mssm__get(gl, MSSM__GL_CURRENT_PROGRAM);
     b->active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
     for (int i = 0; i < 2; i++) {
@@ -3899,7 +3925,8 @@ static void mssm__resolve(mssm_gl *gl, int index)
 {
     const mssm__gl_functions *f = &gl->f;
     const mssm_light *light = &gl->lights[index].light;
-    const unsigned program = gl->program[MSSM__RESOLVE], unit = (unsigned)gl->desc.first_texture_unit;
+    const unsigned program = gl->program[MSSM__RESOLVE],
+                   unit = (unsigned)gl->desc.first_texture_unit;
     const unsigned groups = (unsigned)(gl->padded + 7) / 8;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
@@ -3911,7 +3938,8 @@ static void mssm__resolve(mssm_gl *gl, int index)
     f->ProgramUniform1i(program, 0, gl->samples);
     f->ProgramUniform1i(program, 1, gl->lights[index].averaged);
     f->ProgramUniform1i(program, 2, index);
-    f->ProgramUniform4f(program, 3, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far, 0);
+    f->ProgramUniform4f(program, 3, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
+                        0);
     f->UseProgram(program);
     f->DispatchCompute(groups, groups, 1);
     f->MemoryBarrier(MSSM__GL_BARRIERS);
@@ -3919,10 +3947,10 @@ static void mssm__resolve(mssm_gl *gl, int index)
 }
 
 static const mssm__glenum mssm__capabilities[MSSM__CAPABILITIES] = {
-    MSSM__GL_DEPTH_TEST,          MSSM__GL_MULTISAMPLE,   // on, the rest off
-    MSSM__GL_STENCIL_TEST,        MSSM__GL_CULL_FACE,     MSSM__GL_RASTERIZER_DISCARD,
-    MSSM__GL_DEPTH_CLAMP,         MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
-    MSSM__GL_SAMPLE_COVERAGE,     MSSM__GL_SAMPLE_MASK,   MSSM__GL_SAMPLE_SHADING};
+    MSSM__GL_DEPTH_TEST,      MSSM__GL_MULTISAMPLE, // on, the rest off
+    MSSM__GL_STENCIL_TEST,    MSSM__GL_CULL_FACE,           MSSM__GL_RASTERIZER_DISCARD,
+    MSSM__GL_DEPTH_CLAMP,     MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
+    MSSM__GL_SAMPLE_COVERAGE, MSSM__GL_SAMPLE_MASK,         MSSM__GL_SAMPLE_SHADING};
 
 static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
 {
@@ -3934,7 +3962,8 @@ static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
     s->clip_origin = mssm__get(gl, MSSM__GL_CLIP_ORIGIN);
     s->clip_depth = mssm__get(gl, MSSM__GL_CLIP_DEPTH_MODE);
     f->GetIntegerv(MSSM__GL_POLYGON_MODE, s->polygon_mode);
-    for (int i = 0; i < MSSM__CAPABILITIES; i++) s->enabled[i] = f->IsEnabled(mssm__capabilities[i]);
+    for (int i = 0; i < MSSM__CAPABILITIES; i++)
+        s->enabled[i] = f->IsEnabled(mssm__capabilities[i]);
     s->scissor = f->IsEnabledi(MSSM__GL_SCISSOR_TEST, 0);
     f->GetFloati_v(MSSM__GL_VIEWPORT, 0, s->viewport);
     f->GetFloati_v(MSSM__GL_DEPTH_RANGE, 0, s->depth_range);
@@ -3965,11 +3994,11 @@ static void mssm__upload_views(mssm_gl *gl)
     for (int i = 0; i < gl->desc.lights; i++) {
         const mssm__gl_light *l = &gl->lights[i];
         mssm_view *v = &gl->view[i];
-        memset(v, 0, sizeof *v);  // a map without texels: all is lit
+        memset(v, 0, sizeof *v); // a map without texels: all is lit
         if (!l->filled || !(l->light.z_far > l->light.z_near)) continue;
         *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, 0, l->averaged);
-        // A receiver at depth 3, as far behind all casters as they reach: further ones see wider kernels
-        // than the tables hold, and get the widest.
+        // A receiver at depth 3, as far behind all casters as they reach: further ones see wider
+        // kernels than the tables hold, and get the widest.
         const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
         const float width = 2.0f * kernel * (mssm_spread(*v, 3.0f) - mssm_spread(*v, -1.0f));
         widest = width > widest ? width : widest;
@@ -4026,8 +4055,10 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
 
 static mssm_result mssm__check_units(mssm_gl *gl)
 {
-    if (gl->desc.first_texture_unit + 2 > mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) ||
-        gl->desc.first_buffer_binding >= mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS)) {
+    if (gl->desc.first_texture_unit + 2 >
+            mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) ||
+        gl->desc.first_buffer_binding >=
+            mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS)) {
         mssm__log(gl, "first_texture_unit or first_buffer_binding is beyond this driver's", NULL);
         return MSSM_ERROR_ARGUMENT;
     }
@@ -4119,8 +4150,10 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
     if (!gl || index < 0 || index >= gl->desc.lights) return MSSM_ERROR_ARGUMENT;
     // Back faces are averaged with the front faces of the same light, which must have come before.
     if (gl->drawing >= 0 || (back_faces && gl->front_of != index)) {
-        mssm__log(gl, gl->drawing >= 0 ? "mssm_gl_begin_depth before mssm_gl_end_depth"
-                                       : "back faces must follow the front faces of their light", NULL);
+        mssm__log(gl,
+                  gl->drawing >= 0 ? "mssm_gl_begin_depth before mssm_gl_end_depth"
+                                   : "back faces must follow the front faces of their light",
+                  NULL);
         return MSSM_ERROR_ORDER;
     }
     const float side = (float)gl->desc.side, farthest = 1;
@@ -4137,7 +4170,7 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
     s.clip_depth = MSSM__GL_NEGATIVE_ONE_TO_ONE;
     s.polygon_mode[0] = MSSM__GL_FILL;
     for (int i = 0; i < MSSM__CAPABILITIES; i++) s.enabled[i] = i < 2;
-    if (back_faces) s.enabled[3] = 1;  // cull front faces
+    if (back_faces) s.enabled[3] = 1; // cull front faces
     s.viewport[2] = s.viewport[3] = side;
     s.depth_range[1] = 1;
     mssm__set_state(gl, &s);
@@ -4182,7 +4215,7 @@ mssm_result mssm_gl_build(mssm_gl *gl)
             count = 0;
         }
     }
-    gl->front_of = -1;  // its texels have become sums
+    gl->front_of = -1; // its texels have become sums
     mssm__restore_bindings(gl, &saved);
     return MSSM_OK;
 }
@@ -4196,7 +4229,7 @@ mssm_result mssm_gl_bind(mssm_gl *gl)
         const unsigned unit = (unsigned)gl->desc.first_texture_unit + i;
         if (!gl->table[i]) continue;
         gl->f.BindTextureUnit(unit, gl->table[i]);
-        gl->f.BindSampler(unit, 0);  // a filter for colours would make integer textures incomplete
+        gl->f.BindSampler(unit, 0); // a filter for colours would make integer textures incomplete
     }
     gl->f.BindBufferBase(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)gl->desc.first_buffer_binding,
                          gl->views);
@@ -4214,7 +4247,7 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which)
     return gl && (which == 0 || which == 1) ? gl->table[which] : 0;
 }
 
-#endif  // MSSM_NO_GL
+#endif // MSSM_NO_GL
 
 #ifdef __cplusplus
 }

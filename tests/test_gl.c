@@ -15,6 +15,12 @@
 // Where the tests bind their own buffers, away from mssm's.
 enum { DEPTH_BINDING = 7, POINT_BINDING = 8, RESULT_BINDING = 9, GROUP = 64 };
 
+// Under valgrind a shader takes seconds to compile: every how many cases are run.
+static int stride(void)
+{
+    return test_trials(100) < 3 ? 6 : 1;
+}
+
 static void *allocate(size_t bytes)
 {
     void *memory = malloc(bytes ? bytes : 1);
@@ -120,7 +126,7 @@ static void end_gl(void)
 
 // ---- A subject: GL's maps and the CPU's of the same depth ----------------------------------------
 
-enum { MOST_LIGHTS = 5 };
+enum { MOST_LIGHTS = 300 };
 
 typedef struct subject {
     mssm_gl_desc desc;
@@ -265,7 +271,10 @@ static GLuint bind_depth(const mssm_light *light, const float *z, int side, int 
 
 static void bind_fill(bool back)
 {
-    gl.ProgramUniform1i(stage.fill, gl.GetUniformLocation(stage.fill, "clockwise"), back);
+    GLint front = GL_CCW;
+    gl.GetIntegerv(0x0B46, &front);
+    gl.ProgramUniform1i(stage.fill, gl.GetUniformLocation(stage.fill, "clockwise"),
+                        back != (front == GL_CW));
     gl.UseProgram(stage.fill);
     gl.BindVertexArray(stage.array);
 }
@@ -323,6 +332,12 @@ static bool fuses(void)
     volatile float a = 1 + 0x1p-23f, b = 1 - 0x1p-23f, c = -1;
     const float x = a, y = b, z = c;
     return x * y + z != 0;
+}
+
+// By how much a texel's integer may then be off.
+static int slack(void)
+{
+    return fuses() ? 4 : 0;
 }
 
 typedef struct difference {
@@ -480,7 +495,7 @@ static void tables_are_equal(void)
     uint64_t seed = 21;
     difference all = {0, 0, 0};
     if (!begin_gl()) return;
-    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c += (size_t)stride()) {
         const int side = cases[c].side;
         const mssm_gl_desc d = description(cases[c].lights, side, cases[c].samples, cases[c].moments);
         subject s;
@@ -500,10 +515,10 @@ static void tables_are_equal(void)
         int levels = 0, size;
         for (int i = 0; i < d.lights; i++) levels = compare_tables(&s, i, &here);
         CHECK(!gl_fakes_map_table(s.map[0], levels, &size), "side %d: only %d levels", side, levels);
-        CHECK(here.unequal == 0 || fuses(), "side %d, %d lights, %d samples, %d moments: %g of %g "
+        CHECK(here.unequal == 0 || slack(), "side %d, %d lights, %d samples, %d moments: %g of %g "
               "sums differ, texels by up to %d", side, d.lights, samples, d.moments, here.unequal,
               here.values, here.largest);
-        CHECK(here.largest <= 1, "side %d: a texel differs by %d", side, here.largest);
+        CHECK(here.largest <= slack(), "side %d: a texel differs by %d", side, here.largest);
         all.values += here.values;
         all.unequal += here.unequal;
         all.largest = here.largest > all.largest ? here.largest : all.largest;
@@ -548,7 +563,7 @@ static void equal_samples_are_one(void)
     float z[COUNT];
     uint64_t seed = 23;
     if (!begin_gl()) return;
-    for (int samples = 1; samples <= 4; samples++) {
+    for (int samples = 1; samples <= 4; samples += stride()) {
         const mssm_gl_desc d = description(1, SIDE, samples, 6);
         subject s;
         difference all = {0, 0, 0};
@@ -559,7 +574,7 @@ static void equal_samples_are_one(void)
         fill(&s, 0, z, NULL);
         build(&s);
         compare_tables(&s, 0, &all);
-        CHECK(all.largest <= 1, "%d samples: a texel differs by %d", samples, all.largest);
+        CHECK(all.largest <= 1 + slack(), "%d samples: a texel differs by %d", samples, all.largest);
         drop_subject(&s);
     }
     end_gl();
@@ -652,7 +667,7 @@ static void visibility_is_equal(void)
         free(points);
         return;
     }
-    for (int estimator = 0; estimator < 3; estimator++) {
+    for (int estimator = 0; estimator < 3; estimator += stride()) {
         for (int moments = 0; moments <= 6; moments += moments ? 2 : 4) {
             mssm_gl_desc d = description(3, 128, 4, moments == 4 ? 4 : 6);
             char what[60];
@@ -689,7 +704,7 @@ static void settings_are_obeyed(void)
     float *points = allocate(sizeof *points * 3 * (size_t)count);
     uint64_t seed = 25;
     if (begin_gl()) {
-        for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
+        for (size_t i = 0; i < sizeof settings / sizeof *settings; i += (size_t)stride()) {
             mssm_gl_desc d = description(3, 100, 1, 6);
             char what[60];
             subject s;
@@ -754,7 +769,7 @@ static void hostile_points_are_in_range(void)
     uint64_t seed = 27;
     scene scenes[3];
     if (!begin_gl()) return;
-    for (int estimator = 0; estimator < 3; estimator++) {
+    for (int estimator = 0; estimator < 3; estimator += stride()) {
         mssm_gl_desc d = description(3, 32, 1, 6);
         subject s;
         d.settings.estimator = (mssm_estimator)estimator;
@@ -988,14 +1003,14 @@ static void picture_agrees_with_ray_tracing(void)
     double sums[3] = {0, 0, 0};
     uint64_t seed = 29;
     if (!begin_gl()) return;
-    for (int asked = 1; asked <= 4; asked += 3) {
+    for (int asked = 1; asked <= 4; asked += 3 * stride()) {
         const mssm_gl_desc d = description(1, side, asked, 6);
         subject s;
         if (!make_subject(&s, &d)) continue;
         const int samples = s.desc.samples;
         const size_t count = (size_t)(side * side * samples);
         float *z = allocate(2 * count * sizeof *z);
-        for (int i = 0; i < CASES; i++) {
+        for (int i = 0; i < CASES; i += stride()) {
             scene c;
             mesh m;
             double here[3] = {0, 0, 0};
@@ -1104,7 +1119,7 @@ static void visibility_does_not_flicker(void)
     if (make_subject(&s, &d)) {
         s.light[0] = wide_light(false, 0.15f);
         for (int turns = 1; turns >= 0; turns--) {
-            for (int i = 0; i < 3; i++) {
+            for (int i = 0; i < 3; i += stride()) {
                 const motion m = play(&s, which[i], turns, frames);
                 scene c;
                 scene_make(&c, which[i]);
@@ -1257,7 +1272,7 @@ static void check_numbers(const subject *s, const char *state)
     difference all = {0, 0, 0};
     for (int i = 0; i < s->desc.lights; i++) compare_tables(s, i, &all);
     test_note("%s: %.0f sums, %.0f differ", state, all.values, all.unequal);
-    CHECK(all.values > 0 && all.largest <= (fuses() ? 1 : 0), "%s: %g of %g sums differ, by %d",
+    CHECK(all.values > 0 && all.largest <= slack(), "%s: %g of %g sums differ, by %d",
           state, all.unequal, all.values, all.largest);
 }
 
@@ -1339,7 +1354,7 @@ static void each_state_alone_is_harmless(void)
             build(&s);
             (switches[i].usual ? gl.Enable : gl.Disable)(switches[i].value);
             compare_tables(&s, 0, &all);
-            CHECK(all.largest <= (fuses() ? 1 : 0), "%s: a texel differs by %d", switches[i].name,
+            CHECK(all.largest <= slack(), "%s: a texel differs by %d", switches[i].name,
                   all.largest);
         }
         drop_subject(&s);
@@ -1348,6 +1363,39 @@ static void each_state_alone_is_harmless(void)
     gl.SampleMaski(0, ~0u);
     gl.PolygonOffset(0, 0);
     gl.CullFace(GL_BACK);
+    end_gl();
+}
+
+// Which faces are front faces is the caller's to say, as he winds his meshes.
+static void winding_is_the_callers(void)
+{
+    enum { SIDE = 40, COUNT = SIDE * SIDE * 4 };
+    static float z[2 * COUNT];
+    const mssm_gl_desc d = description(1, SIDE, 4, 6);
+    uint64_t seed = 41;
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        s.light[0] = wide_light(false, 3);
+        for (int clockwise = 0; clockwise < 2; clockwise++) {
+            for (int upper = 0; upper < 2; upper++) {
+                difference all = {0, 0, 0};
+                gl.FrontFace(clockwise ? GL_CW : GL_CCW);
+                gl.ClipControl(upper ? GL_UPPER_LEFT : GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+                random_depth(z, SIDE, 4, &seed);
+                random_depth(z + COUNT, SIDE, 4, &seed);
+                fill(&s, 0, z, z + COUNT);
+                build(&s);
+                compare_tables(&s, 0, &all);
+                CHECK(all.largest <= slack(), "front faces %s, origin %s: off by %d",
+                      clockwise ? "clockwise" : "counter-clockwise", upper ? "above" : "below",
+                      all.largest);
+            }
+        }
+        gl.FrontFace(GL_CCW);
+        gl.ClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+        drop_subject(&s);
+    }
     end_gl();
 }
 
@@ -1436,7 +1484,7 @@ static void objects_are_labelled_and_deleted(void)
 {
     char text[200];
     if (!begin_gl()) return;
-    for (int moments = 4; moments <= 6; moments += 2) {
+    for (int moments = 4; moments <= 6; moments += 2 * stride()) {
         const mssm_gl_desc d = description(2, 64, 4, moments);
         enum { COUNT = 64 * 64 * 4 };
         static float z[COUNT];
@@ -1523,13 +1571,13 @@ static void allocations_fail(void)
     fail_once("nothing", MSSM_OK);
     const int allocations = fakes.allocations, mallocs = fakes.mallocs;
     gl.DebugMessageCallback(NULL, NULL); // what follows from a failure may be an error
-    for (int i = 1; i <= allocations; i++) {
+    for (int i = 1; i <= allocations; i += stride()) {
         gl_fakes_reset();
         fakes.fail_allocation = i;
         snprintf(what, sizeof what, "GL allocation %d", i);
         fail_once(what, MSSM_ERROR_GL);
     }
-    for (int i = 1; i <= mallocs; i++) {
+    for (int i = 1; i <= mallocs; i += stride()) {
         gl_fakes_reset();
         fakes.fail_malloc = i;
         snprintf(what, sizeof what, "malloc %d", i);
@@ -1548,7 +1596,7 @@ static void shaders_fail(void)
     fail_once("nothing", MSSM_OK);
     const int compiles = fakes.compiles, links = fakes.links;
     gl.DebugMessageCallback(NULL, NULL);
-    for (int i = 1; i <= compiles + links; i++) {
+    for (int i = 1; i <= compiles + links; i += stride()) {
         gl_fakes_reset();
         if (i <= compiles) fakes.fail_compile = i;
         else fakes.fail_link = i - compiles;
@@ -1597,7 +1645,7 @@ static void failed_resize_changes_nothing(void)
         }
         build(&s);
         int failures = 0;
-        for (int i = 1; i < 40; i++) {
+        for (int i = 1; i < 40; i += stride()) {
             difference all = {0, 0, 0};
             const int had = gl_fakes_living(false, text, sizeof text);
             gl_fakes_reset();
@@ -1611,13 +1659,13 @@ static void failed_resize_changes_nothing(void)
             gl_fakes_reset();
             CHECK(gl_fakes_living(false, text, sizeof text) == had, "%d: objects left:%s", i, text);
             for (int k = 0; k < 2; k++) compare_tables(&s, k, &all);
-            CHECK(!all.largest || fuses(), "%d: maps changed", i);
+            CHECK(all.largest <= slack(), "%d: maps changed", i);
             random_depth(z, SIDE, 4, &seed);
             fill(&s, i % 2, z, NULL);
             build(&s);
         }
         test_note("%d allocations", failures);
-        CHECK(failures > 1, "only %d allocations in resize", failures);
+        CHECK(failures > 0, "only %d allocations in resize", failures);
         gl_fakes_reset();
         WATCH_FAIL(mssm_gl_resize(s.gl, -1, 64), MSSM_ERROR_ARGUMENT);
         WATCH_FAIL(mssm_gl_resize(s.gl, 1, 1 << 20), MSSM_ERROR_ARGUMENT);
@@ -1730,6 +1778,7 @@ static void wrong_order_is_refused(void)
         s.light[0] = wide_light(false, 1);
         CHECK(mssm_gl_set_light(s.gl, 0, &s.light[0]) == MSSM_OK, "set light");
         WATCH_FAIL(mssm_gl_end_depth(s.gl), MSSM_ERROR_ORDER);
+        WATCH_FAIL(mssm_gl_begin_depth(s.gl, 0, 1), MSSM_ERROR_ORDER); // back faces first
         CHECK(mssm_gl_begin_depth(s.gl, 0, 0) == MSSM_OK, "begin");
         WATCH_FAIL(mssm_gl_begin_depth(s.gl, 0, 0), MSSM_ERROR_ORDER);
         WATCH_FAIL(mssm_gl_begin_depth(s.gl, 1, 1), MSSM_ERROR_ORDER);
@@ -1737,7 +1786,9 @@ static void wrong_order_is_refused(void)
         WATCH_FAIL(mssm_gl_resize(s.gl, 1, 64), MSSM_ERROR_ORDER);
         CHECK(mssm_gl_end_depth(s.gl) == MSSM_OK, "end");
         WATCH_FAIL(mssm_gl_end_depth(s.gl), MSSM_ERROR_ORDER);
+        WATCH_FAIL(mssm_gl_begin_depth(s.gl, 1, 1), MSSM_ERROR_ORDER); // of another light
         CHECK(mssm_gl_build(s.gl) == MSSM_OK, "build");
+        WATCH_FAIL(mssm_gl_begin_depth(s.gl, 0, 1), MSSM_ERROR_ORDER); // front faces are gone
         // Destroyed in the middle of a pass: the state comes back all the same.
         gl_state_take(&before);
         CHECK(mssm_gl_begin_depth(s.gl, 0, 0) == MSSM_OK, "begin");
@@ -1775,7 +1826,7 @@ static void defaults(void)
         fill(&s, 0, z, NULL);
         build(&s);
         compare_level(&s, 0, 0, &all); // this light needs no more
-        CHECK(all.largest <= 1, "tables differ by %d", all.largest);
+        CHECK(all.largest <= slack(), "tables differ by %d", all.largest);
         random_points(&c, POINTS, points, &seed);
         compare_visibility(&s, 0, "defaults", POINTS, points, &a);
         free(z);
@@ -1854,7 +1905,7 @@ static void resize_keeps_lights_and_empties_maps(void)
                 difference all = {0, 0, 0};
                 agreement a = {0, 0, 0, 0, 0};
                 compare_tables(&s, i, &all);
-                CHECK(all.largest <= (fuses() ? 1 : 0), "resize %d, light %d: off by %d", (int)n, i,
+                CHECK(all.largest <= slack(), "resize %d, light %d: off by %d", (int)n, i,
                       all.largest);
                 compare_visibility(&s, i, "after resize", 200, points, &a);
             }
@@ -1887,8 +1938,69 @@ static void lights_are_updated_alone(void)
             for (int i = 0; i < 4; i++) {
                 difference all = {0, 0, 0};
                 compare_tables(&s, i, &all);
-                CHECK(all.largest <= (fuses() ? 1 : 0), "round %d, drawn %d, light %d: off by %d",
+                CHECK(all.largest <= slack(), "round %d, drawn %d, light %d: off by %d",
                       round, drawn, i, all.largest);
+            }
+        }
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// More lights than one dispatch builds.
+static void many_lights(void)
+{
+    enum { SIDE = 12, LIGHTS = 300, COUNT = SIDE * SIDE * 4 };
+    static float z[COUNT];
+    static subject s;
+    const mssm_gl_desc d = description(LIGHTS, SIDE, 4, 6);
+    uint64_t seed = 42;
+    difference all = {0, 0, 0};
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        for (int i = 0; i < LIGHTS; i++) {
+            if (stride() > 1 && i % 50) continue; // not drawn: lit
+            s.light[i] = wide_light(false, 0.5f);
+            random_depth(z, SIDE, 4, &seed);
+            fill(&s, i, z, NULL);
+        }
+        build(&s);
+        for (int i = 0; i < LIGHTS; i += 50) compare_tables(&s, i, &all);
+        for (int i = 254; i < 258 && stride() == 1; i++) compare_tables(&s, i, &all);
+        CHECK(all.largest <= slack(), "off by %d", all.largest);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// The size of a light is no matter of its depth map: it may change without another pass, and then
+// ask for coarser levels than were built, of its own map or of another's.
+static void sizes_change_without_drawing(void)
+{
+    enum { SIDE = 200, COUNT = SIDE * SIDE * 4, POINTS = 2000 };
+    static float z[COUNT], points[3 * POINTS];
+    static const float sizes[] = {0.01f, 0.6f, 0.02f, 1.5f, 0.3f, 3};
+    const mssm_gl_desc d = description(2, SIDE, 4, 6);
+    uint64_t seed = 43;
+    scene c;
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        scene_make(&c, 1);
+        for (int i = 0; i < 2; i++) {
+            CHECK(!scene_light(&c, 0.01, 0.01, &s.light[i]), "light");
+            scene_depth(&c, &s.light[i], SIDE, 4, z, NULL);
+            fill(&s, i, z, NULL);
+        }
+        build(&s);
+        for (size_t n = 0; n < sizeof sizes / sizeof *sizes; n++) {
+            agreement a = {0, 0, 0, 0, 0};
+            CHECK(!scene_light(&c, (double)sizes[n], (double)sizes[n], &s.light[n % 2]), "light");
+            CHECK(mssm_gl_set_light(s.gl, (int)(n % 2), &s.light[n % 2]) == MSSM_OK, "set light");
+            if (n % 3) build(&s); // nothing was drawn: an application may leave it out
+            random_points(&c, POINTS, points, &seed);
+            for (int i = 0; i < 2; i++) {
+                compare_visibility(&s, i, "after a change of size", POINTS, points, &a);
             }
         }
         drop_subject(&s);
@@ -1931,7 +2043,7 @@ static void two_contexts_at_once(void)
             fill(&s[k], 0, z, NULL);
             build(&s[k]);
             compare_tables(&s[k], 0, &all);
-            CHECK(all.largest <= (k ? 60 : fuses()), "context %d: off by %d", k, all.largest);
+            CHECK(all.largest <= (k ? 60 : slack()), "context %d: off by %d", k, all.largest);
         }
         make_current(contexts[1].display, NULL, NULL, contexts[1].context);
         if (made) drop_subject(&s[1]);
@@ -2016,7 +2128,7 @@ static void second_compiler_agrees(void)
     }
     if (!begin_gl()) return;
     int texts = 0;
-    for (int variant = 0; variant < 5; variant++) {
+    for (int variant = 0; variant < 5; variant += stride()) {
         mssm_gl_desc d = description(2, 64, variant == 1 ? 1 : 4, variant == 2 ? 4 : 6);
         mssm_gl *g = NULL;
         char what[60];
@@ -2063,6 +2175,7 @@ const test_case gl_tests[] = {
     {"GL state is left alone where it is unusual, and the numbers are right",
      unusual_state_is_left_alone},
     {"GL numbers are right with each switch of the state turned", each_state_alone_is_harmless},
+    {"GL's front faces are the caller's", winding_is_the_callers},
     {"GL state that the caller changes between begin and end is his", changes_in_between},
     {"GL errors of the caller are not ours", callers_error_is_not_ours},
     {"GL objects are labelled and deleted", objects_are_labelled_and_deleted},
@@ -2078,6 +2191,8 @@ const test_case gl_tests[] = {
     {"GL's memory does not grow with many lives", many_lives_do_not_grow},
     {"GL's resize keeps lights and empties maps", resize_keeps_lights_and_empties_maps},
     {"GL's lights are updated one by one", lights_are_updated_alone},
+    {"GL builds more lights than one dispatch takes", many_lights},
+    {"GL's lights may change their size without being drawn", sizes_change_without_drawing},
     {"GL works in two contexts at once", two_contexts_at_once},
     {"GL shaders pass a second compiler", second_compiler_agrees},
     {0, 0}};
