@@ -3342,7 +3342,9 @@ typedef struct mssm__gl_state {
 
 typedef struct mssm__gl_light {
     mssm_light light;
-    int averaged, drawn, filled;  // drawn: since the last build; filled: ever, the map is not empty
+    int averaged;
+    int filled;  // was drawn, the map is not empty
+    int built;   // levels whose tables are up to date
 } mssm__gl_light;
 
 struct mssm_gl {
@@ -3986,43 +3988,47 @@ static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
     f->DepthRangeIndexed(0, (double)s->depth_range[0], (double)s->depth_range[1]);
 }
 
-// Views of all lights, with as many levels as the widest of their kernels needs.
-static void mssm__upload_views(mssm_gl *gl)
+// Views of all lights; returns the levels that the widest of their kernels needs.
+static int mssm__make_views(mssm_gl *gl)
 {
-    if (!gl->views_stale) return;
     float widest = 0;
     for (int i = 0; i < gl->desc.lights; i++) {
         const mssm__gl_light *l = &gl->lights[i];
         mssm_view *v = &gl->view[i];
-        memset(v, 0, sizeof *v); // a map without texels: all is lit
+        memset(v, 0, sizeof *v);  // a map without texels: all is lit
         if (!l->filled || !(l->light.z_far > l->light.z_near)) continue;
-        *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, 0, l->averaged);
+        *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
         // A receiver at depth 3, as far behind all casters as they reach: further ones see wider
         // kernels than the tables hold, and get the widest.
         const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
         const float width = 2.0f * kernel * (mssm_spread(*v, 3.0f) - mssm_spread(*v, -1.0f));
         widest = width > widest ? width : widest;
+        if (l->built == 0) {
+            memset(v, 0, sizeof *v);  // drawn, but not built
+            continue;
+        }
+        const float limit = 0.5f * MSSM_KERNEL * (float)(1 << (l->built - 1));
+        if (l->built < gl->levels && v->max_half > limit) v->max_half = limit;
     }
-    const int levels = 1 + mssm_level_of(widest, gl->levels);
-    for (int i = 0; i < gl->desc.lights; i++) {
-        mssm_view *v = &gl->view[i];
-        const float limit = 0.5f * MSSM_KERNEL * (float)(1 << (levels - 1));
-        v->levels = levels;
-        if (levels < gl->levels && v->max_half > limit) v->max_half = limit;
-    }
+    return 1 + mssm_level_of(widest, gl->levels);
+}
+
+static void mssm__upload_views(mssm_gl *gl)
+{
+    if (!gl->views_stale) return;
+    mssm__make_views(gl);
     gl->f.NamedBufferSubData(gl->views, 0, (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view),
                              gl->view);
     gl->views_stale = 0;
 }
 
-static void mssm__build_batch(mssm_gl *gl, const int *layers, int count)
+static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int first, int levels)
 {
     const mssm__gl_functions *f = &gl->f;
-    const int levels = gl->view[layers[0]].levels;
     for (int i = MSSM__ROWS; i <= MSSM__COLUMNS; i++) {
         f->ProgramUniform1iv(gl->program[i], 0, count, layers);
     }
-    for (int level = 0; level < levels; level++) {
+    for (int level = first; level < levels; level++) {
         const unsigned size = (unsigned)(gl->padded >> level);
         mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
         if (level > 0) mssm__bind_level(gl, 2, level - 1, MSSM__GL_READ_ONLY);
@@ -4188,7 +4194,8 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
     mssm__gl_light *light = &gl->lights[gl->drawing];
     mssm__set_state(gl, &gl->saved);
     light->averaged = gl->back;
-    light->drawn = light->filled = 1;
+    light->filled = 1;
+    light->built = 0;
     mssm__resolve(gl, gl->drawing);
     gl->front_of = gl->back ? -1 : gl->drawing;
     gl->drawing = -1;
@@ -4203,18 +4210,23 @@ mssm_result mssm_gl_build(mssm_gl *gl)
         mssm__log(gl, "mssm_gl_build before mssm_gl_end_depth", NULL);
         return MSSM_ERROR_ORDER;
     }
-    mssm__upload_views(gl);
+    const int levels = mssm__make_views(gl);
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
-    int layers[MSSM__BATCH], count = 0;
-    for (int i = 0; i < gl->desc.lights; i++) {
-        if (gl->lights[i].drawn) layers[count++] = i;
-        gl->lights[i].drawn = 0;
-        if (count == MSSM__BATCH || (i == gl->desc.lights - 1 && count)) {
-            mssm__build_batch(gl, layers, count);
-            count = 0;
+    // All that were drawn start with level 0; a light that has only grown wants coarser levels.
+    for (int first = 0; first < levels; first++) {
+        int layers[MSSM__BATCH], count = 0;
+        for (int i = 0; i < gl->desc.lights; i++) {
+            mssm__gl_light *l = &gl->lights[i];
+            if (l->filled && l->built == first) layers[count++] = i;
+            if (count == MSSM__BATCH || (i == gl->desc.lights - 1 && count)) {
+                mssm__build_batch(gl, layers, count, first, levels);
+                while (count) gl->lights[layers[--count]].built = levels;
+            }
         }
     }
+    gl->views_stale = 1;
+    mssm__upload_views(gl);
     gl->front_of = -1; // its texels have become sums
     mssm__restore_bindings(gl, &saved);
     return MSSM_OK;
