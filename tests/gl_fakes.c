@@ -117,7 +117,7 @@ static GLenum pending_error; // reported before the driver's own
 static bool out_of_memory(void)
 {
     if (++fakes.allocations != fakes.fail_allocation) return false;
-    pending_error = 0x0505;
+    pending_error = GL_OUT_OF_MEMORY;
     return true;
 }
 
@@ -129,62 +129,63 @@ static GLenum GL_CALL fake_GetError(void)
 }
 
 // X(kind for labels, function that makes, function that deletes)
-#define PLAIN_OBJECTS(X)                                 \
-    X(GL_BUFFER, CreateBuffers, DeleteBuffers)           \
-    X(0x8D40, CreateFramebuffers, DeleteFramebuffers)    \
-    X(0x8D41, CreateRenderbuffers, DeleteRenderbuffers)  \
-    X(0x8074, CreateVertexArrays, DeleteVertexArrays)    \
-    X(0x82E6, CreateSamplers, DeleteSamplers)            \
-    X(0x82E4, CreateProgramPipelines, DeleteProgramPipelines)
+#define PLAIN_OBJECTS(X)                                         \
+    X(GL_BUFFER, CreateBuffers, DeleteBuffers)                   \
+    X(GL_FRAMEBUFFER, CreateFramebuffers, DeleteFramebuffers)    \
+    X(GL_RENDERBUFFER, CreateRenderbuffers, DeleteRenderbuffers) \
+    X(GL_VERTEX_ARRAY, CreateVertexArrays, DeleteVertexArrays)   \
+    X(GL_SAMPLER, CreateSamplers, DeleteSamplers)                \
+    X(GL_PROGRAM_PIPELINE, CreateProgramPipelines, DeleteProgramPipelines)
 
-#define FAKE_PLAIN(kind, make, drop)                                 \
-    static void GL_CALL fake_##make(GLsizei count, GLuint *names)    \
-    {                                                                \
-        memset(names, 0, (size_t)count * sizeof *names);             \
-        if (out_of_memory()) return;                                 \
-        gl.make(count, names);                                       \
-        born(kind, count, names);                                    \
-    }                                                                \
+#define FAKE_PLAIN(kind, make, drop)                                    \
+    static void GL_CALL fake_##make(GLsizei count, GLuint *names)       \
+    {                                                                   \
+        memset(names, 0, (size_t)count * sizeof *names);                \
+        if (out_of_memory()) return;                                    \
+        gl.make(count, names);                                          \
+        born(kind, count, names);                                       \
+    }                                                                   \
     static void GL_CALL fake_##drop(GLsizei count, const GLuint *names) \
-    {                                                                \
-        died(kind, count, names);                                    \
-        gl.drop(count, names);                                       \
+    {                                                                   \
+        died(kind, count, names);                                       \
+        gl.drop(count, names);                                          \
     }
 PLAIN_OBJECTS(FAKE_PLAIN)
 
-#define TYPED_OBJECTS(X)                        \
+#define TYPED_OBJECTS(X)                          \
     X(GL_TEXTURE, CreateTextures, DeleteTextures) \
-    X(0x82E3, CreateQueries, DeleteQueries)
+    X(GL_QUERY, CreateQueries, DeleteQueries)
 
-#define FAKE_TYPED(kind, make, drop)                                               \
-    static void GL_CALL fake_##make(GLenum target, GLsizei count, GLuint *names)   \
-    {                                                                              \
-        memset(names, 0, (size_t)count * sizeof *names);                           \
-        if (out_of_memory()) return;                                               \
-        gl.make(target, count, names);                                             \
-        born(kind, count, names);                                                  \
-    }                                                                              \
-    static void GL_CALL fake_##drop(GLsizei count, const GLuint *names)            \
-    {                                                                              \
-        died(kind, count, names);                                                  \
-        gl.drop(count, names);                                                     \
+#define FAKE_TYPED(kind, make, drop)                                             \
+    static void GL_CALL fake_##make(GLenum target, GLsizei count, GLuint *names) \
+    {                                                                            \
+        memset(names, 0, (size_t)count * sizeof *names);                         \
+        if (out_of_memory()) return;                                             \
+        gl.make(target, count, names);                                           \
+        born(kind, count, names);                                                \
+    }                                                                            \
+    static void GL_CALL fake_##drop(GLsizei count, const GLuint *names)          \
+    {                                                                            \
+        died(kind, count, names);                                                \
+        gl.drop(count, names);                                                   \
     }
 TYPED_OBJECTS(FAKE_TYPED)
 
 // X(function, parameters, arguments)
-#define STORAGE(X)                                                                               \
-    X(NamedBufferStorage, (GLuint b, GLsizeiptr n, const void *data, GLbitfield f), (b, n, data, f)) \
-    X(TextureStorage2D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h), (t, l, f, w, h))  \
-    X(TextureStorage3D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h, GLsizei d),        \
-      (t, l, f, w, h, d))                                                                        \
-    X(TextureStorage2DMultisample,                                                               \
-      (GLuint t, GLsizei s, GLenum f, GLsizei w, GLsizei h, GLboolean x), (t, s, f, w, h, x))    \
+#define STORAGE(X)                                                                              \
+    X(NamedBufferStorage, (GLuint b, GLsizeiptr n, const void *data, GLbitfield f),             \
+      (b, n, data, f))                                                                          \
+    X(TextureStorage2D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h), (t, l, f, w, h)) \
+    X(TextureStorage3D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h, GLsizei d),       \
+      (t, l, f, w, h, d))                                                                       \
+    X(TextureStorage2DMultisample,                                                              \
+      (GLuint t, GLsizei s, GLenum f, GLsizei w, GLsizei h, GLboolean x), (t, s, f, w, h, x))   \
     X(NamedRenderbufferStorage, (GLuint r, GLenum f, GLsizei w, GLsizei h), (r, f, w, h))
 
-#define FAKE_STORAGE(name, parameters, arguments)  \
-    static void GL_CALL fake_##name parameters     \
-    {                                              \
-        if (!out_of_memory()) gl.name arguments;   \
+#define FAKE_STORAGE(name, parameters, arguments) \
+    static void GL_CALL fake_##name parameters    \
+    {                                             \
+        if (!out_of_memory()) gl.name arguments;  \
     }
 STORAGE(FAKE_STORAGE)
 
@@ -236,7 +237,7 @@ static void GL_CALL fake_ShaderSource(GLuint shader, GLsizei count, const GLchar
     }
     *at = '\0';
     GLint type = 0;
-    gl.GetShaderiv(shader, 0x8B4F, &type);
+    gl.GetShaderiv(shader, GL_SHADER_TYPE, &type);
     fakes.text_types[fakes.text_count] = (GLenum)type;
     fakes.texts[fakes.text_count++] = whole;
 }
@@ -248,7 +249,8 @@ enum { GARBAGE_LENGTH = 100000 };
 static void give_garbage(GLsizei size, GLsizei *length, GLchar *log)
 {
     GLsizei n = 0;
-    for (; n < size - 1 && n < GARBAGE_LENGTH - 1; n++) log[n] = garbage[(size_t)n % (sizeof garbage - 1)];
+    for (; n < size - 1 && n < GARBAGE_LENGTH - 1; n++)
+        log[n] = garbage[(size_t)n % (sizeof garbage - 1)];
     if (size > 0) log[n] = '\0';
     if (length) *length = n;
 }
@@ -301,33 +303,39 @@ static void GL_CALL fake_GetProgramiv(GLuint program, GLenum name, GLint *value)
 
 static void GL_CALL fake_GetShaderInfoLog(GLuint shader, GLsizei size, GLsizei *length, GLchar *log)
 {
-    if (shader && shader == failed_shader) give_garbage(size, length, log);
-    else gl.GetShaderInfoLog(shader, size, length, log);
+    if (shader && shader == failed_shader)
+        give_garbage(size, length, log);
+    else
+        gl.GetShaderInfoLog(shader, size, length, log);
 }
 
 static void GL_CALL fake_GetProgramInfoLog(GLuint program, GLsizei size, GLsizei *length,
                                            GLchar *log)
 {
-    if (program && program == failed_program) give_garbage(size, length, log);
-    else gl.GetProgramInfoLog(program, size, length, log);
+    if (program && program == failed_program)
+        give_garbage(size, length, log);
+    else
+        gl.GetProgramInfoLog(program, size, length, log);
 }
 
 static GLenum GL_CALL fake_CheckNamedFramebufferStatus(GLuint framebuffer, GLenum target)
 {
     const GLenum status = gl.CheckNamedFramebufferStatus(framebuffer, target);
-    return fakes.incomplete ? 0x8CDD : status; // unsupported
+    return fakes.incomplete ? GL_FRAMEBUFFER_UNSUPPORTED : status; // unsupported
 }
 
 static void GL_CALL fake_GetIntegerv(GLenum name, GLint *value)
 {
-    static const GLenum limits[] = {0x8D57, 0x910E, 0x910F, 0x9110, 0x9318};
+    static const GLenum limits[] = {GL_MAX_SAMPLES, GL_MAX_COLOR_TEXTURE_SAMPLES,
+                                    GL_MAX_DEPTH_TEXTURE_SAMPLES, GL_MAX_INTEGER_SAMPLES,
+                                    GL_MAX_FRAMEBUFFER_SAMPLES};
     if (fakes.version && !fakes.version[0]) return; // no context: nothing is written
     gl.GetIntegerv(name, value);
     for (int i = 0; i < 5; i++) {
         if (name == limits[i] && fakes.max_samples) *value = fakes.max_samples;
     }
-    if (name == 0x821B && fakes.version) *value = fakes.major;
-    if (name == 0x821C && fakes.version) *value = fakes.minor;
+    if (name == GL_MAJOR_VERSION && fakes.version) *value = fakes.major;
+    if (name == GL_MINOR_VERSION && fakes.version) *value = fakes.minor;
 }
 
 static const unsigned char *GL_CALL fake_GetString(GLenum name)
@@ -344,13 +352,13 @@ static bool makes_objects(const char *name)
 {
     static const char *const starts[] = {"glCreate", "glGen", "glDelete", "glFenceSync"};
     for (int i = 0; i < 4; i++) {
-        if (!strncmp(name, starts[i], strlen(starts[i]))) return strcmp(name, "glGenerateTextureMipmap");
+        if (!strncmp(name, starts[i], strlen(starts[i])))
+            return strcmp(name, "glGenerateTextureMipmap");
     }
     return strstr(name, "Storage") || strstr(name, "BufferData") || strstr(name, "TexImage") ||
            !strcmp(name, "glTextureView");
 }
 
-// printf wants the names, so do the functions
 #define RETURN_FAKE(function) \
     if (!strcmp(name, "gl" #function)) return (gl_fakes_function)fake_##function;
 #define RETURN_OBJECT(kind, make, drop) RETURN_FAKE(make) RETURN_FAKE(drop)
@@ -405,8 +413,10 @@ static void GL_CALL on_debug(GLenum source, GLenum type, GLuint id, GLenum sever
                              const GLchar *message, const void *user)
 {
     (void)source, (void)id, (void)length, (void)user;
-    const bool slow = type == 0x8250 && severity == GL_DEBUG_SEVERITY_HIGH;
-    const bool wrong = type == 0x824C || type == 0x824D || type == 0x824E || type == 0x824F;
+    const bool slow = type == GL_DEBUG_TYPE_PERFORMANCE && severity == GL_DEBUG_SEVERITY_HIGH;
+    const bool wrong = type == GL_DEBUG_TYPE_ERROR || type == GL_DEBUG_TYPE_DEPRECATED_BEHAVIOR ||
+                       type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR ||
+                       type == GL_DEBUG_TYPE_PORTABILITY;
     if (!slow && !wrong) return;
     if (!fakes.debug_messages++) {
         snprintf(fakes.debug_message, sizeof fakes.debug_message, "%s", message);

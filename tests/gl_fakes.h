@@ -17,29 +17,29 @@ enum { GL_FAKES_NAMES = 256, GL_FAKES_TEXTS = 64 };
 
 typedef struct gl_fakes {
     // What is to fail; zero fails nothing. Counts are from 1 since the last reset.
-    const char *missing;     // the driver has no such function
-    int fail_allocation;     // this creation or storage call is out of memory
-    int fail_malloc;         // this MSSM_MALLOC gives null
-    int fail_compile;        // this shader does not compile, with garbage as its log
-    int fail_link;           // this program does not link, likewise
-    bool incomplete;         // framebuffers are incomplete
-    int max_samples;         // the driver's limits are this
-    int major, minor;        // the context's version is this, and
-    const char *version;     // GL_VERSION reads so; "" for null: no current context
+    const char *missing; // the driver has no such function
+    int fail_allocation; // this creation or storage call is out of memory
+    int fail_malloc;     // this MSSM_MALLOC gives null
+    int fail_compile;    // this shader does not compile, with garbage as its log
+    int fail_link;       // this program does not link, likewise
+    bool incomplete;     // framebuffers are incomplete
+    int max_samples;     // the driver's limits are this
+    int major, minor;    // the context's version is this, and
+    const char *version; // GL_VERSION reads so; "" for null: no current context
     // What happened.
     int allocations, mallocs, compiles, links;
-    int messages;            // through gl_fakes_log
-    char message[400];       // the last one, cut off
-    int debug_messages;      // errors and warnings of the driver: gl_fakes_watch
-    char debug_message[400]; // the first
+    int messages;                      // through gl_fakes_log
+    char message[400];                 // the last one, cut off
+    int debug_messages;                // errors and warnings of the driver: gl_fakes_watch
+    char debug_message[400];           // the first
     const char *names[GL_FAKES_NAMES]; // asked of the loader
     int name_count;
-    int unwatched;           // functions that make objects and that are not counted here
+    int unwatched; // functions that make objects and that are not counted here
     char unwatched_name[64];
     char *texts[GL_FAKES_TEXTS]; // all shaders, as given to the driver
     GLenum text_types[GL_FAKES_TEXTS];
     int text_count;
-    int bad_logs;            // shaders or programs with words in their log, or not made
+    int bad_logs; // shaders or programs with words in their log, or not made
 } gl_fakes;
 
 extern gl_fakes fakes;

@@ -157,9 +157,9 @@ static const named unit_bindings[] = {
 };
 
 static const named image_parts[] = {
-    {"IMAGE_BINDING_NAME", 0x8F3A, 1},   {"IMAGE_BINDING_LEVEL", 0x8F3B, 1},
+    {"IMAGE_BINDING_NAME", 0x8F3A, 1},    {"IMAGE_BINDING_LEVEL", 0x8F3B, 1},
     {"IMAGE_BINDING_LAYERED", 0x8F3C, 1}, {"IMAGE_BINDING_LAYER", 0x8F3D, 1},
-    {"IMAGE_BINDING_ACCESS", 0x8F3E, 1}, {"IMAGE_BINDING_FORMAT", 0x906E, 1},
+    {"IMAGE_BINDING_ACCESS", 0x8F3E, 1},  {"IMAGE_BINDING_FORMAT", 0x906E, 1},
 };
 
 // Indexed buffers: the binding, and below how many there are, and where start and size are.
@@ -217,8 +217,10 @@ static double *add(gl_state *s, const char *name, int index)
     }
     gl_state_entry *e = &s->entry[s->count++];
     memset(e, 0, sizeof *e);
-    if (index < 0) snprintf(e->name, sizeof e->name, "%s", name);
-    else snprintf(e->name, sizeof e->name, "%s[%d]", name, index);
+    if (index < 0)
+        snprintf(e->name, sizeof e->name, "%s", name);
+    else
+        snprintf(e->name, sizeof e->name, "%s[%d]", name, index);
     return e->value;
 }
 
@@ -377,7 +379,7 @@ static void turn_switches(bool unusual)
 {
     for (int i = 0; i < LENGTH(switches); i++) {
         const GLenum name = switches[i].value;
-        const bool usual = name == GL_MULTISAMPLE || name == 0x0BD0;
+        const bool usual = name == GL_MULTISAMPLE || name == GL_DITHER;
         if (!strncmp(switches[i].name, "DEBUG", 5)) continue;
         (usual != unusual ? gl.Enable : gl.Disable)(name);
     }
@@ -385,8 +387,9 @@ static void turn_switches(bool unusual)
 
 static GLuint make_program(void)
 {
-    static const char *const text[2] = {"#version 450 core\nvoid main() { gl_Position = vec4(0); }\n",
-                                        "#version 450 core\nvoid main() {}\n"};
+    static const char *const text[2] = {
+        "#version 450 core\nvoid main() { gl_Position = vec4(0); }\n",
+        "#version 450 core\nvoid main() {}\n"};
     const GLuint program = gl.CreateProgram();
     for (int i = 0; i < 2; i++) {
         const GLuint shader = gl.CreateShader(i ? GL_FRAGMENT_SHADER : GL_VERTEX_SHADER);
@@ -401,8 +404,8 @@ static GLuint make_program(void)
 
 static void make_objects(gl_unusual *u)
 {
-    static const GLenum targets[5] = {GL_TEXTURE_2D, GL_TEXTURE_2D_ARRAY, GL_TEXTURE_CUBE_MAP, 0x806F,
-                                      GL_TEXTURE_2D_MULTISAMPLE};
+    static const GLenum targets[5] = {GL_TEXTURE_2D, GL_TEXTURE_2D_ARRAY, GL_TEXTURE_CUBE_MAP,
+                                      GL_TEXTURE_3D, GL_TEXTURE_2D_MULTISAMPLE};
     for (int i = 0; i < 5; i++) gl.CreateTextures(targets[i], 1, &u->textures[i]);
     gl.TextureStorage2D(u->textures[0], 2, GL_RGBA8, 8, 8);
     gl.TextureStorage3D(u->textures[1], 2, GL_RGBA8, 8, 8, 3);
@@ -422,7 +425,7 @@ static void make_objects(gl_unusual *u)
     gl.CreateRenderbuffers(1, &u->renderbuffer);
     gl.CreateProgramPipelines(1, &u->pipeline);
     gl.CreateTransformFeedbacks(1, &u->feedback);
-    gl.CreateQueries(0x8C2F, 1, &u->query);
+    gl.CreateQueries(GL_ANY_SAMPLES_PASSED, 1, &u->query);
     u->program = make_program();
 }
 
@@ -446,9 +449,9 @@ static void make_query_pass(const gl_unusual *u)
     gl.BindVertexArray(u->arrays[1]);
     gl.BindFramebuffer(GL_FRAMEBUFFER, u->framebuffers[0]);
     gl.Viewport(0, 0, 8, 8);
-    gl.BeginQuery(0x8C2F, u->query);
+    gl.BeginQuery(GL_ANY_SAMPLES_PASSED, u->query);
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
-    gl.EndQuery(0x8C2F);
+    gl.EndQuery(GL_ANY_SAMPLES_PASSED);
     gl.UseProgram(0);
     gl.DeleteProgram(program);
 }
@@ -456,15 +459,17 @@ static void make_query_pass(const gl_unusual *u)
 static void bind_everything(const gl_unusual *u)
 {
     static const GLenum generic[] = {
-        GL_ARRAY_BUFFER,   GL_PIXEL_PACK_BUFFER,     GL_PIXEL_UNPACK_BUFFER, 0x8C2A, 0x8C8E,
-        GL_UNIFORM_BUFFER, GL_SHADER_STORAGE_BUFFER, 0x92C0,                 0x8F36, 0x8F37,
-        0x8F3F,            0x90EE,                   0x9192};
+        GL_ARRAY_BUFFER,          GL_PIXEL_PACK_BUFFER,         GL_PIXEL_UNPACK_BUFFER,
+        GL_TEXTURE_BUFFER,        GL_TRANSFORM_FEEDBACK_BUFFER, GL_UNIFORM_BUFFER,
+        GL_SHADER_STORAGE_BUFFER, GL_ATOMIC_COUNTER_BUFFER,     GL_COPY_READ_BUFFER,
+        GL_COPY_WRITE_BUFFER,     GL_DRAW_INDIRECT_BUFFER,      GL_DISPATCH_INDIRECT_BUFFER,
+        GL_QUERY_BUFFER};
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, u->framebuffers[0]);
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, u->framebuffers[1]);
-    gl.BindRenderbuffer(0x8D41, u->renderbuffer);
+    gl.BindRenderbuffer(GL_RENDERBUFFER, u->renderbuffer);
     gl.BindVertexArray(u->arrays[0]);
     gl.BindProgramPipeline(u->pipeline);
-    gl.BindTransformFeedback(0x8E22, u->feedback);
+    gl.BindTransformFeedback(GL_TRANSFORM_FEEDBACK, u->feedback);
     gl.UseProgram(u->program);
     for (GLuint unit = 0; unit < 24; unit++) {
         for (int i = 0; i < 5; i++) gl.BindTextureUnit(unit, u->textures[i]);
@@ -474,8 +479,10 @@ static void bind_everything(const gl_unusual *u)
         gl.BindImageTexture(unit, u->textures[1], 1, unit % 2, 2, GL_READ_WRITE, GL_RGBA8);
     }
     for (int i = 0; i < 4; i++) {
-        const GLenum target = i == 0 ? GL_UNIFORM_BUFFER : i == 1 ? GL_SHADER_STORAGE_BUFFER
-                            : i == 2 ? 0x92C0 : 0x8C8E;
+        const GLenum target = i == 0   ? GL_UNIFORM_BUFFER
+                              : i == 1 ? GL_SHADER_STORAGE_BUFFER
+                              : i == 2 ? GL_ATOMIC_COUNTER_BUFFER
+                                       : GL_TRANSFORM_FEEDBACK_BUFFER;
         const int count = limit(indexed_buffers[i].count);
         for (int k = 0; k < count && k < 16; k++) {
             gl.BindBufferRange(target, (GLuint)k, u->buffers[0], 256 * (k % 4), 256);
@@ -489,11 +496,13 @@ static void bind_everything(const gl_unusual *u)
 // stencil mask, of which drivers keep as many as they like.
 static void set_numbers(bool usual, GLuint stencil)
 {
-    static const GLenum pack[] = {0x0D02, 0x0D03, 0x0D04, 0x806B, 0x806C,
-                                  0x0CF2, 0x0CF3, 0x0CF4, 0x806D, 0x806E};
+    static const GLenum pack[] = {
+        GL_PACK_ROW_LENGTH,    GL_PACK_SKIP_ROWS,     GL_PACK_SKIP_PIXELS, GL_PACK_SKIP_IMAGES,
+        GL_PACK_IMAGE_HEIGHT,  GL_UNPACK_ROW_LENGTH,  GL_UNPACK_SKIP_ROWS, GL_UNPACK_SKIP_PIXELS,
+        GL_UNPACK_SKIP_IMAGES, GL_UNPACK_IMAGE_HEIGHT};
     for (int i = 0; i < LENGTH(pack); i++) gl.PixelStorei(pack[i], usual ? 0 : 3 + i);
-    gl.PixelStorei(0x0D00, !usual);
-    gl.PixelStorei(0x0CF0, !usual);
+    gl.PixelStorei(GL_PACK_SWAP_BYTES, !usual);
+    gl.PixelStorei(GL_UNPACK_SWAP_BYTES, !usual);
     gl.PixelStorei(GL_PACK_ALIGNMENT, usual ? 4 : 8);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, usual ? 4 : 2);
     gl.ClipControl(usual ? GL_LOWER_LEFT : GL_UPPER_LEFT,
@@ -503,17 +512,17 @@ static void set_numbers(bool usual, GLuint stencil)
     gl.ClearDepth(usual ? 1 : 0);
     gl.DepthRange(usual ? 0 : 1, usual ? 1 : 0);
     gl.ClearColor(usual ? 0 : 0.25f, usual ? 0 : 0.5f, 0, 0);
-    gl.StencilFunc(usual ? GL_ALWAYS : 0x0200, usual ? 0 : 1, usual ? stencil : 0x7Fu); // never
-    gl.StencilOp(usual ? 0x1E00 : 0x1E01, 0x1E00, 0x1E00);
+    gl.StencilFunc(usual ? GL_ALWAYS : GL_NEVER, usual ? 0 : 1, usual ? stencil : 0x7Fu); // never
+    gl.StencilOp(usual ? GL_KEEP : GL_REPLACE, GL_KEEP, GL_KEEP);
     gl.StencilMask(usual ? stencil : 0x3Fu);
-    gl.CullFace(usual ? GL_BACK : 0x0408); // both
-    gl.PolygonMode(0x0408, usual ? 0x1B02 : 0x1B01);
+    gl.CullFace(usual ? GL_BACK : GL_FRONT_AND_BACK); // both
+    gl.PolygonMode(GL_FRONT_AND_BACK, usual ? GL_FILL : GL_LINE);
     gl.PolygonOffset(usual ? 0 : 3, usual ? 0 : 500);
     gl.LineWidth(1);
     gl.PointSize(usual ? 1 : 2);
-    gl.ProvokingVertex(usual ? 0x8E4E : 0x8E4D);
+    gl.ProvokingVertex(usual ? GL_LAST_VERTEX_CONVENTION : GL_FIRST_VERTEX_CONVENTION);
     gl.PrimitiveRestartIndex(usual ? 0 : 1);
-    gl.LogicOp(usual ? 0x1503 : 0x150A);
+    gl.LogicOp(usual ? GL_COPY : GL_INVERT);
     gl.BlendFunc(usual ? GL_ONE : GL_SRC_ALPHA, usual ? GL_ZERO : GL_ONE_MINUS_SRC_ALPHA);
     gl.SampleCoverage(usual ? 1 : 0.25f, !usual);
     gl.SampleMaski(0, usual ? ~0u : 2u);
@@ -538,30 +547,32 @@ void gl_state_make_unusual(gl_unusual *u)
     make_objects(u);
     make_query_pass(u);
     bind_everything(u);
-    u->stencil = (GLuint)limit(0x0B98);
+    u->stencil = (GLuint)limit(GL_STENCIL_WRITEMASK);
     set_numbers(false, 0);
     turn_switches(true);
-    gl.BeginConditionalRender(u->query, 0x8E13); // wait for the result
+    gl.BeginConditionalRender(u->query, GL_QUERY_WAIT); // wait for the result
 }
 
 static void unbind_everything(void)
 {
     static const GLenum generic[] = {
-        GL_ARRAY_BUFFER,   GL_PIXEL_PACK_BUFFER,     GL_PIXEL_UNPACK_BUFFER, 0x8C2A, 0x8C8E,
-        GL_UNIFORM_BUFFER, GL_SHADER_STORAGE_BUFFER, 0x92C0,                 0x8F36, 0x8F37,
-        0x8F3F,            0x90EE,                   0x9192};
+        GL_ARRAY_BUFFER,          GL_PIXEL_PACK_BUFFER,         GL_PIXEL_UNPACK_BUFFER,
+        GL_TEXTURE_BUFFER,        GL_TRANSFORM_FEEDBACK_BUFFER, GL_UNIFORM_BUFFER,
+        GL_SHADER_STORAGE_BUFFER, GL_ATOMIC_COUNTER_BUFFER,     GL_COPY_READ_BUFFER,
+        GL_COPY_WRITE_BUFFER,     GL_DRAW_INDIRECT_BUFFER,      GL_DISPATCH_INDIRECT_BUFFER,
+        GL_QUERY_BUFFER};
     gl.UseProgram(0);
     gl.BindProgramPipeline(0);
-    gl.BindTransformFeedback(0x8E22, 0);
+    gl.BindTransformFeedback(GL_TRANSFORM_FEEDBACK, 0);
     gl.BindVertexArray(0);
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    gl.BindRenderbuffer(0x8D41, 0);
+    gl.BindRenderbuffer(GL_RENDERBUFFER, 0);
     for (GLuint unit = 0; unit < 24; unit++) {
         gl.BindTextureUnit(unit, 0);
         gl.BindSampler(unit, 0);
     }
     for (GLuint unit = 0; unit < 8; unit++) {
-        gl.BindImageTexture(unit, 0, 0, GL_FALSE, 0, GL_READ_ONLY, 0x8229);
+        gl.BindImageTexture(unit, 0, 0, GL_FALSE, 0, GL_READ_ONLY, GL_R8);
     }
     for (int i = 0; i < LENGTH(generic); i++) gl.BindBuffer(generic[i], 0);
     gl.ActiveTexture(GL_TEXTURE0);

@@ -46,6 +46,11 @@ int test_trials(int n)
     return scale > 1 ? (n / scale > 0 ? n / scale : 1) : n;
 }
 
+static int chosen(const char *name, const char *words)
+{
+    return words[0] == '-' ? !strstr(name, words + 1) : !!strstr(name, words);
+}
+
 int main(int argc, char **argv)
 {
     const test_case *suites[] = {moments_tests, map_tests,  visibility_tests, lightprobe_tests,
@@ -54,7 +59,7 @@ int main(int argc, char **argv)
     setvbuf(stdout, NULL, _IOLBF, 0);
     for (size_t s = 0; s < sizeof suites / sizeof *suites; s++) {
         for (const test_case *test = suites[s]; test->name; test++) {
-            if (argc > 1 && !strstr(test->name, argv[1])) continue;
+            if (argc > 1 && !chosen(test->name, argv[1])) continue;
             failures = skipped = 0;
             test->run();
             printf("%s  %s\n", failures ? "FAIL" : skipped ? "skip" : "ok  ", test->name);

@@ -5,6 +5,7 @@
 #include "scenes.h"
 #include "test.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -199,7 +200,7 @@ static int driver_samples(int asked)
     GLint samples = 0;
     gl.CreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &texture);
     gl.TextureStorage2DMultisample(texture, asked, GL_DEPTH_COMPONENT32F, 1, 1, GL_TRUE);
-    gl.GetTextureLevelParameteriv(texture, 0, 0x9106, &samples);
+    gl.GetTextureLevelParameteriv(texture, 0, GL_TEXTURE_SAMPLES, &samples);
     gl.DeleteTextures(1, &texture);
     return samples;
 }
@@ -272,7 +273,7 @@ static GLuint bind_depth(const mssm_light *light, const float *z, int side, int 
 static void bind_fill(bool back)
 {
     GLint front = GL_CCW;
-    gl.GetIntegerv(0x0B46, &front);
+    gl.GetIntegerv(GL_FRONT_FACE, &front);
     gl.ProgramUniform1i(stage.fill, gl.GetUniformLocation(stage.fill, "clockwise"),
                         back != (front == GL_CW));
     gl.UseProgram(stage.fill);
@@ -362,22 +363,24 @@ static uint32_t *read_level(const subject *s, int index, int level, int size)
         const GLuint texture = mssm_gl_texture(s->gl, which);
         const int channels = which ? 2 : 4;
         GLint width = 0, height = 0, depth = 0;
-        gl.GetTextureLevelParameteriv(texture, level, 0x1000, &width);
-        gl.GetTextureLevelParameteriv(texture, level, 0x1001, &height);
-        gl.GetTextureLevelParameteriv(texture, level, 0x8071, &depth);
+        gl.GetTextureLevelParameteriv(texture, level, GL_TEXTURE_WIDTH, &width);
+        gl.GetTextureLevelParameteriv(texture, level, GL_TEXTURE_HEIGHT, &height);
+        gl.GetTextureLevelParameteriv(texture, level, GL_TEXTURE_DEPTH, &depth);
         CHECK(width >= size && height >= size && depth >= s->desc.lights,
               "texture %d, level %d: %d x %d x %d, not %d x %d x %d", which, level, width, height,
               depth, size, size, s->desc.lights);
         if (width < size || height < size || depth <= index) break;
         const size_t count = (size_t)width * (size_t)height * (size_t)(depth * channels);
         uint32_t *texels = allocate(count * sizeof *texels);
-        gl.GetTextureImage(texture, level, which ? 0x8228 : GL_RGBA_INTEGER, GL_INT,
+        gl.MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
+        gl.GetTextureImage(texture, level, which ? GL_RG_INTEGER : GL_RGBA_INTEGER, GL_INT,
                            (GLsizei)(count * sizeof *texels), texels);
         for (int y = 0; y < size; y++) {
             for (int x = 0; x < size; x++) {
                 memcpy(table + (size_t)(y + 1) * stride + (size_t)((x + 1) * moments + 4 * which),
                        texels + (((size_t)index * (size_t)height + (size_t)y) * (size_t)width +
-                                 (size_t)x) * (size_t)channels,
+                                 (size_t)x) *
+                                    (size_t)channels,
                        (size_t)channels * sizeof *texels);
             }
         }
@@ -389,7 +392,7 @@ static uint32_t *read_level(const subject *s, int index, int level, int size)
 static int levels_of(const subject *s)
 {
     GLint levels = 0;
-    gl.GetTextureParameteriv(mssm_gl_texture(s->gl, 0), 0x82DF, &levels);
+    gl.GetTextureParameteriv(mssm_gl_texture(s->gl, 0), GL_TEXTURE_IMMUTABLE_LEVELS, &levels);
     return levels;
 }
 
@@ -402,8 +405,7 @@ static void compare_level(const subject *s, int index, int level, difference *d)
     const size_t right = (size_t)s->desc.moments, up = (size_t)(size + 1) * right;
     for (int y = 0; y < size; y++) {
         for (size_t i = (size_t)y * up; i < (size_t)y * up + (size_t)size * right; i++) {
-            const int off =
-                abs(texel_value(cpu + i, right, up) - texel_value(gpu + i, right, up));
+            const int off = abs(texel_value(cpu + i, right, up) - texel_value(gpu + i, right, up));
             d->values++;
             d->unequal += cpu[i + right + up] != gpu[i + right + up];
             if (off > d->largest) d->largest = off;
@@ -476,7 +478,9 @@ static void random_depth(float *z, int side, int samples, uint64_t *seed)
         const double r = test_range(seed, -1, 1);
         z[i] = (float)(kind == 0   ? r
                        : kind == 1 ? a * x + b * y + 0.01 * r
-                       : kind == 2 ? (r < a ? a : r < 0.5 ? b : 1)
+                       : kind == 2 ? (r < a     ? a
+                                      : r < 0.5 ? b
+                                                : 1)
                        : kind == 3 ? (r < 0 ? -1 : 1)
                                    : fmod(7 * x + 3 * y, 1) + 1e-6 * r);
         z[i] = fminf(fmaxf(z[i], -1), 1);
@@ -497,7 +501,8 @@ static void tables_are_equal(void)
     if (!begin_gl()) return;
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c += (size_t)stride()) {
         const int side = cases[c].side;
-        const mssm_gl_desc d = description(cases[c].lights, side, cases[c].samples, cases[c].moments);
+        const mssm_gl_desc d =
+            description(cases[c].lights, side, cases[c].samples, cases[c].moments);
         subject s;
         difference here = {0, 0, 0};
         if (!make_subject(&s, &d)) continue;
@@ -514,10 +519,12 @@ static void tables_are_equal(void)
         }
         int levels = 0, size;
         for (int i = 0; i < d.lights; i++) levels = compare_tables(&s, i, &here);
-        CHECK(!gl_fakes_map_table(s.map[0], levels, &size), "side %d: only %d levels", side, levels);
-        CHECK(here.unequal == 0 || slack(), "side %d, %d lights, %d samples, %d moments: %g of %g "
-              "sums differ, texels by up to %d", side, d.lights, samples, d.moments, here.unequal,
-              here.values, here.largest);
+        CHECK(!gl_fakes_map_table(s.map[0], levels, &size), "side %d: only %d levels", side,
+              levels);
+        CHECK(here.unequal == 0 || slack(),
+              "side %d, %d lights, %d samples, %d moments: %g of %g "
+              "sums differ, texels by up to %d",
+              side, d.lights, samples, d.moments, here.unequal, here.values, here.largest);
         CHECK(here.largest <= slack(), "side %d: a texel differs by %d", side, here.largest);
         all.values += here.values;
         all.unequal += here.unequal;
@@ -525,7 +532,8 @@ static void tables_are_equal(void)
         free(z);
         drop_subject(&s);
     }
-    test_note("%.0f sums, %.0f differ, a texel by at most %d", all.values, all.unequal, all.largest);
+    test_note("%.0f sums, %.0f differ, a texel by at most %d", all.values, all.unequal,
+              all.largest);
     end_gl();
 }
 
@@ -574,7 +582,8 @@ static void equal_samples_are_one(void)
         fill(&s, 0, z, NULL);
         build(&s);
         compare_tables(&s, 0, &all);
-        CHECK(all.largest <= 1 + slack(), "%d samples: a texel differs by %d", samples, all.largest);
+        CHECK(all.largest <= 1 + slack(), "%d samples: a texel differs by %d", samples,
+              all.largest);
         drop_subject(&s);
     }
     end_gl();
@@ -595,9 +604,12 @@ static double sensitivity(const subject *s, int index, const float point[3], flo
         float p[3] = {point[0], point[1], point[2]};
         mssm_light light = s->light[index];
         const int what = i / 2 % 5;
-        if (what < 3) p[what] += off;
-        else if (what == 3) light.half_u *= 1 + off;
-        else light.half_v *= 1 + off;
+        if (what < 3)
+            p[what] += off;
+        else if (what == 3)
+            light.half_u *= 1 + off;
+        else
+            light.half_v *= 1 + off;
         const float moved = mssm_map_visibility(s->map[index], &light, &s->desc.settings, p);
         largest = fmax(largest, fabs((double)(moved - v)));
     }
@@ -648,8 +660,11 @@ static void fill_scenes(subject *s, scene scenes[3])
     float *z = allocate(2 * count * sizeof *z);
     for (int i = 0; i < 3; i++) {
         scene_make(&scenes[i], which[i]);
-        if (i == 2) s->light[i] = wide_light(true, 0.4f);
-        else CHECK(scene_light(&scenes[i], i ? 0.3 : 0.1, i ? 0.2 : 0.1, &s->light[i]) == 0, "light");
+        if (i == 2)
+            s->light[i] = wide_light(true, 0.4f);
+        else
+            CHECK(scene_light(&scenes[i], i ? 0.3 : 0.1, i ? 0.2 : 0.1, &s->light[i]) == 0,
+                  "light");
         scene_depth(&scenes[i], &s->light[i], s->desc.side, s->desc.samples, z, z + count);
         fill(s, i, z, i == 1 ? NULL : z + count);
     }
@@ -718,13 +733,46 @@ static void settings_are_obeyed(void)
                 random_points(&scenes[k], count, points, &seed);
                 compare_visibility(&s, k, what, count, points, &a);
             }
-            test_note("%s: rms %.1e, largest %.1e, at limits %.1e", what,
-                      sqrt(a.squares / a.count), a.largest, a.largest_at_limit);
+            test_note("%s: rms %.1e, largest %.1e, at limits %.1e", what, sqrt(a.squares / a.count),
+                      a.largest, a.largest_at_limit);
             drop_subject(&s);
         }
         end_gl();
     }
     free(points);
+}
+
+// However far below the casters the ground is: kernels grow with the distance.
+static void far_receivers_are_equal(void)
+{
+    enum { SIDE = 256, COUNT = SIDE * SIDE * 4, POINTS = 4000 };
+    static float points[3 * POINTS];
+    const mssm_gl_desc d = description(1, SIDE, 4, 6);
+    uint64_t seed = 44;
+    scene c;
+    subject s;
+    agreement a = {0, 0, 0, 0, 0};
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        float *z = allocate(sizeof *z * COUNT);
+        scene_make(&c, 1);
+        CHECK(!scene_light(&c, 0.05, 0.05, &s.light[0]), "light");
+        scene_depth(&c, &s.light[0], SIDE, 4, z, NULL);
+        fill(&s, 0, z, NULL);
+        build(&s);
+        for (int i = 0; i < POINTS; i++) {
+            const double below = test_range(&seed, 0, i % 2 ? 20 : 200);
+            for (int k = 0; k < 3; k++) {
+                points[3 * i + k] = (float)(test_range(&seed, -2, 2) - below * c.sun[k]);
+            }
+        }
+        compare_visibility(&s, 0, "far below", POINTS, points, &a);
+        test_note("rms %.1e, largest %.1e, at limits %.1e", sqrt(a.squares / a.count), a.largest,
+                  a.largest_at_limit);
+        free(z);
+        drop_subject(&s);
+    }
+    end_gl();
 }
 
 // mssm_visibility_at is mssm_visibility of a point that is in shadow space already.
@@ -847,8 +895,8 @@ static void add_triangle(mesh *m, const double centre[3], const double a[3], con
         v[k] = c[k] - a[k];
         out[k] = a[k] + b[k] + c[k] - 3 * centre[k];
     }
-    const double side = out[0] * (u[1] * v[2] - u[2] * v[1]) + out[1] * (u[2] * v[0] - u[0] * v[2]) +
-                        out[2] * (u[0] * v[1] - u[1] * v[0]);
+    const double side = out[0] * (u[1] * v[2] - u[2] * v[1]) +
+                        out[1] * (u[2] * v[0] - u[0] * v[2]) + out[2] * (u[0] * v[1] - u[1] * v[0]);
     add_vertex(m, a);
     add_vertex(m, side > 0 ? b : c);
     add_vertex(m, side > 0 ? c : b);
@@ -921,9 +969,12 @@ static void make_mesh(mesh *m, const scene *s)
     memset(m, 0, sizeof *m);
     for (int i = 0; i < s->count; i++) {
         const shape *o = &s->shapes[i];
-        if (o->kind == SHAPE_SPHERE) add_sphere(m, o);
-        else if (o->kind == SHAPE_BOX) add_box(m, o);
-        else add_disc(m, o);
+        if (o->kind == SHAPE_SPHERE)
+            add_sphere(m, o);
+        else if (o->kind == SHAPE_BOX)
+            add_box(m, o);
+        else
+            add_disc(m, o);
     }
     gl.CreateBuffers(1, &m->buffer);
     gl.NamedBufferStorage(m->buffer, (GLsizeiptr)sizeof *m->xyz * 3 * m->vertices, m->xyz, 0);
@@ -1015,12 +1066,15 @@ static void picture_agrees_with_ray_tracing(void)
             mesh m;
             double here[3] = {0, 0, 0};
             scene_make(&c, cases[i].which);
-            if (cases[i].spot) s.light[0] = wide_light(true, (float)cases[i].size);
-            else CHECK(!scene_light(&c, cases[i].size, cases[i].size, &s.light[0]), "light");
+            if (cases[i].spot)
+                s.light[0] = wide_light(true, (float)cases[i].size);
+            else
+                CHECK(!scene_light(&c, cases[i].size, cases[i].size, &s.light[0]), "light");
             make_mesh(&m, &c);
             draw_light(&s, &m, cases[i].back);
             scene_depth(&c, &s.light[0], side, samples, z, z + count);
-            CHECK(!mssm_map_update(s.map[0], z, cases[i].back ? z + count : NULL, samples), "update");
+            CHECK(!mssm_map_update(s.map[0], z, cases[i].back ? z + count : NULL, samples),
+                  "update");
             measure_scene(&s, &c, receivers, &seed, here);
             CHECK(receivers < 100 || here[0] < 1.2 * here[1] + 3e-4,
                   "%s%s%s, %d samples: rms %.4f, CPU %.4f", c.name, cases[i].spot ? ", spot" : "",
@@ -1102,7 +1156,8 @@ static motion play(subject *s, int which, bool light_turns, int frames)
         }
         scene_finish(&c);
         make_frame(s, &c, (const double(*)[3])points, v[1], t[1]);
-        if (frame > 0) add_steps(&m, (const float(*)[FRAME_POINTS])v, (const double(*)[FRAME_POINTS])t);
+        if (frame > 0)
+            add_steps(&m, (const float(*)[FRAME_POINTS])v, (const double(*)[FRAME_POINTS])t);
         memcpy(v[0], v[1], sizeof v[0]);
         memcpy(t[0], t[1], sizeof t[0]);
     }
@@ -1124,11 +1179,12 @@ static void visibility_does_not_flicker(void)
                 scene c;
                 scene_make(&c, which[i]);
                 test_note("%s, %s: rms step %.4f off the truth's %.4f, largest excess %.3f, the "
-                          "truth's largest %.3f", turns ? "light turns" : "caster moves", c.name,
-                          sqrt(m.squares / m.steps), sqrt(m.truth_squares / m.steps), m.largest,
-                          m.step);
+                          "truth's largest %.3f",
+                          turns ? "light turns" : "caster moves", c.name, sqrt(m.squares / m.steps),
+                          sqrt(m.truth_squares / m.steps), m.largest, m.step);
                 // Not GL's but the estimator's: the CPU takes the same steps, with 16 samples, too.
-                CHECK(m.largest < (turns ? 0.15 : 0.1), "%s, %s: a step of %.3f more than the truth's",
+                CHECK(m.largest < (turns ? 0.15 : 0.1),
+                      "%s, %s: a step of %.3f more than the truth's",
                       turns ? "light turns" : "caster moves", c.name, m.largest);
             }
         }
@@ -1153,20 +1209,20 @@ static void same_state(const char *call, const char *allowed)
 }
 
 // Evaluates a call between two snapshots.
-#define WATCH(call, allowed)       \
-    do {                           \
-        gl_state_take(&before);    \
-        call;                      \
+#define WATCH(call, allowed)        \
+    do {                            \
+        gl_state_take(&before);     \
+        call;                       \
         same_state(#call, allowed); \
     } while (0)
 
-#define WATCH_OK(call, allowed)                                                   \
-    do {                                                                          \
-        mssm_result result_;                                                      \
-        gl_state_take(&before);                                                   \
-        result_ = call;                                                           \
-        CHECK(result_ == MSSM_OK, "%s: %s", #call, mssm_result_string(result_));  \
-        same_state(#call, allowed);                                               \
+#define WATCH_OK(call, allowed)                                                  \
+    do {                                                                         \
+        mssm_result result_;                                                     \
+        gl_state_take(&before);                                                  \
+        result_ = call;                                                          \
+        CHECK(result_ == MSSM_OK, "%s: %s", #call, mssm_result_string(result_)); \
+        same_state(#call, allowed);                                              \
     } while (0)
 
 #define WATCH_FAIL(call, expected)                                                \
@@ -1272,8 +1328,8 @@ static void check_numbers(const subject *s, const char *state)
     difference all = {0, 0, 0};
     for (int i = 0; i < s->desc.lights; i++) compare_tables(s, i, &all);
     test_note("%s: %.0f sums, %.0f differ", state, all.values, all.unequal);
-    CHECK(all.values > 0 && all.largest <= slack(), "%s: %g of %g sums differ, by %d",
-          state, all.unequal, all.values, all.largest);
+    CHECK(all.values > 0 && all.largest <= slack(), "%s: %g of %g sums differ, by %d", state,
+          all.unequal, all.values, all.largest);
 }
 
 static void state_is_left_alone(void)
@@ -1317,21 +1373,21 @@ static void each_state_alone_is_harmless(void)
         bool usual;
     } switches[] = {
         {"blend", GL_BLEND, 0},
-        {"logic op", 0x0BF2, 0},
+        {"logic op", GL_COLOR_LOGIC_OP, 0},
         {"depth clamp", GL_DEPTH_CLAMP, 0},
         {"sRGB", GL_FRAMEBUFFER_SRGB, 0},
         {"multisample", GL_MULTISAMPLE, 1},
         {"polygon offset", GL_POLYGON_OFFSET_FILL, 0},
         {"primitive restart", GL_PRIMITIVE_RESTART, 0},
-        {"rasterizer discard", 0x8C89, 0},
-        {"alpha to coverage", 0x809E, 0},
-        {"sample coverage", 0x80A0, 0},
-        {"sample mask", 0x8E51, 0},
-        {"sample shading", 0x8C36, 0},
+        {"rasterizer discard", GL_RASTERIZER_DISCARD, 0},
+        {"alpha to coverage", GL_SAMPLE_ALPHA_TO_COVERAGE, 0},
+        {"sample coverage", GL_SAMPLE_COVERAGE, 0},
+        {"sample mask", GL_SAMPLE_MASK, 0},
+        {"sample shading", GL_SAMPLE_SHADING, 0},
         {"scissor", GL_SCISSOR_TEST, 0},
-        {"stencil", 0x0B90, 0},
+        {"stencil", GL_STENCIL_TEST, 0},
         {"cull face", GL_CULL_FACE, 0},
-        {"clip distance", 0x3000, 0},
+        {"clip distance", GL_CLIP_DISTANCE0, 0},
         {"depth test", GL_DEPTH_TEST, 0},
     };
     enum { COUNT = 40 * 40 * 4 };
@@ -1345,7 +1401,7 @@ static void each_state_alone_is_harmless(void)
         gl.SampleCoverage(0.3f, GL_TRUE);
         gl.SampleMaski(0, 4);
         gl.PolygonOffset(20, 1e6f);
-        gl.CullFace(0x0408);
+        gl.CullFace(GL_FRONT_AND_BACK);
         for (size_t i = 0; i < sizeof switches / sizeof *switches; i++) {
             difference all = {0, 0, 0};
             random_depth(z, 40, 4, &seed);
@@ -1425,22 +1481,27 @@ static void changes_in_between(void)
             const gl_state_entry *expected = begin_set ? &at_begin.entry[i] : &before.entry[i];
             const bool same = !memcmp(expected->value, after.entry[i].value, sizeof(double[4]));
             // What begin set to the very value that it had is put back, too: nobody can tell.
-            const bool back = !memcmp(at_begin.entry[i].value, after.entry[i].value, sizeof(double[4]));
+            const bool back =
+                !memcmp(at_begin.entry[i].value, after.entry[i].value, sizeof(double[4]));
             CHECK(begin_set ? same : same || back, "%s is %g", after.entry[i].name,
                   after.entry[i].value[0]);
             set += begin_set;
             kept += same && !back;
         }
-        static const char *const callers[] = {
-            "CURRENT_PROGRAM", "VERTEX_ARRAY_BINDING", "ACTIVE_TEXTURE", "TEXTURE_BINDING_2D[0]",
-            "UNIFORM_BUFFER[2]", "SHADER_STORAGE_BUFFER[7]", "PIXEL_UNPACK_BUFFER_BINDING"};
+        static const char *const callers[] = {"CURRENT_PROGRAM",
+                                              "VERTEX_ARRAY_BINDING",
+                                              "ACTIVE_TEXTURE",
+                                              "TEXTURE_BINDING_2D[0]",
+                                              "UNIFORM_BUFFER[2]",
+                                              "SHADER_STORAGE_BUFFER[7]",
+                                              "PIXEL_UNPACK_BUFFER_BINDING"};
         for (int i = 0; i < 7; i++) {
             CHECK(gl_state_find(&after, callers[i])->value[0] ==
                       gl_state_find(&before, callers[i])->value[0],
                   "%s is not as the caller left it", callers[i]);
         }
-        test_note("%d numbers set by begin and put back, %d others stay as the caller left them", set,
-                  kept);
+        test_note("%d numbers set by begin and put back, %d others stay as the caller left them",
+                  set, kept);
         gl_state_make_usual(&unusual);
         drop_subject(&s);
     }
@@ -1557,7 +1618,8 @@ static void missing_functions(void)
         gl_fakes_reset();
         fakes.missing = names[i];
         fail_once(names[i], MSSM_ERROR_GL_VERSION);
-        CHECK(strstr(fakes.message, names[i]), "%s: the message is \"%s\"", names[i], fakes.message);
+        CHECK(strstr(fakes.message, names[i]), "%s: the message is \"%s\"", names[i],
+              fakes.message);
     }
     test_note("%d functions, each missing once; last message: %s", count, fakes.message);
     gl_fakes_reset();
@@ -1598,8 +1660,10 @@ static void shaders_fail(void)
     gl.DebugMessageCallback(NULL, NULL);
     for (int i = 1; i <= compiles + links; i += stride()) {
         gl_fakes_reset();
-        if (i <= compiles) fakes.fail_compile = i;
-        else fakes.fail_link = i - compiles;
+        if (i <= compiles)
+            fakes.fail_compile = i;
+        else
+            fakes.fail_link = i - compiles;
         snprintf(what, sizeof what, "%s %d", i <= compiles ? "shader" : "program",
                  i <= compiles ? i : i - compiles);
         fail_once(what, MSSM_ERROR_GL);
@@ -1712,9 +1776,9 @@ static void bad_arguments_are_refused(void)
     const struct {
         const char *what;
         mssm_gl_desc desc;
-    } bad[] = {{"lights", description(-1, 32, 1, 6)},       {"lights", description(100000, 32, 1, 6)},
-               {"side", description(1, -1, 1, 6)},          {"side", description(1, 1 << 20, 1, 6)},
-               {"samples", description(1, 32, -1, 6)},      {"moments", description(1, 32, 1, 5)},
+    } bad[] = {{"lights", description(-1, 32, 1, 6)},  {"lights", description(100000, 32, 1, 6)},
+               {"side", description(1, -1, 1, 6)},     {"side", description(1, 1 << 20, 1, 6)},
+               {"samples", description(1, 32, -1, 6)}, {"moments", description(1, 32, 1, 5)},
                {"moments", description(1, 32, 1, -4)}};
     mssm_gl *const nothing = (mssm_gl *)(void *)&before;
     mssm_gl *g = nothing;
@@ -1741,6 +1805,10 @@ static void bad_arguments_are_refused(void)
     d = good;
     d.first_buffer_binding = -1;
     CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "buffer binding -1");
+    d.first_texture_unit = INT_MAX;
+    d.first_buffer_binding = 0;
+    CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "last texture unit");
+    d = good;
     d.first_buffer_binding = 100000;
     CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "buffer binding 100000");
     d = good;
@@ -1789,6 +1857,10 @@ static void wrong_order_is_refused(void)
         WATCH_FAIL(mssm_gl_begin_depth(s.gl, 1, 1), MSSM_ERROR_ORDER); // of another light
         CHECK(mssm_gl_build(s.gl) == MSSM_OK, "build");
         WATCH_FAIL(mssm_gl_begin_depth(s.gl, 0, 1), MSSM_ERROR_ORDER); // front faces are gone
+        CHECK(mssm_gl_begin_depth(s.gl, 0, 0) == MSSM_OK, "begin");
+        CHECK(mssm_gl_end_depth(s.gl) == MSSM_OK, "end");
+        CHECK(mssm_gl_resize(s.gl, 2, 32) == MSSM_OK, "resize");
+        WATCH_FAIL(mssm_gl_begin_depth(s.gl, 0, 1), MSSM_ERROR_ORDER); // again
         // Destroyed in the middle of a pass: the state comes back all the same.
         gl_state_take(&before);
         CHECK(mssm_gl_begin_depth(s.gl, 0, 0) == MSSM_OK, "begin");
@@ -1938,8 +2010,8 @@ static void lights_are_updated_alone(void)
             for (int i = 0; i < 4; i++) {
                 difference all = {0, 0, 0};
                 compare_tables(&s, i, &all);
-                CHECK(all.largest <= slack(), "round %d, drawn %d, light %d: off by %d",
-                      round, drawn, i, all.largest);
+                CHECK(all.largest <= slack(), "round %d, drawn %d, light %d: off by %d", round,
+                      drawn, i, all.largest);
             }
         }
         drop_subject(&s);
@@ -2067,7 +2139,8 @@ static void validate(const char *what, const char *extension, const char *text)
 {
     char name[100], command[300], line[300];
     snprintf(name, sizeof name, "/tmp/mssm_test_gl_%llx.%s",
-             (unsigned long long)(uintptr_t)&name ^ (unsigned long long)resident_pages(), extension);
+             (unsigned long long)(uintptr_t)&name ^ (unsigned long long)resident_pages(),
+             extension);
     FILE *f = fopen(name, "w");
     if (!f) {
         CHECK(0, "cannot write %s", name);
@@ -2142,8 +2215,10 @@ static void second_compiler_agrees(void)
         for (int i = variant ? fakes.text_count / 2 : 0; i < fakes.text_count; i++) {
             const GLenum type = fakes.text_types[i];
             snprintf(what, sizeof what, "own shader %d", i);
-            validate(what, type == GL_COMPUTE_SHADER ? "comp" : type == GL_VERTEX_SHADER ? "vert"
-                                                                                         : "frag",
+            validate(what,
+                     type == GL_COMPUTE_SHADER  ? "comp"
+                     : type == GL_VERTEX_SHADER ? "vert"
+                                                : "frag",
                      fakes.texts[i]);
             texts++;
         }
@@ -2165,6 +2240,7 @@ const test_case gl_tests[] = {
     {"GL's equal samples are one", equal_samples_are_one},
     {"GL's visibility is the CPU's", visibility_is_equal},
     {"GL's settings are obeyed", settings_are_obeyed},
+    {"GL's receivers far behind all casters are the CPU's", far_receivers_are_equal},
     {"GL's visibility from shadow space is that from world space", shadow_space_is_the_same},
     {"GL's visibility of hostile points is in range", hostile_points_are_in_range},
     {"GL's new maps are lit", new_maps_are_lit},

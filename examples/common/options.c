@@ -19,6 +19,7 @@ const char options_help[] =
     "  --orbit N         N numbered frames with a turning probe and moving objects\n"
     "  --truth           also trace rays to the probe and say how far off the picture is\n"
     "  --truth-lights    the same with rays to the lights: the error of the shadows alone\n"
+    "  --cpu, --gl       the pipeline; without either: OpenGL 4.5 if it can be had\n"
     "  --help            this text\n";
 
 static bool parse_int(const char *text, int low, int high, int *value)
@@ -112,6 +113,10 @@ bool options_parse(options *o, int argc, char **argv, message *why)
             o->truth = TRUTH_PROBE;
         } else if (!strcmp(name, "--truth-lights")) {
             o->truth = TRUTH_LIGHTS;
+        } else if (!strcmp(name, "--cpu")) {
+            o->pipeline = PIPELINE_CPU;
+        } else if (!strcmp(name, "--gl")) {
+            o->pipeline = PIPELINE_GL;
         } else if (parse_value(o, name, value, &known)) {
             i++;
         } else if (!known) {

@@ -6,6 +6,8 @@
 
 typedef enum truth_kind { TRUTH_NONE, TRUTH_PROBE, TRUTH_LIGHTS } truth_kind;
 
+typedef enum pipeline_kind { PIPELINE_ANY, PIPELINE_CPU, PIPELINE_GL } pipeline_kind;
+
 typedef struct options {
     const char *probe, *mesh, *out; // file names; probe and mesh NULL for the built-in ones
     int lights;
@@ -16,6 +18,7 @@ typedef struct options {
     int width, height;
     int orbit; // frames; 0 for a single picture
     truth_kind truth;
+    pipeline_kind pipeline;
     bool help;
 } options;
 

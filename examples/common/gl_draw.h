@@ -1,0 +1,83 @@
+// What a program that draws with OpenGL needs around the two headers: meshes, programs, targets to
+// draw into, pictures back from them, and how long it took. Everything belongs to the current context.
+#ifndef GL_DRAW_H
+#define GL_DRAW_H
+
+#include "gl.h"
+#include "image.h"
+#include "raster.h"
+
+// ---- Meshes
+
+typedef struct gl_mesh {
+    GLuint array, vertices, indices;
+    int count;       // of vertices to draw
+    ptrdiff_t bytes; // of both buffers, to see whether another scene still fits
+} gl_mesh;
+
+// Attributes 0, 1, 2: position, normal, albedo, each three floats.
+bool gl_mesh_upload(gl_mesh *m, const scene *s,
+                    message *why); // into a zeroed mesh, or over an older one
+void gl_mesh_triangle(gl_mesh *m); // no attributes; gl_triangle_vertex makes it cover everything
+void gl_mesh_draw(const gl_mesh *m);
+void gl_mesh_free(gl_mesh *m);
+
+// ---- Programs
+
+// Vertex shader for gl_mesh_triangle: out vec2 place, from (0,0) at the lower left to (1,1), and out
+// vec3 ray, the direction in which the camera of gl_camera_uniforms() looks there (not normalized).
+extern const char gl_triangle_vertex[];
+// Vertex shaders for gl_mesh_upload that transform by the uniform world_to_clip at location 0: one
+// for depth maps, and one with out vec3 position, normal, albedo in world space.
+extern const char gl_depth_vertex[], gl_scene_vertex[];
+// Fragment shader behind the latter: position (w = 1), normal, albedo into three colours.
+extern const char gl_scene_fragment[];
+
+// Texts end in NULL and get "#version 450 core" in front. An empty list of fragment texts makes a
+// program that writes depth alone. 0 on failure, with the compiler's whole log on stderr.
+GLuint gl_program(const char *name, const char *const *vertex, const char *const *fragment,
+                  message *why);
+// The usual case of one text each; fragment may be NULL.
+GLuint gl_program_simple(const char *name, const char *vertex, const char *fragment, message *why);
+
+// ---- Targets
+
+#define GL_TARGET_COLORS 3
+
+typedef struct gl_target {
+    GLuint framebuffer, color[GL_TARGET_COLORS], depth;
+    int width, height, samples;
+} gl_target;
+
+// Textures of these formats (up to a 0) with a depth buffer; samples 0 or 1: not multisampled.
+bool gl_target_create(gl_target *t, int width, int height, int samples,
+                      const GLenum formats[GL_TARGET_COLORS], message *why);
+void gl_target_free(gl_target *t);
+void gl_target_begin(const gl_target *t); // binds it, sets the viewport, clears it to zero
+bool gl_target_read(const gl_target *t, image *out,
+                    message *why); // of the first colour; not multisampled
+
+// ---- Camera, probe
+
+void gl_camera_matrix(const camera *c, float near, float far, float world_to_clip[16]);
+void gl_camera_uniforms(const camera *c, GLuint program);
+
+// Six faces of RGB floats as a cube map with linear filtering, into *texture (0 makes one).
+void gl_probe_upload(GLuint *texture, const float *const face[6], int side);
+
+// ---- Time
+
+#define GL_TIMER_MARKS 8
+
+// Time between marks as the GPU sees it. Reading waits for the GPU; wait a frame or two before.
+typedef struct gl_timer {
+    GLuint query[GL_TIMER_MARKS];
+    int marks;
+} gl_timer;
+
+void gl_timer_start(gl_timer *t); // a zeroed timer, or again: sets mark 0
+void gl_timer_mark(gl_timer *t);
+double gl_timer_seconds(const gl_timer *t, int mark); // from mark - 1 to mark
+void gl_timer_free(gl_timer *t);
+
+#endif

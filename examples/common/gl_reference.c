@@ -1,0 +1,150 @@
+#include "gl_reference.h"
+
+#include <stdio.h>
+
+enum { DEPTH_UNIT = 4, LIGHT_BINDING = 1 };
+
+// As the shaders see a light: std430.
+typedef struct reference_light {
+    float world_to_shadow[16];
+    float kernel[2]; // half-width of the penumbra in texture coordinates per unit of depth
+    float padding[2];
+} reference_light;
+
+static const char common_text[] =
+    "layout(binding = 4) uniform sampler2DArray depth_maps;\n"
+    "struct Reference { mat4 world_to_shadow; vec4 kernel; };\n"
+    "layout(std430, binding = 1) readonly buffer References { Reference reference[]; };\n"
+    "const float bias = 0.006;\n"
+    "vec3 shadow_place(int light, vec3 position)\n" // texture coordinates, depth in [-1,1]
+    "{\n"
+    "    vec4 p = reference[light].world_to_shadow * vec4(position, 1);\n"
+    "    return vec3(0.5 * p.xy + 0.5, p.z);\n"
+    "}\n"
+    // Outside of the map nothing is hit; Nearest texel, no mip levels.
+    "float map_depth(int light, vec2 at)\n"
+    "{\n"
+    "    ivec2 size = textureSize(depth_maps, 0).xy, p = ivec2(floor(at * size));\n"
+    "    if (any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size))) return 1;\n"
+    "    return 2 * texelFetch(depth_maps, ivec3(p, light), 0).r - 1;\n"
+    "}\n";
+
+static const char hard_text[] = "float mssm_visibility(int light, vec3 position)\n"
+                                "{\n"
+                                "    vec3 p = shadow_place(light, position);\n"
+                                "    return map_depth(light, p.xy) < p.z - bias ? 0 : 1;\n"
+                                "}\n";
+
+static const char pcss_text[] =
+    "float mssm_visibility(int light, vec3 position)\n"
+    "{\n"
+    "    vec3 p = shadow_place(light, position);\n"
+    "    vec2 kernel = reference[light].kernel.xy, least = 0.5 / textureSize(depth_maps, 0).xy;\n"
+    "    vec2 wide = max(kernel * (p.z + 1), least);\n"
+    "    float sum = 0, blockers = 0, lit = 0;\n"
+    "    for (int i = 0; i < TAPS * TAPS; i++) {\n"
+    "        vec2 tap = (vec2(i % TAPS, i / TAPS) + 0.5) * (2.0 / TAPS) - 1;\n"
+    "        float d = map_depth(light, p.xy + wide * tap);\n"
+    "        if (d < p.z - bias) { sum += d; blockers++; }\n"
+    "    }\n"
+    "    if (blockers == 0) return 1;\n"
+    "    wide = max(kernel * (p.z - sum / blockers), least);\n"
+    "    for (int i = 0; i < TAPS * TAPS; i++) {\n"
+    "        vec2 tap = (vec2(i % TAPS, i / TAPS) + 0.5) * (2.0 / TAPS) - 1;\n"
+    "        if (map_depth(light, p.xy + wide * tap) >= p.z - bias) lit++;\n"
+    "    }\n"
+    "    return lit / (TAPS * TAPS);\n"
+    "}\n";
+
+bool gl_reference_create(gl_reference *r, int side, int lights, message *why)
+{
+    char text[sizeof common_text + sizeof pcss_text + 64];
+    *r = (gl_reference){.side = side, .room = lights};
+    gl.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &r->depth);
+    gl.TextureStorage3D(r->depth, 1, GL_DEPTH_COMPONENT32F, side, side, lights);
+    gl.TextureParameteri(r->depth, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl.TextureParameteri(r->depth, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl.CreateFramebuffers(1, &r->framebuffer);
+    gl.CreateBuffers(1, &r->lights);
+    gl.NamedBufferStorage(r->lights, lights * (GLsizeiptr)sizeof(reference_light), NULL,
+                          GL_DYNAMIC_STORAGE_BIT);
+    for (int i = 0; i < 2; i++) {
+        snprintf(text, sizeof text, "#define TAPS %d\n%s%s", GL_REFERENCE_TAPS, common_text,
+                 i == GL_REFERENCE_HARD ? hard_text : pcss_text);
+        r->program[i] = gl_lighting_program(i == GL_REFERENCE_HARD ? "hard" : "PCSS", text, why);
+        if (r->program[i]) continue;
+        gl_reference_free(r);
+        return false;
+    }
+    return true;
+}
+
+void gl_reference_free(gl_reference *r)
+{
+    if (r->depth) gl.DeleteTextures(1, &r->depth);
+    if (r->framebuffer) gl.DeleteFramebuffers(1, &r->framebuffer);
+    if (r->lights) gl.DeleteBuffers(1, &r->lights);
+    for (int i = 0; i < 2; i++) {
+        if (r->program[i]) gl.DeleteProgram(r->program[i]);
+    }
+    *r = (gl_reference){0};
+}
+
+// The index-th of points that fill the square [-1,1]^2 evenly (Roberts' R2 sequence).
+static void spread(int index, int light, float *x, float *y)
+{
+    const double i = index + 1, shift = 0.618034 * light;
+    *x = (float)(2 * fmod(0.7548776662 * i + shift, 1) - 1);
+    *y = (float)(2 * fmod(0.5698402910 * i + shift, 1) - 1);
+}
+
+static mssm_light light_frustum(const lightprobe_light *l, float size, const scene *s, float x,
+                                float y)
+{
+    const float low[3] = {s->low.x, s->low.y, s->low.z};
+    const float high[3] = {s->high.x, s->high.y, s->high.z};
+    float direction[3];
+    mssm_light f = {{0}, 0, 0, 0, 1, 1, -1, 1};
+    for (int k = 0; k < 3; k++) {
+        direction[k] = l->direction[k] +
+                       size * (x * l->tan_half_u * l->axis_u[k] + y * l->tan_half_v * l->axis_v[k]);
+    }
+    mssm_light_directional(&f, direction, l->axis_u, size * l->tan_half_u, size * l->tan_half_v,
+                           low, high);
+    return f;
+}
+
+void gl_reference_draw(gl_reference *r, const gl_lighting *g, int lights, const scene *s,
+                       gl_reference_kind kind, int index)
+{
+    gl.BindFramebuffer(GL_FRAMEBUFFER, r->framebuffer);
+    gl.NamedFramebufferDrawBuffers(r->framebuffer, 0, NULL);
+    gl.Viewport(0, 0, r->side, r->side);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.UseProgram(g->depth_program);
+    for (int i = 0; i < lights && i < r->room; i++) {
+        float x = 0, y = 0;
+        if (kind == GL_REFERENCE_TRUTH) spread(index, i, &x, &y);
+        const mssm_light f = light_frustum(&g->ordered[i], g->size, s, x, y);
+        const float scale = 0.25f * (f.z_far - f.z_near);
+        reference_light l = {
+            {0}, {scale * f.half_u / f.extent_u, scale * f.half_v / f.extent_v}, {0}};
+        for (int k = 0; k < 16; k++) l.world_to_shadow[k] = f.world_to_shadow[k];
+        gl.NamedBufferSubData(r->lights, i * (GLintptr)sizeof l, sizeof l, &l);
+        gl.NamedFramebufferTextureLayer(r->framebuffer, GL_DEPTH_ATTACHMENT, r->depth, 0, i);
+        gl.Clear(GL_DEPTH_BUFFER_BIT);
+        gl.ProgramUniformMatrix4fv(g->depth_program, 0, 1, GL_FALSE, f.world_to_shadow);
+        gl_mesh_draw(&g->casters);
+    }
+    gl.Disable(GL_DEPTH_TEST);
+}
+
+void gl_reference_shade(gl_reference *r, gl_lighting *g, const lighting *l, const camera *eye,
+                        gl_reference_kind kind, bool add)
+{
+    const int lights = l->lights < r->room ? l->lights : r->room;
+    gl.BindTextureUnit(DEPTH_UNIT, r->depth);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, LIGHT_BINDING, r->lights);
+    gl_lighting_pass(g, r->program[kind == GL_REFERENCE_PCSS], l, eye, 0, lights,
+                     GL_LIGHTING_BASE | (add ? GL_LIGHTING_ADD : 0));
+}

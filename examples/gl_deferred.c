@@ -1,0 +1,151 @@
+// Deferred shading by all area lights of a turning light probe in one pass, OpenGL 4.5, no window:
+//     cc -O2 -I. examples/gl_deferred.c examples/common/*.c -lm -lpthread -ldl && ./a.out --orbit 8
+#include "common/gl_context.h"
+#include "common/gl_lighting.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LIGHTS = 24, WIDTH = 960, HEIGHT = 540 };
+
+// A triangle over the G-buffer, behind lightprobe_glsl_math(), mssm_gl_shader() and gl_light_buffer.
+static const char shading[] =
+    "layout(binding = 0) uniform sampler2D position_map;\n"
+    "layout(binding = 1) uniform sampler2D normal_map;\n"
+    "layout(binding = 2) uniform sampler2D albedo_map;\n"
+    "layout(binding = 3) uniform samplerCube probe;\n"
+    "layout(location = 0) uniform int light_count;\n"
+    "in vec3 ray;\n"
+    "out vec4 color;\n"
+    "vec3 irradiance(vec3 position, vec3 normal)\n"
+    "{\n"
+    "    vec3 sum = vec3(0);\n"
+    "    for (int i = 0; i < light_count; i++) {\n"
+    "        float cosine = dot(normal, of(light[i].direction));\n"
+    "        float share = lightprobe_disc_irradiance(light[i].cos_alpha, cosine);\n"
+    "        if (share > 0)\n"
+    "            sum += of(light[i].irradiance) * (share * mssm_visibility(i, position));\n"
+    "    }\n"
+    "    return sum;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 pixel = ivec2(gl_FragCoord.xy);\n"
+    "    vec4 at = texelFetch(position_map, pixel, 0);\n"
+    "    color = at.w == 0 ? texture(probe, ray) : texelFetch(albedo_map, pixel, 0) *\n"
+    "        vec4(irradiance(at.xyz, texelFetch(normal_map, pixel, 0).xyz) / 3.14159265, 1);\n"
+    "}\n";
+
+typedef struct renderer {
+    lighting lights;
+    mssm_gl *shadows;
+    gl_mesh casters, triangle;
+    gl_target view, picture;
+    GLuint depth_program, view_program, shading_program, light_buffer, cube;
+} renderer;
+
+static bool create(renderer *r, const probe *p, message *why)
+{
+    const lighting_settings settings = {.probe = {.max_lights = LIGHTS}};
+    const mssm_gl_desc desc = {gl_context_function, LIGHTS, 256, 4, 6, {0}, 4, 1, NULL, NULL};
+    const GLenum view_formats[] = {GL_RGBA32F, GL_RGBA16F, GL_RGBA8}, formats[3] = {GL_RGBA32F};
+    if (mssm_gl_create(&r->shadows, &desc)) return fail(why, "no shadow maps");
+    const char *const vertices[] = {gl_triangle_vertex, NULL};
+    const char *const fragments[] = {lightprobe_glsl_math(), mssm_gl_shader(r->shadows),
+                                     gl_light_buffer, shading, NULL};
+    gl_mesh_triangle(&r->triangle);
+    gl.CreateBuffers(1, &r->light_buffer);
+    gl.NamedBufferStorage(r->light_buffer, LIGHTS * sizeof(lightprobe_light), NULL,
+                          GL_DYNAMIC_STORAGE_BIT);
+    return lighting_create(&r->lights, &settings, p->side, why) &&
+           (r->depth_program = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
+           (r->view_program = gl_program_simple("view", gl_scene_vertex, gl_scene_fragment, why)) &&
+           (r->shading_program = gl_program("shading", vertices, fragments, why)) &&
+           gl_target_create(&r->view, WIDTH, HEIGHT, 1, view_formats, why) &&
+           gl_target_create(&r->picture, WIDTH, HEIGHT, 1, formats, why);
+}
+
+static void draw_shadows(renderer *r, const scene *s)
+{
+    const float low[3] = {s->low.x, s->low.y, s->low.z};
+    const float high[3] = {s->high.x, s->high.y, s->high.z};
+    for (int i = 0; i < r->lights.lights; i++) {
+        const lightprobe_light *l = &r->lights.light[i];
+        mssm_light f;
+        mssm_light_directional(&f, l->direction, l->axis_u, l->tan_half_u, l->tan_half_v, low,
+                               high);
+        mssm_gl_set_light(r->shadows, i, &f);
+        mssm_gl_begin_depth(r->shadows, i, 0);
+        gl.UseProgram(r->depth_program);
+        gl.ProgramUniformMatrix4fv(r->depth_program, 0, 1, GL_FALSE, f.world_to_shadow);
+        gl_mesh_draw(&r->casters);
+        mssm_gl_end_depth(r->shadows);
+    }
+    mssm_gl_build(r->shadows);
+}
+
+static void draw_picture(renderer *r)
+{
+    const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 16.0f / 9);
+    float world_to_clip[16];
+    gl_camera_matrix(&eye, 0.1f, 30, world_to_clip);
+    gl_target_begin(&r->view);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.UseProgram(r->view_program);
+    gl.ProgramUniformMatrix4fv(r->view_program, 0, 1, GL_FALSE, world_to_clip);
+    gl_mesh_draw(&r->casters);
+    gl.Disable(GL_DEPTH_TEST);
+    gl_target_begin(&r->picture);
+    gl.UseProgram(r->shading_program);
+    gl.ProgramUniform1i(r->shading_program, 0, r->lights.lights);
+    gl_camera_uniforms(&eye, r->shading_program);
+    for (GLuint i = 0; i < GL_TARGET_COLORS; i++) gl.BindTextureUnit(i, r->view.color[i]);
+    gl.BindTextureUnit(3, r->cube);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, r->light_buffer);
+    mssm_gl_bind(r->shadows);
+    gl_mesh_draw(&r->triangle);
+}
+
+static bool frame(renderer *r, const probe *p, const scene *s, const char *file, message *why)
+{
+    image picture;
+    gl_probe_upload(&r->cube, p->face, p->side);
+    if (!gl_mesh_upload(&r->casters, s, why) || !lighting_extract(&r->lights, p, why)) return false;
+    gl.NamedBufferSubData(r->light_buffer, 0, LIGHTS * sizeof(lightprobe_light), r->lights.light);
+    draw_shadows(r, s);
+    draw_picture(r);
+    if (!gl_target_read(&r->picture, &picture, why)) return false;
+    const bool saved = image_save_png(&picture, image_exposure(&picture), file, why);
+    image_free(&picture);
+    printf("%s: %d lights\n", file, r->lights.lights);
+    return saved;
+}
+
+int main(int argc, char **argv)
+{
+    static renderer r;
+    probe source, turned;
+    gl_context context;
+    message why = {"usage: gl_deferred [--orbit FRAMES] [--out STEM]"};
+    const char *stem = "deferred", *missing;
+    int frames = 1;
+    for (int i = 1; i + 1 < argc; i += 2) {
+        if (!strcmp(argv[i], "--orbit")) frames = atoi(argv[i + 1]);
+        if (!strcmp(argv[i], "--out")) stem = argv[i + 1];
+    }
+    bool done = argc % 2 && (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
+                probe_default(&source, 128) && probe_create(&turned, 128) &&
+                create(&r, &source, &why);
+    for (int i = 0; i < frames && done; i++) {
+        const float turn = (float)i / (float)frames;
+        scene s;
+        char file[1024];
+        snprintf(file, sizeof file, "%s-%04d.png", stem, i);
+        done = probe_rotate(&turned, &source, 2 * VEC_PI * turn) &&
+               scene_create(&s, 8 * turn, NULL) && frame(&r, &turned, &s, file, &why);
+        if (done) scene_free(&s);
+    }
+    if (!done) fprintf(stderr, "gl_deferred: %s\n", why.text);
+    return done ? 0 : 1;
+}

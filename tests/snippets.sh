@@ -1,0 +1,95 @@
+#!/bin/sh
+# Does the code on the pages of docs/ compile?
+#
+#     sh tests/snippets.sh [PAGE...]
+#
+# ```c blocks go to the C compiler, each as a file of its own; ```glsl vertex | fragment | compute to
+# glslangValidator behind #version and declarations of mssm_visibility() (for real shaders the drivers'
+# compiler sees the whole text, tests/test_gl.c). With "vulkan" in the first line the block comes
+# behind the whole text of mssm_glsl_math() and mssm_glsl_shading(), and must become SPIR-V.
+# One line a check: "ok   name", "FAIL name" or "skip name: what is missing". Exit 1 if any failed.
+
+set -u
+cd "$(dirname "$0")/.." || exit 1
+[ $# -gt 0 ] || set -- docs/integration.md
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+failed=0
+
+# check NAME COMMAND...: passes if the command succeeds; shows what it said if not.
+check()
+{
+    name=$1
+    shift
+    if "$@" > "$work/log" 2>&1; then
+        echo "ok   $name"
+    else
+        echo "FAIL $name"
+        sed 's/^/     /' "$work/log" | head -n 20
+        failed=1
+    fi
+}
+
+# Blocks of a page: $work/NUMBER.LANGUAGE.STAGE, where STAGE is what follows the language, with dots.
+split_page()
+{
+    rm -f "$work"/[0-9]*.c "$work"/[0-9]*.glsl.*
+    awk -v work="$work" '
+    /^ *```/ && file == "" {
+        sub(/^ *```/, ""); gsub(/ +/, "."); n++
+        file = $0 ~ /^(c|glsl\..*)$/ ? work "/" n "." $0 : "-"
+        next }
+    /^ *```/ { if (file != "-") close(file); file = ""; next }
+    file != "" && file != "-" { print > file }' "$1"
+}
+
+# The texts without bindings, from a program that the page itself could contain.
+vulkan_text()
+{
+    printf '#define MSSM_IMPLEMENTATION\n#include "mssm.h"\n#include <stdio.h>\nint main(void)\n{\n    %s\n}\n' \
+        'printf("%s%s", mssm_glsl_math(), mssm_glsl_shading()); return 0;' > "$work/text.c"
+    cc -I. "$work/text.c" -o "$work/text" -lm && "$work/text" > "$work/text.glsl"
+}
+
+# glsl_block FILE: its name ends in .glsl.STAGE or .glsl.STAGE.vulkan.
+glsl_block()
+{
+    stage=${1#*.glsl.}
+    vulkan=
+    case $stage in *.vulkan) vulkan=-V stage=${stage%.vulkan} ;; esac
+    case $stage in vertex) end=vert ;; fragment) end=frag ;; compute) end=comp ;; *) echo "unknown stage $stage"; return 1 ;; esac
+    {
+        echo '#version 450 core'
+        if [ -n "$vulkan" ]; then
+            cat "$work/text.glsl"
+        else
+            echo 'float mssm_visibility(int light, vec3 world_position);'
+            echo 'float mssm_visibility_at(int light, vec3 shadow);'
+        fi
+        cat "$1"
+    } > "$work/block.$end"
+    glslangValidator $vulkan "$work/block.$end" -o "$work/block.spv" > "$work/said" 2>&1 ||
+        { [ -z "$vulkan" ] && glslangValidator "$work/block.$end" > "$work/said" 2>&1; }
+    result=$?
+    grep -v "^[^ ]*block.$end\$" "$work/said"
+    return $result
+}
+
+for page in "$@"; do
+    split_page "$page"
+    for file in $(ls "$work" | sort -n); do
+        case $file in
+        [0-9]*.c)
+            check "$page: block ${file%%.*}, C" ${CC:-cc} -std=c99 -Wall -Wextra -Wpedantic -Werror -I. \
+                -fsyntax-only "$work/$file" ;;
+        [0-9]*.glsl.*)
+            if ! command -v glslangValidator > /dev/null; then
+                echo "skip $page: block ${file%%.*}, GLSL: apt-get install glslang-tools"
+                continue
+            fi
+            case $file in *.vulkan) [ -e "$work/text.glsl" ] || vulkan_text ;; esac
+            check "$page: block ${file%%.*}, GLSL ${file#*.glsl.}" glsl_block "$work/$file" ;;
+        esac
+    done
+done
+exit $failed
