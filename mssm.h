@@ -3998,10 +3998,10 @@ static int mssm__make_views(mssm_gl *gl)
         memset(v, 0, sizeof *v);  // a map without texels: all is lit
         if (!l->filled || !(l->light.z_far > l->light.z_near)) continue;
         *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
-        // A receiver at depth 3, as far behind all casters as they reach: further ones see wider
+        // For receivers down to depth 17, eight times as deep as all casters: further ones see wider
         // kernels than the tables hold, and get the widest.
         const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
-        const float width = 2.0f * kernel * (mssm_spread(*v, 3.0f) - mssm_spread(*v, -1.0f));
+        const float width = 2.0f * kernel * (mssm_spread(*v, 17.0f) - mssm_spread(*v, -1.0f));
         widest = width > widest ? width : widest;
         if (l->built == 0) {
             memset(v, 0, sizeof *v);  // drawn, but not built
@@ -4061,8 +4061,8 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
 
 static mssm_result mssm__check_units(mssm_gl *gl)
 {
-    if (gl->desc.first_texture_unit + 2 >
-            mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) ||
+    if (gl->desc.first_texture_unit >
+            mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) - 2 ||
         gl->desc.first_buffer_binding >=
             mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS)) {
         mssm__log(gl, "first_texture_unit or first_buffer_binding is beyond this driver's", NULL);
