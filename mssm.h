@@ -171,9 +171,9 @@ const char *mssm_result_string(mssm_result r);
 // A light and its frustum. Fill it with one of the functions below, or by hand for frusta of your
 // own.
 typedef struct mssm_light {
-    // clip = M (p,1), fit for gl_Position; shadow-space x, y = clip.xy / clip.w. Depth is clip.z for
-    // directional lights. For perspective ones it is linear in clip.w, the distance along the axis: -1
-    // at z_near, 1 at z_far.
+    // clip = M (p,1), fit for gl_Position; shadow-space x, y = clip.xy / clip.w. Depth is clip.z
+    // for directional lights. For perspective ones it is linear in clip.w, the distance along the
+    // axis: -1 at z_near, 1 at z_far.
     float world_to_shadow[16];
     int perspective;           // 0: directional
     float half_u, half_v;      // directional: tangents of half-angles; spot: half-widths, world units
@@ -217,8 +217,8 @@ typedef struct mssm_settings {  // zero means default everywhere
     int moments;                // 4, 6, or 0: as few as the receiver needs, at most the map's
     mssm_estimator estimator;
     float moment_bias;  // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
-    float depth_bias;   // in units of z; 0: a texel, none where back faces were given. Blockers fade in
-                        // over twice as much, so that they don't pop
+    float depth_bias;   // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
+                        // fade in over twice as much, so that they don't pop
     int max_kernel;     // widest filter in texels of level 0; 0: as wide as the light asks for
     float tolerance;    // error of visibility below which work may be left out; 0: 1/256
 } mssm_settings;
@@ -1364,8 +1364,8 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
 
 // A kernel of up to this many texels is served by level 0; level l, where texels are 2^l times as
 // wide, serves kernels up to 2^l times as wide. One query of such a kernel reads whole texels of at
-// most MSSM_KERNEL^2, so floor((2^31 - 1) / 27^2) is the largest scale that cannot overflow a signed
-// difference. 5 less leave room for T_k that rounding takes an ulp or two beyond 1.
+// most MSSM_KERNEL^2, so floor((2^31 - 1) / 27^2) is the largest scale that cannot overflow a
+// signed difference. 5 less leave room for T_k that rounding takes an ulp or two beyond 1.
 #define MSSM_KERNEL 27.0f
 #define MSSM_SCALE 2945788
 // Less than the inverse by so much that weights which round to a sum above 1 do no harm.
@@ -1373,9 +1373,9 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
 #define MSSM__LEVELS 11      // of a map of 16384^2
 #define MSSM__SIDE 16384
 
-// Level l holds (size + 1)^2 sums of moments channels, with a first row and column of zeros. An entry
-// is the sum of round(T_k(depth) * MSSM_SCALE) over all texels left of and below it, modulo 2^32:
-// differences are exact as long as what they stand for fits 32 bits.
+// Level l holds (size + 1)^2 sums of moments channels, with a first row and column of zeros. An
+// entry is the sum of round(T_k(depth) * MSSM_SCALE) over all texels left of and below it, modulo
+// 2^32: differences are exact as long as what they stand for fits 32 bits.
 struct mssm_map {
     int side, moments, levels;
     int averaged;  // made of front and back faces
@@ -1611,8 +1611,9 @@ MSSM_SHARED int mssm_level_of(float width, int levels)
 }
 // [glsl end]
 
-// Sums of four neighbouring channels over the three strips of one row: a vector loop. Partial strips come
-// before whole ones, here and below: MSSM_BIAS*_TABLE was proved for this order of rounding.
+// Sums of four neighbouring channels over the three strips of one row: a vector loop. Partial
+// strips come before whole ones, here and below: MSSM_BIAS*_TABLE was proved for this order of
+// rounding.
 MSSM_SHARED void mssm__add_strips(const uint32_t *low, const uint32_t *high, const size_t at[4],
                                   struct mssm_strips x, float sum[4])
 {
@@ -1625,9 +1626,9 @@ MSSM_SHARED void mssm__add_strips(const uint32_t *low, const uint32_t *high, con
     }
 }
 
-// Chebyshev moments of the rectangle around (x, y) with the given half-sizes, all in texels of level 0
-// and at least half a texel, as if depth were 1 outside of the map. Nine rectangles of whole texels,
-// each an exact integer, are summed with the share of the query that covers them.
+// Chebyshev moments of the rectangle around (x, y) with the given half-sizes, all in texels of
+// level 0 and at least half a texel, as if depth were 1 outside of the map. Nine rectangles of
+// whole texels, each an exact integer, are summed with the share of the query that covers them.
 static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float y, float half_x,
                                 float half_y)
 {
@@ -1688,13 +1689,13 @@ struct mssm_options {
     int estimator;  // 0 layered, 1 lower, 2 upper blocker
     float alpha4;
     float alpha6;
-    float depth_bias;  // 0: a texel
+    float depth_bias;  // 0: three quarters of a texel
     float tolerance;
 };
 
-// A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width in
-// texels is kernel * (spread(z) - spread(zb)). Spread is depth itself for directional lights; for
-// perspective ones it is -1/distance, which makes similar triangles out of the same formula.
+// A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width
+// in texels is kernel * (spread(z) - spread(zb)). Spread is depth itself for directional lights;
+// for perspective ones it is -1/distance, which makes similar triangles out of the same formula.
 struct mssm_receiver {
     float x;       // texels of level 0
     float y;
@@ -1718,7 +1719,8 @@ MSSM_SHARED float mssm_spread(mssm_view v, float z)
     return v.perspective != 0 ? -1.0f / (v.distance_scale * z + v.distance_offset) : z;
 }
 
-// Distance in spread from the receiver to a depth before or behind it, no further than the near plane.
+// Distance in spread from the receiver to a depth before or behind it, no further than the near
+// plane.
 MSSM_SHARED float mssm_spread_to(mssm_view v, struct mssm_receiver r, float z)
 {
     float d = r.spread - mssm_spread(v, mssm_clamp(z, -1.0f, 1.0f));
@@ -1743,8 +1745,10 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     r.y = mssm_clamp((0.5f + 0.5f * y) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
     float width = v.perspective != 0 ? v.distance_scale * z + v.distance_offset : 1.0f;
     float texel = v.texel * width;
-    float bias = o.depth_bias > 0.0f ? o.depth_bias : (v.averaged != 0 ? 0.0f : texel);
-    r.fade = 2.0f * (o.depth_bias > 0.0f ? o.depth_bias : texel);
+    float bias = v.averaged != 0 ? 0.0f : 0.75f * texel;
+    float fade = v.averaged != 0 ? 2.0f * texel : 1.5f * texel;
+    bias = o.depth_bias > 0.0f ? o.depth_bias : bias;
+    r.fade = o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade;
     r.z_own = z - bias;
     float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);
     r.z_test = r.z_own < behind_all ? r.z_own : behind_all;
@@ -1813,8 +1817,9 @@ MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
     return z < r.z_test ? w * mssm_clamp((r.z_own - z) / r.fade, 0.0f, 1.0f) : 0.0f;
 }
 
-// Share of a depth that counts as the receiver's own surface, going on behind it; distance in units of
-// the one that the kernel is for. Neither the empty texels beyond all casters nor what is further off.
+// Share of a depth that counts as the receiver's own surface, going on behind it; distance in units
+// of the one that the kernel is for. Neither the empty texels beyond all casters nor what is
+// further off.
 MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, float distance)
 {
     float gap = 1.0f - MSSM_FAR_CASTER;
@@ -1824,8 +1829,15 @@ MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, flo
     return z > r.z_test ? own : 0.0f;
 }
 
-// The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing at
-// its neighbours' distances, linear in the kernels' area between.
+// What a blocker of weight w blocks so close to the receiver that it may be the receiver's own
+// surface in the next texel: all up to two texels of depth in front, nothing from five on.
+MSSM_SHARED float mssm_close_by(struct mssm_receiver r, float z, float w)
+{
+    return w * mssm_clamp(1.4f - 0.5f * (r.z_own - z) / r.fade, 0.0f, 1.0f);
+}
+
+// The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing
+// at its neighbours' distances, linear in the kernels' area between.
 MSSM_SHARED float mssm_part(struct mssm_plan p, int i, float distance)
 {
     float a = distance * distance;
@@ -1837,8 +1849,8 @@ MSSM_SHARED float mssm_part(struct mssm_plan p, int i, float distance)
     return i == 0 ? wide : (i == 1 ? 1.0f - wide - slim : slim);
 }
 
-// Distances of the three kernels: from the mean distance of all blockers in the search region to the
-// least that can matter.
+// Distances of the three kernels: from the mean distance of all blockers in the search region to
+// the least that can matter.
 MSSM_CALLED struct mssm_plan mssm_plan_layers(mssm_view v, struct mssm_options o,
                                               struct mssm_receiver r, mssm_points4 seen)
 {
@@ -1864,16 +1876,68 @@ MSSM_CALLED struct mssm_plan mssm_plan_layers(mssm_view v, struct mssm_options o
     return p;
 }
 
-// Occlusion is the integral over depth of the share of texels at that depth, each in the kernel that
-// this depth asks for. Three nested kernels are looked at, and a blocker at a distance in between
-// counts in the two around it in proportion to their area: a quadrature that needs no limits between
-// layers, and changes continuously with all of its inputs.
-MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r)
+// What one kernel sees: share is all that blocks, counted the part of it that this kernel stands
+// for.
+struct mssm_seen {
+    float share;
+    float counted;
+};
+
+MSSM_SHARED struct mssm_seen mssm_see(mssm_view v, struct mssm_receiver r, struct mssm_plan plan, int i,
+                                      mssm_points4 p)
+{
+    struct mssm_seen s;
+    s.share = 0.0f;
+    s.counted = 0.0f;
+    float own = 0.0f;
+    float behind = 0.0f;
+    float close_share = 0.0f;
+    float close_counted = 0.0f;
+    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;
+    float half_width = kernel * plan.d[i];
+    // The one-texel kernel sees texel centres up to a texel away.
+    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / plan.d[i];
+    for (int j = 1; j < 4; j++) {
+        float w = mssm_blocked(r, p.z[j], p.w[j]);
+        float distance = mssm_spread_to(v, r, p.z[j]);
+        float part = mssm_part(plan, i, distance);
+        float close = mssm_close_by(r, p.z[j], w);
+        s.share += w;
+        s.counted += w * part;
+        close_share += close;
+        close_counted += close * part;
+        behind += p.w[j] * mssm_clamp((p.z[j] - r.z_own) / r.fade, 0.0f, 1.0f);
+        own += mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach) * part;
+    }
+    // At the rim of a surface that the light grazes, the receiver has that surface in front, in the
+    // next texel, and none of it behind. So where the kernel is about a texel wide, all that lies
+    // behind, empty texels too, stands for as much of what is close by in front.
+    float rim = 3.0f - 4.0f * mssm_clamp(half_width, 0.5f, v.max_half);
+    behind = v.averaged != 0 ? 0.0f : behind * mssm_clamp(rim, 0.0f, 1.0f);
+    behind = behind < close_share ? behind : close_share;
+    own += close_counted * behind / (close_share + 1e-9f);
+    // A surface through the receiver lies as much behind it as in front: without this a plane
+    // tilted by more than a third of the light's reach would shadow itself. Halfway to its back, a
+    // surface is less in its own way.
+    own = own < s.counted ? own : s.counted;
+    own = v.averaged != 0 ? 0.5f * own : own;
+    s.share -= own;
+    s.counted -= own;
+    return s;
+}
+
+// Occlusion is the integral over depth of the share of texels at that depth, each in the kernel
+// that this depth asks for. Three nested kernels are looked at, and a blocker at a distance in
+// between counts in the two around it in proportion to their area: a quadrature that needs no
+// limits between layers, and changes continuously with all of its inputs.
+MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
+                               struct mssm_receiver r)
 {
     int moments = o.moments == 6 ? 6 : 4;
     mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, r.d_max);
     mssm_points4 p = mssm_layers(o, moments, t, r.z_test);
-    // Four moments will do where they leave little to the receiver itself: 20% of receivers, at no error.
+    // Four moments will do where they leave little to the receiver itself: 20% of receivers, no
+    // error.
     if (o.moments == 0 && p.w[0] > 4.0f * o.tolerance) {
         moments = 6;
         p = mssm_layers(o, moments, t, r.z_test);
@@ -1890,28 +1954,17 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         if (i == 0 || kernel * plan.d[i > 0 ? i - 1 : 0] > 0.5f) {
             p = mssm_layers(o, moments, mssm_look(map, v, r, moments, plan.d[i]), r.z_test);
         }
-        float share = 0.0f;
-        float front = 0.0f;
-        float own = 0.0f;
-        for (int j = 1; j < 4; j++) {
-            float w = mssm_blocked(r, p.z[j], p.w[j]);
-            float distance = mssm_spread_to(v, r, p.z[j]);
-            float part = mssm_part(plan, i, distance);
-            share += w;
-            front += w * part;
-            own += mssm_own_surface(r, p.z[j], p.w[j], distance / plan.d[i]) * part;
-        }
-        // A surface through the receiver lies as much behind it as in front: without this a plane tilted
-        // by more than a third of the light's reach would shadow itself.
-        own = own < front ? own : front;
-        occlusion += front - own;
-        share -= own;
-        fullest = share > fullest ? share : fullest;
-        emptiest = share < emptiest ? share : emptiest;
+        struct mssm_seen s = mssm_see(v, r, plan, i, p);
+        occlusion += s.counted;
+        fullest = s.share > fullest ? s.share : fullest;
+        emptiest = s.share < emptiest ? s.share : emptiest;
     }
-    // No more than the kernel that sees most, which a surface through all kernels would pass; no less
-    // than the one that sees least, which closes the gap between a far and a near blocker.
-    return 1.0f - mssm_clamp(mssm_clamp(occlusion, emptiest, fullest), 0.0f, 1.0f);
+    // No more than the kernel that sees most, which a surface through all kernels would pass. No
+    // less than the one that sees least, which closes the gap between a far and a near blocker; the
+    // less that one sees, the less it is to be trusted, or its hard edge would show in a soft
+    // shadow.
+    occlusion += emptiest > occlusion ? (emptiest - occlusion) * emptiest : 0.0f;
+    return 1.0f - mssm_clamp(occlusion, 0.0f, fullest < 1.0f ? fullest : 1.0f);
 }
 
 // Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.
@@ -2882,13 +2935,13 @@ static const char mssm__glsl_shading[] =
     "    int estimator;  // 0 layered, 1 lower, 2 upper blocker\n"
     "    float alpha4;\n"
     "    float alpha6;\n"
-    "    float depth_bias;  // 0: a texel\n"
+    "    float depth_bias;  // 0: three quarters of a texel\n"
     "    float tolerance;\n"
     "};\n"
     "\n"
-    "// A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width in\n"
-    "// texels is kernel * (spread(z) - spread(zb)). Spread is depth itself for directional lights; for\n"
-    "// perspective ones it is -1/distance, which makes similar triangles out of the same formula.\n"
+    "// A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width\n"
+    "// in texels is kernel * (spread(z) - spread(zb)). Spread is depth itself for directional lights;\n"
+    "// for perspective ones it is -1/distance, which makes similar triangles out of the same formula.\n"
     "struct mssm_receiver {\n"
     "    float x;       // texels of level 0\n"
     "    float y;\n"
@@ -2912,7 +2965,8 @@ static const char mssm__glsl_shading[] =
     "    return v.perspective != 0 ? -1.0f / (v.distance_scale * z + v.distance_offset) : z;\n"
     "}\n"
     "\n"
-    "// Distance in spread from the receiver to a depth before or behind it, no further than the near plane.\n"
+    "// Distance in spread from the receiver to a depth before or behind it, no further than the near\n"
+    "// plane.\n"
     "MSSM_SHARED float mssm_spread_to(mssm_view v, mssm_receiver r, float z)\n"
     "{\n"
     "    float d = r.spread - mssm_spread(v, mssm_clamp(z, -1.0f, 1.0f));\n"
@@ -2937,8 +2991,10 @@ static const char mssm__glsl_shading[] =
     "    r.y = mssm_clamp((0.5f + 0.5f * y) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
     "    float width = v.perspective != 0 ? v.distance_scale * z + v.distance_offset : 1.0f;\n"
     "    float texel = v.texel * width;\n"
-    "    float bias = o.depth_bias > 0.0f ? o.depth_bias : (v.averaged != 0 ? 0.0f : texel);\n"
-    "    r.fade = 2.0f * (o.depth_bias > 0.0f ? o.depth_bias : texel);\n"
+    "    float bias = v.averaged != 0 ? 0.0f : 0.75f * texel;\n"
+    "    float fade = v.averaged != 0 ? 2.0f * texel : 1.5f * texel;\n"
+    "    bias = o.depth_bias > 0.0f ? o.depth_bias : bias;\n"
+    "    r.fade = o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade;\n"
     "    r.z_own = z - bias;\n"
     "    float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);\n"
     "    r.z_test = r.z_own < behind_all ? r.z_own : behind_all;\n"
@@ -3007,8 +3063,9 @@ static const char mssm__glsl_shading[] =
     "    return z < r.z_test ? w * mssm_clamp((r.z_own - z) / r.fade, 0.0f, 1.0f) : 0.0f;\n"
     "}\n"
     "\n"
-    "// Share of a depth that counts as the receiver's own surface, going on behind it; distance in units of\n"
-    "// the one that the kernel is for. Neither the empty texels beyond all casters nor what is further off.\n"
+    "// Share of a depth that counts as the receiver's own surface, going on behind it; distance in units\n"
+    "// of the one that the kernel is for. Neither the empty texels beyond all casters nor what is\n"
+    "// further off.\n"
     "MSSM_SHARED float mssm_own_surface(mssm_receiver r, float z, float w, float distance)\n"
     "{\n"
     "    float gap = 1.0f - MSSM_FAR_CASTER;\n"
@@ -3018,8 +3075,15 @@ static const char mssm__glsl_shading[] =
     "    return z > r.z_test ? own : 0.0f;\n"
     "}\n"
     "\n"
-    "// The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing at\n"
-    "// its neighbours' distances, linear in the kernels' area between.\n"
+    "// What a blocker of weight w blocks so close to the receiver that it may be the receiver's own\n"
+    "// surface in the next texel: all up to two texels of depth in front, nothing from five on.\n"
+    "MSSM_SHARED float mssm_close_by(mssm_receiver r, float z, float w)\n"
+    "{\n"
+    "    return w * mssm_clamp(1.4f - 0.5f * (r.z_own - z) / r.fade, 0.0f, 1.0f);\n"
+    "}\n"
+    "\n"
+    "// The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing\n"
+    "// at its neighbours' distances, linear in the kernels' area between.\n"
     "MSSM_SHARED float mssm_part(mssm_plan p, int i, float distance)\n"
     "{\n"
     "    float a = distance * distance;\n"
@@ -3031,8 +3095,8 @@ static const char mssm__glsl_shading[] =
     "    return i == 0 ? wide : (i == 1 ? 1.0f - wide - slim : slim);\n"
     "}\n"
     "\n"
-    "// Distances of the three kernels: from the mean distance of all blockers in the search region to the\n"
-    "// least that can matter.\n"
+    "// Distances of the three kernels: from the mean distance of all blockers in the search region to\n"
+    "// the least that can matter.\n"
     "MSSM_CALLED mssm_plan mssm_plan_layers(mssm_view v, mssm_options o,\n"
     "                                              mssm_receiver r, mssm_points4 seen)\n"
     "{\n"
@@ -3058,16 +3122,68 @@ static const char mssm__glsl_shading[] =
     "    return p;\n"
     "}\n"
     "\n"
-    "// Occlusion is the integral over depth of the share of texels at that depth, each in the kernel that\n"
-    "// this depth asks for. Three nested kernels are looked at, and a blocker at a distance in between\n"
-    "// counts in the two around it in proportion to their area: a quadrature that needs no limits between\n"
-    "// layers, and changes continuously with all of its inputs.\n"
-    "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r)\n"
+    "// What one kernel sees: share is all that blocks, counted the part of it that this kernel stands\n"
+    "// for.\n"
+    "struct mssm_seen {\n"
+    "    float share;\n"
+    "    float counted;\n"
+    "};\n"
+    "\n"
+    "MSSM_SHARED mssm_seen mssm_see(mssm_view v, mssm_receiver r, mssm_plan plan, int i,\n"
+    "                                      mssm_points4 p)\n"
+    "{\n"
+    "    mssm_seen s;\n"
+    "    s.share = 0.0f;\n"
+    "    s.counted = 0.0f;\n"
+    "    float own = 0.0f;\n"
+    "    float behind = 0.0f;\n"
+    "    float close_share = 0.0f;\n"
+    "    float close_counted = 0.0f;\n"
+    "    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;\n"
+    "    float half_width = kernel * plan.d[i];\n"
+    "    // The one-texel kernel sees texel centres up to a texel away.\n"
+    "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / plan.d[i];\n"
+    "    for (int j = 1; j < 4; j++) {\n"
+    "        float w = mssm_blocked(r, p.z[j], p.w[j]);\n"
+    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
+    "        float part = mssm_part(plan, i, distance);\n"
+    "        float close = mssm_close_by(r, p.z[j], w);\n"
+    "        s.share += w;\n"
+    "        s.counted += w * part;\n"
+    "        close_share += close;\n"
+    "        close_counted += close * part;\n"
+    "        behind += p.w[j] * mssm_clamp((p.z[j] - r.z_own) / r.fade, 0.0f, 1.0f);\n"
+    "        own += mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach) * part;\n"
+    "    }\n"
+    "    // At the rim of a surface that the light grazes, the receiver has that surface in front, in the\n"
+    "    // next texel, and none of it behind. So where the kernel is about a texel wide, all that lies\n"
+    "    // behind, empty texels too, stands for as much of what is close by in front.\n"
+    "    float rim = 3.0f - 4.0f * mssm_clamp(half_width, 0.5f, v.max_half);\n"
+    "    behind = v.averaged != 0 ? 0.0f : behind * mssm_clamp(rim, 0.0f, 1.0f);\n"
+    "    behind = behind < close_share ? behind : close_share;\n"
+    "    own += close_counted * behind / (close_share + 1e-9f);\n"
+    "    // A surface through the receiver lies as much behind it as in front: without this a plane\n"
+    "    // tilted by more than a third of the light's reach would shadow itself. Halfway to its back, a\n"
+    "    // surface is less in its own way.\n"
+    "    own = own < s.counted ? own : s.counted;\n"
+    "    own = v.averaged != 0 ? 0.5f * own : own;\n"
+    "    s.share -= own;\n"
+    "    s.counted -= own;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "// Occlusion is the integral over depth of the share of texels at that depth, each in the kernel\n"
+    "// that this depth asks for. Three nested kernels are looked at, and a blocker at a distance in\n"
+    "// between counts in the two around it in proportion to their area: a quadrature that needs no\n"
+    "// limits between layers, and changes continuously with all of its inputs.\n"
+    "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o,\n"
+    "                               mssm_receiver r)\n"
     "{\n"
     "    int moments = o.moments == 6 ? 6 : 4;\n"
     "    mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, r.d_max);\n"
     "    mssm_points4 p = mssm_layers(o, moments, t, r.z_test);\n"
-    "    // Four moments will do where they leave little to the receiver itself: 20% of receivers, at no error.\n"
+    "    // Four moments will do where they leave little to the receiver itself: 20% of receivers, no\n"
+    "    // error.\n"
     "    if (o.moments == 0 && p.w[0] > 4.0f * o.tolerance) {\n"
     "        moments = 6;\n"
     "        p = mssm_layers(o, moments, t, r.z_test);\n"
@@ -3084,28 +3200,17 @@ static const char mssm__glsl_shading[] =
     "        if (i == 0 || kernel * plan.d[i > 0 ? i - 1 : 0] > 0.5f) {\n"
     "            p = mssm_layers(o, moments, mssm_look(map, v, r, moments, plan.d[i]), r.z_test);\n"
     "        }\n"
-    "        float share = 0.0f;\n"
-    "        float front = 0.0f;\n"
-    "        float own = 0.0f;\n"
-    "        for (int j = 1; j < 4; j++) {\n"
-    "            float w = mssm_blocked(r, p.z[j], p.w[j]);\n"
-    "            float distance = mssm_spread_to(v, r, p.z[j]);\n"
-    "            float part = mssm_part(plan, i, distance);\n"
-    "            share += w;\n"
-    "            front += w * part;\n"
-    "            own += mssm_own_surface(r, p.z[j], p.w[j], distance / plan.d[i]) * part;\n"
-    "        }\n"
-    "        // A surface through the receiver lies as much behind it as in front: without this a plane tilted\n"
-    "        // by more than a third of the light's reach would shadow itself.\n"
-    "        own = own < front ? own : front;\n"
-    "        occlusion += front - own;\n"
-    "        share -= own;\n"
-    "        fullest = share > fullest ? share : fullest;\n"
-    "        emptiest = share < emptiest ? share : emptiest;\n"
+    "        mssm_seen s = mssm_see(v, r, plan, i, p);\n"
+    "        occlusion += s.counted;\n"
+    "        fullest = s.share > fullest ? s.share : fullest;\n"
+    "        emptiest = s.share < emptiest ? s.share : emptiest;\n"
     "    }\n"
-    "    // No more than the kernel that sees most, which a surface through all kernels would pass; no less\n"
-    "    // than the one that sees least, which closes the gap between a far and a near blocker.\n"
-    "    return 1.0f - mssm_clamp(mssm_clamp(occlusion, emptiest, fullest), 0.0f, 1.0f);\n"
+    "    // No more than the kernel that sees most, which a surface through all kernels would pass. No\n"
+    "    // less than the one that sees least, which closes the gap between a far and a near blocker; the\n"
+    "    // less that one sees, the less it is to be trusted, or its hard edge would show in a soft\n"
+    "    // shadow.\n"
+    "    occlusion += emptiest > occlusion ? (emptiest - occlusion) * emptiest : 0.0f;\n"
+    "    return 1.0f - mssm_clamp(occlusion, 0.0f, fullest < 1.0f ? fullest : 1.0f);\n"
     "}\n"
     "\n"
     "// Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.\n"
@@ -3998,8 +4103,8 @@ static int mssm__make_views(mssm_gl *gl)
         memset(v, 0, sizeof *v);  // a map without texels: all is lit
         if (!l->filled || !(l->light.z_far > l->light.z_near)) continue;
         *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
-        // For receivers down to depth 17, eight times as deep as all casters: further ones see wider
-        // kernels than the tables hold, and get the widest.
+        // For receivers down to depth 17, eight times as deep as all casters: further ones see
+        // wider kernels than the tables hold, and get the widest.
         const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
         const float width = 2.0f * kernel * (mssm_spread(*v, 17.0f) - mssm_spread(*v, -1.0f));
         widest = width > widest ? width : widest;

@@ -8,8 +8,7 @@
 #include <string.h>
 
 enum { LIGHTS = 24, WIDTH = 960, HEIGHT = 540 };
-
-// A triangle over the G-buffer, behind lightprobe_glsl_math(), mssm_gl_shader() and gl_light_buffer.
+// For a triangle over the picture, behind lightprobe_glsl_math(), mssm_gl_shader() and gl_light_buffer.
 static const char shading[] =
     "layout(binding = 0) uniform sampler2D position_map;\n"
     "layout(binding = 1) uniform sampler2D normal_map;\n"
@@ -18,14 +17,13 @@ static const char shading[] =
     "layout(location = 0) uniform int light_count;\n"
     "in vec3 ray;\n"
     "out vec4 color;\n"
-    "vec3 irradiance(vec3 position, vec3 normal)\n"
+    "vec3 irradiance(vec3 p, vec3 normal)\n"
     "{\n"
     "    vec3 sum = vec3(0);\n"
     "    for (int i = 0; i < light_count; i++) {\n"
     "        float cosine = dot(normal, of(light[i].direction));\n"
     "        float share = lightprobe_disc_irradiance(light[i].cos_alpha, cosine);\n"
-    "        if (share > 0)\n"
-    "            sum += of(light[i].irradiance) * (share * mssm_visibility(i, position));\n"
+    "        if (share > 0) sum += of(light[i].irradiance) * share * mssm_visibility(i, p);\n"
     "    }\n"
     "    return sum;\n"
     "}\n"
@@ -118,7 +116,6 @@ static bool frame(renderer *r, const probe *p, const scene *s, const char *file,
     if (!gl_target_read(&r->picture, &picture, why)) return false;
     const bool saved = image_save_png(&picture, image_exposure(&picture), file, why);
     image_free(&picture);
-    printf("%s: %d lights\n", file, r->lights.lights);
     return saved;
 }
 
@@ -147,5 +144,6 @@ int main(int argc, char **argv)
         if (done) scene_free(&s);
     }
     if (!done) fprintf(stderr, "gl_deferred: %s\n", why.text);
+    mssm_gl_destroy(r.shadows);
     return done ? 0 : 1;
 }

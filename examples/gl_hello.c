@@ -122,6 +122,7 @@ static bool run(const char *file, message *why)
                             768, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     const bool written =
         gl_target_read(&picture, &result, why) && image_save_png(&result, 1.3f, file, why);
+    image_free(&result);
     mssm_gl_destroy(shadow);
     return written;
 }

@@ -1,0 +1,45 @@
+#!/bin/sh
+# Does the viewer open, draw and switch between its methods? Under Xvfb, without a display of one's own.
+#
+#     sh tests/viewer.sh
+#
+# One line a check: "ok   name", "FAIL name" or "skip name: what is missing". Exit 1 if any failed.
+
+set -u
+cd "$(dirname "$0")/.." || exit 1
+for need in pkg-config:pkg-config Xvfb:xvfb xvfb-run:xvfb; do
+    command -v "${need%:*}" > /dev/null && continue
+    echo "skip viewer: no ${need%:*}, apt-get install ${need#*:}"
+    exit 0
+done
+if ! pkg-config --exists glfw3; then
+    echo "skip viewer: no GLFW, apt-get install libglfw3-dev"
+    exit 0
+fi
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+failed=0
+${MAKE:-make} -s build/release/viewer || exit 1
+
+# shot NAME KEYS FRAMES: a picture that is not nearly empty, which PNG would make small.
+shot()
+{
+    if xvfb-run -a -s "-screen 0 1280x800x24" build/release/viewer --keys "$2" --frames "$3" \
+        --screenshot "$work/shot.png" > "$work/log" 2>&1 &&
+        [ "$(wc -c < "$work/shot.png")" -gt 50000 ]; then
+        echo "ok   viewer: $1"
+    else
+        echo "FAIL viewer: $1"
+        sed 's/^/     /' "$work/log"
+        failed=1
+    fi
+    rm -f "$work/shot.png"
+}
+
+shot "layered" "[[" 1
+shot "lower blocker with 4 moments, larger lights, both faces" "[[EM=F" 1
+shot "layered beside upper blocker" "[[SSS" 1
+shot "layered beside hard shadows, without text" "[[SSSST" 1
+shot "layered beside the sampled truth" "[[SSSSSS" 8
+shot "a turning probe" "[[A" 3
+exit $failed
