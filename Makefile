@@ -28,12 +28,15 @@ LIBS = -lm -lpthread -ldl
 headers = mssm.h lightprobe.h
 common_objects = $(patsubst %.c,$(out)/%.o,$(wildcard examples/common/*.c))
 common = $(out)/libcommon.a
-examples = $(patsubst examples/%.c,$(out)/%,$(wildcard examples/*.c))
+# Without GLFW `make` leaves the viewer out.
+glfw := $(strip $(shell pkg-config --libs glfw3 2>/dev/null))
+examples = $(patsubst examples/%.c,$(out)/%,$(filter-out $(if $(glfw),,examples/viewer.c),$(wildcard examples/*.c)))
 test_sources = $(filter-out tests/safe_bias.c $(wildcard tests/bench_*.c),$(wildcard tests/*.c))
 test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources))
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
 
 all: $(examples)
+	@$(if $(glfw),,echo "viewer left out: apt-get install pkg-config libglfw3-dev")
 
 demo: $(out)/demo
 	$(out)/demo --out build/demo.png
@@ -65,6 +68,9 @@ $(common): $(common_objects)
 
 $(examples): $(out)/%: $(out)/examples/%.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+$(out)/viewer: LIBS += $(glfw)
+$(out)/examples/viewer.o: ALL_CFLAGS += $(shell pkg-config --cflags glfw3 2>/dev/null)
 
 $(out)/test: $(test_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)

@@ -62,7 +62,9 @@ fresh_glsl()
 
 section "GLSL text" fresh_glsl
 section "compile" sh tests/compile.sh
+section "docs" sh tests/snippets.sh
 section "tests, release" suite release
+section "viewer" sh tests/viewer.sh
 if can -O3 -march=native; then
     section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=4
 else
