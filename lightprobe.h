@@ -370,7 +370,7 @@ typedef struct lightprobe__cluster {
     int by_tone;
     int planned;
     int first, count; // its leaves in lightprobe__work.order
-    int near[LIGHTPROBE__NEAR], near_count;
+    int nearby[LIGHTPROBE__NEAR], near_count;
     int id, changed;
 } lightprobe__cluster;
 
@@ -1190,10 +1190,10 @@ static void lightprobe__find_near(lightprobe__work *w)
             int at = n < LIGHTPROBE__NEAR ? n++ : n - 1;
             for (; at > 0 && score[at - 1] < s; at--) {
                 score[at] = score[at - 1];
-                c->near[at] = c->near[at - 1];
+                c->nearby[at] = c->nearby[at - 1];
             }
             score[at] = s;
-            c->near[at] = b;
+            c->nearby[at] = b;
         }
         c->near_count = n;
     }
@@ -1210,12 +1210,12 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
             const lightprobe__cluster *own = w->clusters + leaf->cluster;
             float best = lightprobe__nearness(leaf->direction, leaf->tone, own->centre, own->tone);
             for (int k = 0; k < own->near_count; k++) {
-                const lightprobe__cluster *c = w->clusters + own->near[k];
+                const lightprobe__cluster *c = w->clusters + own->nearby[k];
                 const float s =
                     lightprobe__nearness(leaf->direction, leaf->tone, c->centre, c->tone);
                 if (s <= best) continue;
                 best = s;
-                leaf->cluster = own->near[k];
+                leaf->cluster = own->nearby[k];
                 moved = 1;
             }
         }
@@ -1233,8 +1233,8 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
         const lightprobe__cluster *c = w->clusters + a;
         if (c->changed || a == not_this) continue;
         for (int k = 0; k < c->near_count; k++) {
-            const lightprobe__cluster *d = w->clusters + c->near[k];
-            if (d->changed || c->near[k] == not_this) continue;
+            const lightprobe__cluster *d = w->clusters + c->nearby[k];
+            if (d->changed || c->nearby[k] == not_this) continue;
             lightprobe__cluster sum;
             for (int i = 0; i < 3; i++) sum.vector[i] = c->vector[i] + d->vector[i];
             sum.luminance = c->luminance + d->luminance;
@@ -1245,8 +1245,8 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
             if (cost >= least) continue;
             least = cost;
             const int brighter = c->luminance >= d->luminance; // keeps its id
-            pair[0] = brighter ? a : c->near[k];
-            pair[1] = brighter ? c->near[k] : a;
+            pair[0] = brighter ? a : c->nearby[k];
+            pair[1] = brighter ? c->nearby[k] : a;
         }
     }
     return least;

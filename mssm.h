@@ -4049,7 +4049,7 @@ static void mssm__resolve(mssm_gl *gl, int index)
                         0);
     f->UseProgram(program);
     f->DispatchCompute(groups, groups, 1);
-    f->MemoryBarrier(MSSM__GL_BARRIERS);
+    (f->MemoryBarrier)(MSSM__GL_BARRIERS);
     mssm__restore_bindings(gl, &saved);
 }
 
@@ -4139,10 +4139,10 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
         if (level > 0) mssm__bind_level(gl, 2, level - 1, MSSM__GL_READ_ONLY);
         f->UseProgram(gl->program[level > 0 ? MSSM__HALVE : MSSM__ROWS]);
         f->DispatchCompute(1, size, (unsigned)count);
-        f->MemoryBarrier(MSSM__GL_BARRIERS);
+        (f->MemoryBarrier)(MSSM__GL_BARRIERS);
         f->UseProgram(gl->program[MSSM__COLUMNS]);
         f->DispatchCompute((size + 63) / 64, 1, (unsigned)count);
-        f->MemoryBarrier(MSSM__GL_BARRIERS);
+        (f->MemoryBarrier)(MSSM__GL_BARRIERS);
     }
 }
 

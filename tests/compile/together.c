@@ -1,5 +1,8 @@
 // Both headers with their implementations in one file, in either order (tests/compile.sh), included
 // twice as large programs happen to do.
+#if defined _WIN32
+#include <windows.h>  // defines near, far, min, max, MemoryBarrier...
+#endif
 #define MSSM_IMPLEMENTATION
 #define LIGHTPROBE_IMPLEMENTATION
 #if defined LIGHTPROBE_FIRST
