@@ -4,8 +4,8 @@
 // opening angle of a disc for shading. The lights hold all the energy of the probe, none is spent
 // where the scene does not need it, they do not care where the faces of the cube meet, and they
 // follow a moving probe without jumping. The header holds the extraction, the irradiance of a disc
-// light that is cut by the receiver's horizon, and that same function as GLSL text. No dependency
-// but the C standard library.
+// light that is cut by the receiver's horizon, that same function as GLSL text, and the extraction
+// in OpenGL 4.5 compute shaders. No dependency but the C standard library.
 //
 // QUICK START
 //
@@ -56,6 +56,10 @@
 // MACROS, each to be defined before the #include
 //
 //   LIGHTPROBE_IMPLEMENTATION   in one source file: compiles the functions
+//   LIGHTPROBE_NO_GL            there: leaves out the OpenGL half (which needs no GL header and no
+//                               library)
+//   LIGHTPROBE_MALLOC(bytes), LIGHTPROBE_FREE(memory)   there: memory of the OpenGL half, malloc
+//                               and free if not defined
 //
 // Threads: no global state; calls with different scratch memory may run in parallel.
 
@@ -79,7 +83,12 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4
     LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, above LIGHTPROBE_MAX_LIGHTS
     LIGHTPROBE_ERROR_SETTINGS, // tolerance or min_share negative or not finite, or an unknown mode
-    LIGHTPROBE_ERROR_SCRATCH    // scratch memory below lightprobe_scratch_bytes()
+    LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
+    LIGHTPROBE_ERROR_MEMORY,   // LIGHTPROBE_MALLOC gave none
+    LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
+    LIGHTPROBE_ERROR_GL,         // the driver refused storage or a shader
+    LIGHTPROBE_ERROR_TEXTURE,    // not a cube map with a level of this side
+    LIGHTPROBE_ERROR_NOT_READY   // the GPU has not finished any lights
 } lightprobe_result;
 
 // A sentence for people, never null, also for numbers that are no result.
@@ -177,6 +186,76 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
 // memory.
 const char *lightprobe_glsl_math(void);
 
+// ---- OpenGL 4.5: the same lights from a cube-map texture, without a trip to the CPU ----
+//
+//     lightprobe_gl_desc desc = {0};
+//     desc.load = my_get_proc_address;                 // of GLFW, SDL, EGL ...
+//     desc.side = 128;
+//     desc.max_lights = 32;
+//     lightprobe_gl *probe;
+//     if (lightprobe_gl_create(&probe, &desc)) return 0;
+//     ... each frame:
+//     lightprobe_gl_update(probe, cube_texture);
+//     lightprobe_gl_read(probe, 0, lights, &count, NULL);    // for the frusta of the depth passes
+//     lightprobe_gl_range r = lightprobe_gl_lights(probe, 1); // for the shading: the same lights
+//     glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, r.buffer, r.offset, r.bytes);
+//
+// Arithmetic and order are those of lightprobe_extract: where neither compiler fuses a * b + c, the
+// lights are the same; the decisions are taken in one work group. Every call wants the context
+// current that it was created in (or one that shares its objects), leaves GL's state as it found it
+// and raises no GL error.
+
+typedef void (*lightprobe_gl_function)(void);
+typedef lightprobe_gl_function (*lightprobe_gl_loader)(const char *name);
+typedef struct lightprobe_gl lightprobe_gl;
+
+typedef struct lightprobe_gl_desc {
+    lightprobe_gl_loader load;
+    int side;       // of the faces; 0: 128. A texture is read at the mip level of this side
+    int max_lights; // these three as in lightprobe_settings
+    float tolerance;
+    float min_share;
+    int first_texture_unit; // this one, and five shader storage bindings from first_buffer_binding
+    int first_buffer_binding; // on, are used inside lightprobe_gl_update and then put back
+    void (*log)(void *user, const char *message); // told why a call failed, shader logs; or NULL
+    void *user;
+} lightprobe_gl_desc;
+
+typedef struct lightprobe_gl_range { // for glBindBufferRange
+    unsigned buffer;
+    ptrdiff_t offset, bytes;
+} lightprobe_gl_range;
+
+// *gl is untouched on failure, and nothing is left behind.
+lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_desc *desc);
+void lightprobe_gl_destroy(lightprobe_gl *gl); // NULL is fine
+
+// Finds the lights of a cube-map texture of any colour format that can be sampled as float; never
+// waits. Goes on from the lights of the update before (lightprobe_settings.previous). What image
+// stores wrote to the texture needs the caller's glMemoryBarrier first. A black probe has 0 lights.
+lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture);
+// The next update starts afresh, brightest light first: after a change of scene.
+void lightprobe_gl_restart(lightprobe_gl *gl);
+
+// The lights that the GPU has finished last, for the CPU: mssm_light_directional() takes direction,
+// axis_u, tan_half_u and tan_half_v. Without wait this does not stall and is about one frame late,
+// or LIGHTPROBE_ERROR_NOT_READY before there are any; with wait they are those of the last update.
+// A failure leaves lights, light_count and stats untouched. lights has room for max_lights; stats
+// may be NULL.
+lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_light *lights,
+                                     int *light_count, lightprobe_stats *stats);
+
+// Where the lights are in GPU memory: those of the last update, or (as_read) those that the last
+// lightprobe_gl_read gave out, which shading should use together with depth maps made from them.
+// Good for two more updates. Written by shaders, with the barrier for reading it already done.
+lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl, int as_read);
+
+// GLSL 4.50 text, to put after #version and lightprobe_glsl_math(): the buffer with
+// lightprobe_count, lightprobe_lights[] (members as in C), lightprobe_error, lightprobe_total and
+// lightprobe_residual, at binding LIGHTPROBE_BINDING (0 unless defined before), and
+//     vec3 lightprobe_irradiance(int light, vec3 normal)  // times visibility; nothing in between
+const char *lightprobe_glsl_lights(void);
+
 #ifdef __cplusplus
 }
 #endif
@@ -207,6 +286,7 @@ extern "C" {
 // What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and
 // is quoted by `make glsl` into lightprobe__glsl_text further down.
 #define LIGHTPROBE_SHARED static inline
+#define LIGHTPROBE_PRECISE // in GLSL: nothing may be fused, decisions are the same bit for bit
 
 // [glsl begin]
 
@@ -848,13 +928,21 @@ static float lightprobe__leaf_error(const lightprobe__leaf *leaf)
     return leaf->luminance - leaf->strength;
 }
 
+// Of equal errors the lower number comes first, so that any way to find it agrees (the GPU has no
+// heap).
+static int lightprobe__is_before(const lightprobe__work *w, int a, int b)
+{
+    const float ea = lightprobe__leaf_error(w->leaves + a);
+    const float eb = lightprobe__leaf_error(w->leaves + b);
+    return ea > eb || (ea >= eb && a < b);
+}
+
 static void lightprobe__heap_push(lightprobe__work *w, int leaf)
 {
-    const float error = lightprobe__leaf_error(w->leaves + leaf);
     int i = w->heap_count++;
     for (; i > 0; i = (i - 1) / 2) {
         const int parent = w->heap[(i - 1) / 2];
-        if (lightprobe__leaf_error(w->leaves + parent) >= error) break;
+        if (lightprobe__is_before(w, parent, leaf)) break;
         w->heap[i] = parent;
     }
     w->heap[i] = leaf;
@@ -863,13 +951,12 @@ static void lightprobe__heap_push(lightprobe__work *w, int leaf)
 static int lightprobe__heap_pop(lightprobe__work *w)
 {
     const int top = w->heap[0], last = w->heap[--w->heap_count];
-    const float error = lightprobe__leaf_error(w->leaves + last);
     int i = 0;
     for (int child = 1; child < w->heap_count; child = 2 * i + 1) {
-        if (child + 1 < w->heap_count && lightprobe__leaf_error(w->leaves + w->heap[child + 1]) >
-                                             lightprobe__leaf_error(w->leaves + w->heap[child]))
+        if (child + 1 < w->heap_count &&
+            lightprobe__is_before(w, w->heap[child + 1], w->heap[child]))
             child++;
-        if (lightprobe__leaf_error(w->leaves + w->heap[child]) <= error) break;
+        if (lightprobe__is_before(w, last, w->heap[child])) break;
         w->heap[i] = w->heap[child];
         i = child;
     }
@@ -877,12 +964,34 @@ static int lightprobe__heap_pop(lightprobe__work *w)
     return top;
 }
 
+// [glsl begin lights]
+
+// Natural logarithm of a ratio, kept in [1e-3, 1e6], to 1e-6. Written out: drivers round their
+// own as they like, and which leaves go together hangs on it.
+LIGHTPROBE_SHARED float lightprobe_log(float ratio)
+{
+    float r = 1024.0f * (ratio > 1e-3f ? (ratio < 1e6f ? ratio : 1e6f) : 1e-3f);
+    float e = -10.0f;
+    while (r >= 2.0f) {
+        r = 0.5f * r;
+        e = e + 1.0f;
+    }
+    LIGHTPROBE_PRECISE float t = (r - 1.0f) / (r + 1.0f);
+    LIGHTPROBE_PRECISE float t2 = t * t;
+    LIGHTPROBE_PRECISE float p = t2 * 0.11111111f + 0.14285714f;
+    p = p * t2 + 0.2f;
+    p = p * t2 + 0.33333333f;
+    p = 0.69314718f * e + 2.0f * (p * t2 * t + t);
+    return p;
+}
+// [glsl end]
+
 static float lightprobe__tone(const lightprobe__work *w, float luminance, float solid_angle)
 {
     if (!(solid_angle > 0)) return 0;
     const float ratio =
         luminance < 1e6f * w->mean * solid_angle ? luminance / (w->mean * solid_angle) : 1e6f;
-    return LIGHTPROBE__TONE * logf(ratio > 1e-3f ? ratio : 1e-3f);
+    return LIGHTPROBE__TONE * lightprobe_log(ratio);
 }
 
 static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int level, int x, int y)
@@ -1705,6 +1814,16 @@ const char *lightprobe_result_string(lightprobe_result result)
         return "lightprobe: tolerance and min_share must be 0 or more, mode one of lightprobe_mode";
     case LIGHTPROBE_ERROR_SCRATCH:
         return "lightprobe: less scratch memory than lightprobe_scratch_bytes() asks for";
+    case LIGHTPROBE_ERROR_MEMORY:
+        return "lightprobe: no memory";
+    case LIGHTPROBE_ERROR_GL_VERSION:
+        return "lightprobe: OpenGL 4.5 is needed";
+    case LIGHTPROBE_ERROR_GL:
+        return "lightprobe: the driver refused storage or a shader";
+    case LIGHTPROBE_ERROR_TEXTURE:
+        return "lightprobe: the texture is no cube map with a level of the side asked for";
+    case LIGHTPROBE_ERROR_NOT_READY:
+        return "lightprobe: the GPU has not finished any lights yet";
     }
     return "lightprobe: unknown result";
 }
@@ -1791,6 +1910,1646 @@ const char *lightprobe_glsl_math(void)
 {
     return lightprobe__glsl_text;
 }
+
+// ------------------------------------------------------------------------------------------------
+// OpenGL 4.5
+// ------------------------------------------------------------------------------------------------
+
+#ifndef LIGHTPROBE_NO_GL
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#ifndef LIGHTPROBE_MALLOC
+#define LIGHTPROBE_MALLOC(bytes) malloc(bytes)
+#define LIGHTPROBE_FREE(memory) free(memory)
+#endif
+
+#if defined _WIN32 && !defined _WIN64
+#define LIGHTPROBE__GLAPI __stdcall
+#else
+#define LIGHTPROBE__GLAPI
+#endif
+
+// Types and constants under names of our own, so that any GL header may be included too.
+typedef unsigned int lightprobe__glenum;
+typedef unsigned char lightprobe__glboolean;
+
+// X(result, name without "gl", parameters)
+#define LIGHTPROBE__GL_FUNCTIONS(X)                                                          \
+    X(void, GetIntegerv, (lightprobe__glenum, int *))                                        \
+    X(const unsigned char *, GetString, (lightprobe__glenum))                                \
+    X(lightprobe__glenum, GetError, (void))                                                  \
+    X(void, GetIntegeri_v, (lightprobe__glenum, unsigned, int *))                            \
+    X(void, GetInteger64i_v, (lightprobe__glenum, unsigned, int64_t *))                      \
+    X(lightprobe__glboolean, IsTexture, (unsigned))                                          \
+    X(void, GetTextureParameteriv, (unsigned, lightprobe__glenum, int *))                    \
+    X(void, GetTextureLevelParameteriv, (unsigned, int, lightprobe__glenum, int *))          \
+    X(void, ActiveTexture, (lightprobe__glenum))                                             \
+    X(void, BindTexture, (lightprobe__glenum, unsigned))                                     \
+    X(void, CreateSamplers, (int, unsigned *))                                               \
+    X(void, DeleteSamplers, (int, const unsigned *))                                         \
+    X(void, SamplerParameteri, (unsigned, lightprobe__glenum, int))                          \
+    X(void, BindSampler, (unsigned, unsigned))                                               \
+    X(void, CreateBuffers, (int, unsigned *))                                                \
+    X(void, DeleteBuffers, (int, const unsigned *))                                          \
+    X(void, NamedBufferStorage, (unsigned, ptrdiff_t, const void *, unsigned))               \
+    X(void, CopyNamedBufferSubData, (unsigned, unsigned, ptrdiff_t, ptrdiff_t, ptrdiff_t))   \
+    X(void *, MapNamedBufferRange, (unsigned, ptrdiff_t, ptrdiff_t, unsigned))               \
+    X(void, BindBuffer, (lightprobe__glenum, unsigned))                                      \
+    X(void, BindBufferBase, (lightprobe__glenum, unsigned, unsigned))                        \
+    X(void, BindBufferRange, (lightprobe__glenum, unsigned, unsigned, ptrdiff_t, ptrdiff_t)) \
+    X(unsigned, CreateShader, (lightprobe__glenum))                                          \
+    X(void, DeleteShader, (unsigned))                                                        \
+    X(void, ShaderSource, (unsigned, int, const char *const *, const int *))                 \
+    X(void, CompileShader, (unsigned))                                                       \
+    X(void, GetShaderiv, (unsigned, lightprobe__glenum, int *))                              \
+    X(void, GetShaderInfoLog, (unsigned, int, int *, char *))                                \
+    X(unsigned, CreateProgram, (void))                                                       \
+    X(void, DeleteProgram, (unsigned))                                                       \
+    X(void, AttachShader, (unsigned, unsigned))                                              \
+    X(void, LinkProgram, (unsigned))                                                         \
+    X(void, GetProgramiv, (unsigned, lightprobe__glenum, int *))                             \
+    X(void, GetProgramInfoLog, (unsigned, int, int *, char *))                               \
+    X(void, UseProgram, (unsigned))                                                          \
+    X(void, ProgramUniform1i, (unsigned, int, int))                                          \
+    X(void, ProgramUniform1f, (unsigned, int, float))                                        \
+    X(void, DispatchCompute, (unsigned, unsigned, unsigned))                                 \
+    X(void, MemoryBarrier, (unsigned))                                                       \
+    X(void *, FenceSync, (lightprobe__glenum, unsigned))                                     \
+    X(lightprobe__glenum, ClientWaitSync, (void *, unsigned, uint64_t))                      \
+    X(void, DeleteSync, (void *))                                                            \
+    X(void, ObjectLabel, (lightprobe__glenum, unsigned, int, const char *))                  \
+    X(void, ObjectPtrLabel, (const void *, int, const char *))
+
+enum {
+    LIGHTPROBE__GL_OUT_OF_MEMORY = 0x0505,
+    LIGHTPROBE__GL_VERSION = 0x1F02,
+    LIGHTPROBE__GL_MAJOR_VERSION = 0x821B,
+    LIGHTPROBE__GL_MINOR_VERSION = 0x821C,
+    LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS = 0x8B4D,
+    LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS = 0x90DD,
+    LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE,
+    LIGHTPROBE__GL_CURRENT_PROGRAM = 0x8B8D,
+    LIGHTPROBE__GL_TEXTURE0 = 0x84C0,
+    LIGHTPROBE__GL_ACTIVE_TEXTURE = 0x84E0,
+    LIGHTPROBE__GL_TEXTURE_CUBE_MAP = 0x8513,
+    LIGHTPROBE__GL_TEXTURE_BINDING_CUBE_MAP = 0x8514,
+    LIGHTPROBE__GL_TEXTURE_TARGET = 0x1006,
+    LIGHTPROBE__GL_TEXTURE_BASE_LEVEL = 0x813C,
+    LIGHTPROBE__GL_TEXTURE_WIDTH = 0x1000,
+    LIGHTPROBE__GL_TEXTURE_MIN_FILTER = 0x2801,
+    LIGHTPROBE__GL_TEXTURE_MAG_FILTER = 0x2800,
+    LIGHTPROBE__GL_NEAREST = 0x2600,
+    LIGHTPROBE__GL_NEAREST_MIPMAP_NEAREST = 0x2700,
+    LIGHTPROBE__GL_SAMPLER_BINDING = 0x8919,
+    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER = 0x90D2,
+    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING = 0x90D3,
+    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START = 0x90D4,
+    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE = 0x90D5,
+    LIGHTPROBE__GL_MAP_READ = 0x0001 | 0x0040 | 0x0080, // persistent, coherent
+    LIGHTPROBE__GL_COMPUTE_SHADER = 0x91B9,
+    LIGHTPROBE__GL_COMPILE_STATUS = 0x8B81,
+    LIGHTPROBE__GL_LINK_STATUS = 0x8B82,
+    LIGHTPROBE__GL_INFO_LOG_LENGTH = 0x8B84,
+    LIGHTPROBE__GL_STORAGE_BARRIER = 0x2000,
+    LIGHTPROBE__GL_UPDATE_BARRIER = 0x0200,
+    LIGHTPROBE__GL_SYNC_COMPLETE = 0x9117,
+    LIGHTPROBE__GL_SYNC_FLUSH = 0x0001,
+    LIGHTPROBE__GL_ALREADY_SIGNALED = 0x911A,
+    LIGHTPROBE__GL_CONDITION_SATISFIED = 0x911C,
+    LIGHTPROBE__GL_BUFFER = 0x82E0,
+    LIGHTPROBE__GL_PROGRAM = 0x82E2,
+    LIGHTPROBE__GL_SAMPLER = 0x82E6
+};
+
+typedef struct lightprobe__gl_functions {
+#define LIGHTPROBE__GL_MEMBER(result, name, parameters) result(LIGHTPROBE__GLAPI *name) parameters;
+    LIGHTPROBE__GL_FUNCTIONS(LIGHTPROBE__GL_MEMBER)
+#undef LIGHTPROBE__GL_MEMBER
+} lightprobe__gl_functions;
+
+enum {
+    LIGHTPROBE__TILES,
+    LIGHTPROBE__HALVE,
+    LIGHTPROBE__LEAF,
+    LIGHTPROBE__START,
+    LIGHTPROBE__DIVIDE,
+    LIGHTPROBE__GATHER,
+    LIGHTPROBE__RESPEND,
+    LIGHTPROBE__WRITE,
+    LIGHTPROBE__PROGRAMS
+};
+// In the order of their bindings, which start with the previous lights and end with the work; both
+// lights are of one buffer. The last is mapped and not bound.
+enum {
+    LIGHTPROBE__LIGHTS,
+    LIGHTPROBE__TABLES,
+    LIGHTPROBE__PYRAMID,
+    LIGHTPROBE__WORK,
+    LIGHTPROBE__MAPPED,
+    LIGHTPROBE__BUFFERS,
+    LIGHTPROBE__BINDINGS = 5,
+    LIGHTPROBE__SLOTS = 3 // lights of so many updates are kept
+};
+
+// As in GLSL.
+typedef struct lightprobe__gl_light {
+    float direction[3], cos_alpha, axis_u[3], tan_half_u, axis_v[3], tan_half_v;
+    float irradiance[3], solid_angle;
+    int id, unused[3];
+} lightprobe__gl_light;
+
+typedef struct lightprobe__gl_header {
+    int count, repaired_texels;
+    float error, unused, total[4], residual[4];
+} lightprobe__gl_header;
+
+struct lightprobe_gl {
+    lightprobe_gl_desc desc;
+    lightprobe__gl_functions f;
+    unsigned program[LIGHTPROBE__PROGRAMS], buffer[LIGHTPROBE__BUFFERS], sampler;
+    int first_cell[LIGHTPROBE__LEVELS], top;
+    size_t slot_bytes;
+    const char *mapped;
+    void *fence[LIGHTPROBE__SLOTS];
+    unsigned updates; // so many were made; the lights of number n are in slot n % SLOTS
+    unsigned given;   // number of the one that was read last
+    int again;        // go on from previous lights
+};
+
+#if defined __GNUC__
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Woverlength-strings"
+#endif
+
+// The public text: the lights as shading reads them. Our own shaders read the previous ones by it.
+static const char lightprobe__glsl_lights[] =
+    "#ifndef LIGHTPROBE_BINDING\n"
+    "#define LIGHTPROBE_BINDING 0\n"
+    "#endif\n"
+    "struct lightprobe_light {\n"
+    "    vec3 direction; float cos_alpha;\n"
+    "    vec3 axis_u; float tan_half_u;\n"
+    "    vec3 axis_v; float tan_half_v;\n"
+    "    vec3 irradiance; float solid_angle;\n"
+    "    int id;\n"
+    "};\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING) readonly buffer lightprobe_buffer {\n"
+    "    int lightprobe_count;\n"
+    "    int lightprobe_repaired_texels;\n"
+    "    float lightprobe_error;\n"
+    "    vec4 lightprobe_total; // RGB\n"
+    "    vec4 lightprobe_residual;\n"
+    "    lightprobe_light lightprobe_lights[];\n"
+    "};\n"
+    "\n"
+    "// Irradiance of a surface with this normal from one light, nothing standing in between.\n"
+    "vec3 lightprobe_irradiance(int light, vec3 normal)\n"
+    "{\n"
+    "    lightprobe_light l = lightprobe_lights[light];\n"
+    "    float cos_theta = dot(l.direction, normal);\n"
+    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
+    "}\n";
+
+// What the C half goes by, too. `precise` keeps GLSL compilers from fusing and reordering.
+#define LIGHTPROBE__TEXT(x) LIGHTPROBE__TEXT_OF(x)
+#define LIGHTPROBE__TEXT_OF(x) #x
+#define LIGHTPROBE__DEFINE(name) "#define " #name " " LIGHTPROBE__TEXT(LIGHTPROBE__##name) "\n"
+// clang-format off
+static const char lightprobe__glsl_numbers[] =
+    LIGHTPROBE__DEFINE(SCALE)
+    LIGHTPROBE__DEFINE(BLACK)
+    LIGHTPROBE__DEFINE(TILE_LEVEL)
+    LIGHTPROBE__DEFINE(MORE_LEAVES)
+    LIGHTPROBE__DEFINE(ROUNDS)
+    LIGHTPROBE__DEFINE(TONE)
+    LIGHTPROBE__DEFINE(BINS)
+    LIGHTPROBE__DEFINE(REACH)
+    LIGHTPROBE__DEFINE(NEAR)
+    "#define GROUP 128\n"
+    "#define LIGHTPROBE_SHARED\n"
+    "#define LIGHTPROBE_PRECISE precise\n"
+    // [glsl text begin lights] made by "make glsl", do not edit
+    "// Natural logarithm of a ratio, kept in [1e-3, 1e6], to 1e-6. Written out: drivers round their\n"
+    "// own as they like, and which leaves go together hangs on it.\n"
+    "LIGHTPROBE_SHARED float lightprobe_log(float ratio)\n"
+    "{\n"
+    "    float r = 1024.0f * (ratio > 1e-3f ? (ratio < 1e6f ? ratio : 1e6f) : 1e-3f);\n"
+    "    float e = -10.0f;\n"
+    "    while (r >= 2.0f) {\n"
+    "        r = 0.5f * r;\n"
+    "        e = e + 1.0f;\n"
+    "    }\n"
+    "    LIGHTPROBE_PRECISE float t = (r - 1.0f) / (r + 1.0f);\n"
+    "    LIGHTPROBE_PRECISE float t2 = t * t;\n"
+    "    LIGHTPROBE_PRECISE float p = t2 * 0.11111111f + 0.14285714f;\n"
+    "    p = p * t2 + 0.2f;\n"
+    "    p = p * t2 + 0.33333333f;\n"
+    "    p = 0.69314718f * e + 2.0f * (p * t2 * t + t);\n"
+    "    return p;\n"
+    "}\n"
+    // [glsl text end]
+    "";
+// clang-format on
+
+// Texels, their weights and the cells: of all three programs.
+static const char lightprobe__glsl_cells[] =
+    "struct cell {\n"
+    "    vec4 flux, vector;\n"
+    "};\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING + 1) buffer tables {\n"
+    "    int repaired;\n"
+    "    float weights[]; // of the texels of a quarter face: all omegas, then all weights\n"
+    "};\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING + 2) buffer pyramid {\n"
+    "    cell cells[];\n"
+    "};\n"
+    "layout(binding = LIGHTPROBE_UNIT) uniform samplerCube probe;\n"
+    "layout(location = 14) uniform float mip;\n"
+    "\n"
+    "int level_side(int level)\n"
+    "{\n"
+    "    return (SIDE + (1 << level) - 1) >> level;\n"
+    "}\n"
+    "vec2 weight_of(int x, int y)\n"
+    "{\n"
+    "    const int quarter = (SIDE + 1) / 2;\n"
+    "    int i = abs(2 * y + 1 - SIDE) / 2 * quarter + abs(2 * x + 1 - SIDE) / 2;\n"
+    "    return vec2(weights[i], weights[quarter * quarter + i]);\n"
+    "}\n"
+    "float centre_of(int x)\n"
+    "{\n"
+    "    return float(2 * x + 1 - SIDE) / float(SIDE);\n"
+    "}\n"
+    "vec3 to_world(int face, float m, float s, float t)\n"
+    "{\n"
+    "    if (face < 2) return face == 0 ? vec3(m, -t, -s) : vec3(-m, -t, s);\n"
+    "    if (face < 4) return face == 2 ? vec3(s, m, t) : vec3(s, -m, -t);\n"
+    "    return face == 4 ? vec3(s, -t, m) : vec3(-s, -t, -m);\n"
+    "}\n"
+    "// 1 is added to bad where a channel is negative, NaN or infinite; it counts as 0.\n"
+    "vec3 read_texel(int face, int x, int y, inout int bad)\n"
+    "{\n"
+    "    vec3 rgb = textureLod(probe, to_world(face, 1.0, centre_of(x), centre_of(y)), mip).rgb;\n"
+    "    uvec3 bits = floatBitsToUint(rgb);\n"
+    "    bvec3 fine = lessThan(bits, uvec3(0x7f800000u));\n"
+    "    bad += all(bvec3(fine.x || bits.x == 0x80000000u, fine.y || bits.y == 0x80000000u,\n"
+    "                     fine.z || bits.z == 0x80000000u)) ? 0 : 1;\n"
+    "    return mix(vec3(0.0), rgb, fine);\n"
+    "}\n";
+
+// lightprobe__sum_tiles: one thread a tile.
+static const char lightprobe__glsl_tiles[] =
+    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec3 p = ivec3(gl_GlobalInvocationID);\n"
+    "    if (p.x >= TILES || p.y >= TILES) return;\n"
+    "    bool flip = SIDE % 4 == 0 && p.y >= (TILES + 1) / 2; // as the CPU takes its bands\n"
+    "    precise float f[12], m[12], n[12], l[4], k[4], omega = 0.0;\n"
+    "    int bad = 0;\n"
+    "    for (int j = 0; j < 12; j++) f[j] = m[j] = n[j] = 0.0;\n"
+    "    for (int row = 0; row < 4; row++) {\n"
+    "        int y = 4 * p.y + (flip ? 3 - row : row);\n"
+    "        for (int j = 0; j < 12; j++) {\n"
+    "            int x = 4 * p.x + j / 3;\n"
+    "            if (x < SIDE && y < SIDE) {\n"
+    "                int unused = 0;\n"
+    "                vec2 w = weight_of(x, y);\n"
+    "                vec3 rgb = read_texel(p.z, x, y, unused);\n"
+    "                if (j % 3 == 0) bad += unused;\n"
+    "                precise float by =\n"
+    "                        (j % 3 == 0 ? 0.2126 : j % 3 == 1 ? 0.7152 : 0.0722) * w.y;\n"
+    "                f[j] = f[j] + rgb[j % 3] * w.x;\n"
+    "                m[j] = m[j] + rgb[j % 3] * by;\n"
+    "            }\n"
+    "            n[j] = n[j] + m[j];\n"
+    "        }\n"
+    "        // From the middle to both sides.\n"
+    "        int nearest = min(abs(8 * p.x + 1 - SIDE), abs(8 * p.x + 7 - SIDE)) / 2;\n"
+    "        if (SIDE - 1 >= 8 * p.x && SIDE - 1 <= 8 * p.x + 7) nearest = 0;\n"
+    "        for (int d = nearest; d < nearest + 4 && y < SIDE; d++) {\n"
+    "            int x = SIDE / 2 + d, mirror = SIDE - 1 - x;\n"
+    "            if (x < SIDE && x >> 2 == p.x) omega = omega + weight_of(x, y).x;\n"
+    "            if (mirror >= 0 && mirror != x && mirror >> 2 == p.x)\n"
+    "                omega = omega + weight_of(mirror, y).x;\n"
+    "        }\n"
+    "    }\n"
+    "    cell c;\n"
+    "    c.flux = vec4((f[0] + f[3]) + (f[6] + f[9]), (f[1] + f[4]) + (f[7] + f[10]),\n"
+    "                  (f[2] + f[5]) + (f[8] + f[11]), omega);\n"
+    "    precise float v[3];\n"
+    "    for (int i = 0; i < 4; i++) l[i] = (m[i] + m[4 + i]) + m[8 + i];\n"
+    "    v[0] = (l[0] + l[1]) + (l[2] + l[3]);\n"
+    "    for (int j = 0; j < 12; j++) {\n"
+    "        int x = 4 * p.x + j / 3;\n"
+    "        m[j] = x < SIDE ? m[j] * centre_of(x) : 0.0;\n"
+    "    }\n"
+    "    for (int i = 0; i < 4; i++) l[i] = (m[i] + m[4 + i]) + m[8 + i];\n"
+    "    v[1] = (l[0] + l[1]) + (l[2] + l[3]);\n"
+    "    for (int i = 0; i < 4; i++) k[i] = (n[i] + n[4 + i]) + n[8 + i];\n"
+    "    precise float rows = (k[0] + k[1]) + (k[2] + k[3]);\n"
+    "    precise float t0 = centre_of(4 * p.y + (flip ? -1 : 4)), t1 = centre_of(4 * p.y +\n"
+    "            (flip ? 0 : 3));\n"
+    "    v[2] = t0 * v[0] + (t1 - t0) * rows;\n"
+    "    c.vector = vec4(v[0], v[1], v[2], 0.0);\n"
+    "    cells[first_cell[2] + (p.z * TILES + p.y) * TILES + p.x] = c;\n"
+    "    if (bad > 0) atomicAdd(repaired, bad);\n"
+    "}\n";
+
+// lightprobe__make_pyramid: one level.
+static const char lightprobe__glsl_halve[] =
+    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "layout(location = 15) uniform int level;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec3 p = ivec3(gl_GlobalInvocationID);\n"
+    "    int n = level_side(level), m = level_side(level - 1), x = 2 * p.x, y = 2 * p.y;\n"
+    "    if (p.x >= n || p.y >= n) return;\n"
+    "    int from = first_cell[level - 1] + (p.z * m + y) * m + x;\n"
+    "    precise vec4 flux = cells[from].flux, vector = cells[from].vector;\n"
+    "    for (int i = 1; i < 4; i++) {\n"
+    "        if (x + i % 2 >= m || y + i / 2 >= m) continue;\n"
+    "        flux = flux + cells[from + i / 2 * m + i % 2].flux;\n"
+    "        vector = vector + cells[from + i / 2 * m + i % 2].vector;\n"
+    "    }\n"
+    "    cells[first_cell[level] + (p.z * n + p.y) * n + p.x] = cell(flux, vector);\n"
+    "}\n";
+
+// What follows is one work group each, one after the other: lightprobe__best under the same names.
+// Sums run over the leaves in their order, one thread a cluster, so that they are the CPU's. What
+// hangs on the step before it is done by one thread. Several programs, since llvmpipe takes half a
+// minute to compile them as one.
+static const char lightprobe__glsl_work[] =
+    "layout(local_size_x = GROUP) in;\n"
+    "layout(location = 15) uniform int again; // go on from the lights of the previous update\n"
+    "\n"
+    "struct leaf {\n"
+    "    vec3 flux; float solid_angle;\n"
+    "    vec3 direction; float strength;\n"
+    "    float luminance, tone;\n"
+    "    int face, level, x, y, cluster, unused;\n"
+    "};\n"
+    "struct cluster {\n"
+    "    vec3 vector; float luminance;\n"
+    "    vec3 centre; float tone;\n"
+    "    vec3 axis; float threshold;\n"
+    "    float tones, tones2, gain;\n"
+    "    int by_tone, planned, first, count, id, changed, near_count, near[NEAR];\n"
+    "};\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING + 3) coherent buffer work {\n"
+    "    dvec3 sum_of_all;\n"
+    "    float total, mean;\n"
+    "    int leaf_count, cluster_count;\n"
+    "    leaf leaves[LEAVES];\n"
+    "    cluster clusters[LIGHTS];\n"
+    "    double bright[LIGHTS];\n"
+    "    int order[LEAVES], rank[LIGHTS];\n"
+    "};\n"
+    "int lane = int(gl_LocalInvocationIndex);\n"
+    "\n"
+    "// Whether there are lights to go on from, and whether there is any light.\n"
+    "bool goes_on()\n"
+    "{\n"
+    "    return again != 0 && lightprobe_count > 0;\n"
+    "}\n"
+    "bool is_black()\n"
+    "{\n"
+    "    return !(total >= BLACK);\n"
+    "}\n"
+    "void sync()\n"
+    "{\n"
+    "    memoryBarrierBuffer();\n"
+    "    memoryBarrierShared();\n"
+    "    barrier();\n"
+    "}\n"
+    "float luminance_of(vec3 rgb)\n"
+    "{\n"
+    "    precise float l = 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z;\n"
+    "    return l;\n"
+    "}\n"
+    "float dot_of(vec3 a, vec3 b)\n"
+    "{\n"
+    "    precise float d = a.x * b.x + a.y * b.y + a.z * b.z;\n"
+    "    return d;\n"
+    "}\n"
+    "double length_of(vec3 v)\n"
+    "{\n"
+    "    precise double x = double(v.x), y = double(v.y), z = double(v.z);\n"
+    "    precise double l = sqrt(x * x + y * y + z * z);\n"
+    "    return l;\n"
+    "}\n"
+    "float normalize_it(inout vec3 v)\n"
+    "{\n"
+    "    precise double l = length_of(v), scale = l > 0.0lf ? 1.0lf / l : 0.0lf;\n"
+    "    precise dvec3 d = dvec3(v) * scale;\n"
+    "    v = vec3(d);\n"
+    "    return float(l);\n"
+    "}\n"
+    "float tone_of(float luminance, float solid_angle)\n"
+    "{\n"
+    "    if (!(solid_angle > 0.0)) return 0.0;\n"
+    "    precise float unit = mean * solid_angle, most = 1e6 * mean * solid_angle;\n"
+    "    precise float t = TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6);\n"
+    "    return t;\n"
+    "}\n"
+    "shared float values[GROUP];\n"
+    "shared int places[GROUP];\n"
+    "// Index of the largest of all values, the lowest of equals; -1 where all indices are.\n"
+    "int largest(float value, int place, out float top)\n"
+    "{\n"
+    "    values[lane] = value;\n"
+    "    places[lane] = place;\n"
+    "    sync();\n"
+    "    for (int step = GROUP / 2; step > 0; step /= 2) {\n"
+    "        if (lane < step) {\n"
+    "            float a = values[lane], b = values[lane + step];\n"
+    "            int i = places[lane], j = places[lane + step];\n"
+    "            if (j >= 0 && (i < 0 || b > a || (b == a && j < i))) {\n"
+    "                values[lane] = b;\n"
+    "                places[lane] = j;\n"
+    "            }\n"
+    "        }\n"
+    "        sync();\n"
+    "    }\n"
+    "    top = values[0];\n"
+    "    int at = places[0];\n"
+    "    sync();\n"
+    "    return at;\n"
+    "}\n"
+    "struct sum {\n"
+    "    vec3 vector;\n"
+    "    float luminance, tones, tones2;\n"
+    "    int count;\n"
+    "};\n"
+    "const sum nothing = sum(vec3(0.0), 0.0, 0.0, 0.0, 0);\n"
+    "void add_leaf(int i, inout sum s)\n"
+    "{\n"
+    "    precise float tones = leaves[i].luminance * leaves[i].tone;\n"
+    "    precise vec3 vector = s.vector + leaves[i].strength * leaves[i].direction;\n"
+    "    precise float luminance = s.luminance + leaves[i].luminance, all = s.tones + tones;\n"
+    "    precise float tones2 = s.tones2 + tones * leaves[i].tone;\n"
+    "    s = sum(vector, luminance, all, tones2, s.count + 1);\n"
+    "}\n"
+    "void put_sum(int k, sum s)\n"
+    "{\n"
+    "    clusters[k].vector = s.vector;\n"
+    "    clusters[k].luminance = s.luminance;\n"
+    "    clusters[k].tones = s.tones;\n"
+    "    clusters[k].tones2 = s.tones2;\n"
+    "    clusters[k].count = s.count;\n"
+    "}\n"
+    "void clear_cluster(int k)\n"
+    "{\n"
+    "    clusters[k].centre = vec3(0.0);\n"
+    "    clusters[k].tone = 0.0;\n"
+    "    clusters[k].near_count = clusters[k].changed = 0;\n"
+    "    clusters[k].id = -1;\n"
+    "}\n"
+    "float nearness(vec3 a, float tone_a, vec3 b, float tone_b)\n"
+    "{\n"
+    "    precise float n = dot_of(a, b) - 0.5 * (tone_a - tone_b) * (tone_a - tone_b);\n"
+    "    return n;\n"
+    "}\n"
+    "float cluster_error(int k)\n"
+    "{\n"
+    "    precise float e = clusters[k].luminance - float(length_of(clusters[k].vector));\n"
+    "    return e;\n"
+    "}\n"
+    "void sum_clusters()\n"
+    "{\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        sum s = nothing;\n"
+    "        for (int i = 0; i < leaf_count; i++) if (leaves[i].cluster == k) add_leaf(i, s);\n"
+    "        put_sum(k, s);\n"
+    "        vec3 v = s.vector;\n"
+    "        if (normalize_it(v) > 0.0) clusters[k].centre = v;\n"
+    "        precise float tone = s.tones / s.luminance;\n"
+    "        if (s.luminance > BLACK) clusters[k].tone = tone;\n"
+    "    }\n"
+    "    sync();\n"
+    "}\n"
+    "void sort_leaves()\n"
+    "{\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        int at = 0;\n"
+    "        for (int j = 0; j < k; j++) at += clusters[j].count;\n"
+    "        clusters[k].first = at;\n"
+    "        for (int i = 0; i < leaf_count; i++) if (leaves[i].cluster == k) order[at++] = i;\n"
+    "    }\n"
+    "    sync();\n"
+    "}\n";
+
+static const char lightprobe__glsl_leaves[] =
+    "shared precise dvec3 sums[GROUP];\n"
+    "\n"
+    "void find_total()\n"
+    "{\n"
+    "    int level = min(TOP, TILE_LEVEL + 1), n = level_side(level);\n"
+    "    precise dvec3 all = dvec3(0.0lf);\n"
+    "    for (int i = lane; i < 6 * n * n; i += GROUP)\n"
+    "        all = all + dvec3(cells[first_cell[level] + i].flux.rgb);\n"
+    "    sums[lane] = all;\n"
+    "    sync();\n"
+    "    for (int step = GROUP / 2; step > 0; step /= 2) {\n"
+    "        if (lane < step) sums[lane] = sums[lane] + sums[lane + step];\n"
+    "        sync();\n"
+    "    }\n"
+    "    if (lane == 0) {\n"
+    "        sum_of_all = sums[0];\n"
+    "        precise float t = luminance_of(vec3(sums[0])), m = t / 12.5663706;\n"
+    "        total = t;\n"
+    "        mean = m;\n"
+    "    }\n"
+    "    sync();\n"
+    "}\n"
+    "cell cell_at(int face, int level, int cx, int cy)\n"
+    "{\n"
+    "    int n = level_side(level), size = 1 << level, bad = 0;\n"
+    "    if (level >= TILE_LEVEL) return cells[first_cell[level] + (face * n + cy) * n + cx];\n"
+    "    precise vec4 flux = vec4(0.0), vector = vec4(0.0);\n"
+    "    for (int y = size * cy; y < size * cy + size && y < SIDE; y++) {\n"
+    "        for (int x = size * cx; x < size * cx + size && x < SIDE; x++) {\n"
+    "            vec2 w = weight_of(x, y);\n"
+    "            vec3 rgb = read_texel(face, x, y, bad);\n"
+    "            precise float m = luminance_of(rgb) * w.y;\n"
+    "            flux = flux + vec4(rgb * w.x, w.x);\n"
+    "            vector = vector + vec4(m, m * centre_of(x), m * centre_of(y), 0.0);\n"
+    "        }\n"
+    "    }\n"
+    "    return cell(flux, vector);\n"
+    "}\n"
+    "float leaf_error(int i)\n"
+    "{\n"
+    "    precise float e = leaves[i].luminance - leaves[i].strength;\n"
+    "    return e;\n"
+    "}\n"
+    "void set_leaf(int i, int face, int level, int x, int y)\n"
+    "{\n"
+    "    cell c = cell_at(face, level, x, y);\n"
+    "    leaf l;\n"
+    "    l.flux = c.flux.rgb;\n"
+    "    l.direction = to_world(face, c.vector.x, c.vector.y, c.vector.z);\n"
+    "    l.solid_angle = c.flux.w;\n"
+    "    l.luminance = luminance_of(c.flux.rgb);\n"
+    "    l.strength = normalize_it(l.direction);\n"
+    "    l.tone = tone_of(l.luminance, l.solid_angle / SCALE);\n"
+    "    l.face = face;\n"
+    "    l.level = level;\n"
+    "    l.x = x;\n"
+    "    l.y = y;\n"
+    "    l.cluster = 0;\n"
+    "    if (!(l.strength > 0.0)) {\n"
+    "        precise float h = float(2 << level) / float(SIDE);\n"
+    "        precise float s = (float(x) + 0.5) * h - 1.0, t = (float(y) + 0.5) * h - 1.0;\n"
+    "        s = min(s, 1.0);\n"
+    "        t = min(t, 1.0);\n"
+    "        precise float scale = 1.0 / sqrt(1.0 + s * s + t * t);\n"
+    "        l.direction = to_world(face, scale, scale * s, scale * t);\n"
+    "    }\n"
+    "    leaves[i] = l;\n"
+    "}\n"
+    "void make_leaves()\n"
+    "{\n"
+    "    float last = 0.0;\n"
+    "    int count = 6;\n"
+    "    if (lane < 6) set_leaf(lane, lane, TOP, 0, 0);\n"
+    "    sync();\n"
+    "    while (count + 3 <= LEAVES) {\n"
+    "        float best = 0.0, top;\n"
+    "        int at = -1;\n"
+    "        for (int i = lane; i < count; i += GROUP) {\n"
+    "            float e = leaf_error(i);\n"
+    "            if (leaves[i].level == 0 || (at >= 0 && e <= best)) continue;\n"
+    "            best = e;\n"
+    "            at = i;\n"
+    "        }\n"
+    "        at = largest(best, at, top);\n"
+    "        if (at < 0 || top <= 1e-7 * total) break;\n"
+    "        if (count >= LEAVES - MORE_LEAVES && top < 0.9999 * last) break;\n"
+    "        last = top;\n"
+    "        int face = leaves[at].face, level = leaves[at].level - 1, n = level_side(level);\n"
+    "        int x0 = 2 * leaves[at].x, y0 = 2 * leaves[at].y, mine = -1;\n"
+    "        sync();\n"
+    "        for (int k = 0; k < 4; k++) {\n"
+    "            if (x0 + k % 2 >= n || y0 + k / 2 >= n) continue;\n"
+    "            int place = k > 0 ? count++ : at;\n"
+    "            if (lane == k) mine = place;\n"
+    "        }\n"
+    "        if (mine >= 0) set_leaf(mine, face, level, x0 + lane % 2, y0 + lane / 2);\n"
+    "        sync();\n"
+    "    }\n"
+    "    if (lane == 0) leaf_count = count;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    find_total();\n"
+    "    if (!is_black()) make_leaves();\n"
+    "}\n";
+
+static const char lightprobe__glsl_start[] =
+    "// One cluster of everything, or those of the previous lights.\n"
+    "void main()\n"
+    "{\n"
+    "    if (is_black()) return;\n"
+    "    int count = goes_on() ? min(lightprobe_count, LIGHTS) : 0;\n"
+    "    if (lane == 0) cluster_count = max(count, 1);\n"
+    "    for (int k = lane; k < max(count, 1); k += GROUP) {\n"
+    "        clear_cluster(k);\n"
+    "        if (k >= count) break;\n"
+    "        vec3 centre = lightprobe_lights[k].direction;\n"
+    "        normalize_it(centre);\n"
+    "        precise float luminance = luminance_of(lightprobe_lights[k].irradiance) * SCALE;\n"
+    "        clusters[k].centre = centre;\n"
+    "        clusters[k].tone = tone_of(luminance, lightprobe_lights[k].solid_angle);\n"
+    "        clusters[k].id = lightprobe_lights[k].id;\n"
+    "    }\n"
+    "    sync();\n"
+    "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
+    "        float best = -3.402823466e38;\n"
+    "        for (int k = 0; k < cluster_count; k++) {\n"
+    "            float s = nearness(leaves[i].direction, leaves[i].tone, clusters[k].centre,\n"
+    "                               clusters[k].tone);\n"
+    "            if (s <= best) continue;\n"
+    "            best = s;\n"
+    "            leaves[i].cluster = k;\n"
+    "        }\n"
+    "    }\n"
+    "    sync();\n"
+    "    sum_clusters();\n"
+    "    sort_leaves();\n"
+    "}\n";
+
+static const char lightprobe__glsl_plan[] =
+    "vec3 eigenvector(float m[6])\n"
+    "{\n"
+    "    for (int round = 0; round < 3; round++) {\n"
+    "        precise float trace = m[0] + m[1] + m[2], s = trace > 1e-18 ? 1.0 / trace : 0.0;\n"
+    "        precise float a = m[0] * s, b = m[1] * s, d = m[2] * s;\n"
+    "        precise float ab = m[3] * s, bd = m[4] * s, da = m[5] * s, n[6];\n"
+    "        n[0] = a * a + ab * ab + da * da;\n"
+    "        n[1] = ab * ab + b * b + bd * bd;\n"
+    "        n[2] = da * da + bd * bd + d * d;\n"
+    "        n[3] = a * ab + ab * b + da * bd;\n"
+    "        n[4] = ab * da + b * bd + bd * d;\n"
+    "        n[5] = da * a + bd * ab + d * da;\n"
+    "        m = n;\n"
+    "    }\n"
+    "    int k = m[0] >= m[1] ? (m[0] >= m[2] ? 0 : 2) : (m[1] >= m[2] ? 1 : 2);\n"
+    "    vec3 v = k == 0 ? vec3(m[0], m[3], m[5]) : k == 1 ? vec3(m[3], m[1], m[4])\n"
+    "                                                     : vec3(m[5], m[4], m[2]);\n"
+    "    if (!(normalize_it(v) > 0.0)) v.y = 1.0;\n"
+    "    return v;\n"
+    "}\n"
+    "float along(int k, int i)\n"
+    "{\n"
+    "    return clusters[k].by_tone != 0 ? leaves[i].tone\n"
+    "                                    : dot_of(leaves[i].direction, clusters[k].axis);\n"
+    "}\n"
+    "float find_axis(int k, out float middle)\n"
+    "{\n"
+    "    precise float m[6], tone2 = 0.0, mean_tone;\n"
+    "    precise float scale =\n"
+    "            clusters[k].luminance > BLACK ? 1.0 / clusters[k].luminance : 0.0;\n"
+    "    precise vec3 centre = clusters[k].vector * scale;\n"
+    "    int end = clusters[k].first + clusters[k].count;\n"
+    "    mean_tone = clusters[k].tones * scale;\n"
+    "    for (int i = 0; i < 6; i++) m[i] = 0.0;\n"
+    "    for (int at = clusters[k].first; at < end; at++) {\n"
+    "        int i = order[at];\n"
+    "        precise float f = leaves[i].luminance * scale, tone = leaves[i].tone - mean_tone;\n"
+    "        precise vec3 d = leaves[i].direction - centre;\n"
+    "        m[0] = m[0] + f * d.x * d.x;\n"
+    "        m[1] = m[1] + f * d.y * d.y;\n"
+    "        m[2] = m[2] + f * d.z * d.z;\n"
+    "        m[3] = m[3] + f * d.x * d.y;\n"
+    "        m[4] = m[4] + f * d.y * d.z;\n"
+    "        m[5] = m[5] + f * d.z * d.x;\n"
+    "        tone2 = tone2 + f * tone * tone;\n"
+    "    }\n"
+    "    vec3 axis = eigenvector(m);\n"
+    "    precise float x = axis.x, y = axis.y, z = axis.z;\n"
+    "    precise float variance = abs(x * x * m[0] + y * y * m[1] + z * z * m[2] +\n"
+    "                                 2.0 * (x * y * m[3] + y * z * m[4] + z * x * m[5]));\n"
+    "    bool by_tone = tone2 > variance;\n"
+    "    clusters[k].axis = axis;\n"
+    "    clusters[k].by_tone = by_tone ? 1 : 0;\n"
+    "    middle = by_tone ? mean_tone : dot_of(centre, axis);\n"
+    "    return sqrt(by_tone ? tone2 : variance);\n"
+    "}\n"
+    "float tone_gain(float luminance, float tones, float part, float part_tones)\n"
+    "{\n"
+    "    precise float rest = luminance - part;\n"
+    "    if (!(part > BLACK) || !(rest > BLACK)) return 0.0;\n"
+    "    precise float apart = part_tones / part - (tones - part_tones) / rest;\n"
+    "    precise float g = 0.5 * apart * apart * part * (rest / luminance);\n"
+    "    return g;\n"
+    "}\n"
+    "void plan_split(int k)\n"
+    "{\n"
+    "    sum bins[BINS], left = nothing;\n"
+    "    float best = 0.0, middle;\n"
+    "    clusters[k].gain = 0.0;\n"
+    "    clusters[k].planned = 1;\n"
+    "    int count = clusters[k].count, first = clusters[k].first;\n"
+    "    if (count < 2) return;\n"
+    "    precise float deviation = find_axis(k, middle);\n"
+    "    if (deviation < 1e-7) return;\n"
+    "    precise float width = REACH * deviation, scale = float(BINS) / (2.0 * width), low =\n"
+    "            middle - width;\n"
+    "    for (int bin = 0; bin < BINS; bin++) bins[bin] = nothing;\n"
+    "    for (int at = first; at < first + count; at++) {\n"
+    "        precise float p = (along(k, order[at]) - low) * scale;\n"
+    "        add_leaf(order[at], bins[int(clamp(p, 0.0, float(BINS - 1)))]);\n"
+    "    }\n"
+    "    vec3 all = clusters[k].vector;\n"
+    "    precise double whole = length_of(all);\n"
+    "    for (int bin = 0; bin + 1 < BINS; bin++) {\n"
+    "        precise vec3 near_part = left.vector + bins[bin].vector, far_part =\n"
+    "                all - near_part;\n"
+    "        precise float luminance = left.luminance + bins[bin].luminance;\n"
+    "        precise float tones = left.tones + bins[bin].tones;\n"
+    "        left = sum(near_part, luminance, tones, 0.0, left.count + bins[bin].count);\n"
+    "        if (left.count == 0 || left.count == count) continue;\n"
+    "        precise double apart = length_of(near_part) + length_of(far_part) - whole;\n"
+    "        precise float gain = float(apart) + tone_gain(clusters[k].luminance,\n"
+    "                clusters[k].tones,\n"
+    "                                                      luminance, tones);\n"
+    "        if (gain <= best) continue;\n"
+    "        best = gain;\n"
+    "        precise float threshold = low + float(bin + 1) / scale;\n"
+    "        clusters[k].threshold = threshold;\n"
+    "    }\n"
+    "    clusters[k].gain = best;\n"
+    "}\n"
+    "int largest_gain(int count, out float top)\n"
+    "{\n"
+    "    float best = 0.0;\n"
+    "    int at = -1;\n"
+    "    for (int k = lane; k < count; k += GROUP) {\n"
+    "        if (at >= 0 && clusters[k].gain <= best) continue;\n"
+    "        best = clusters[k].gain;\n"
+    "        at = k;\n"
+    "    }\n"
+    "    return largest(best, at, top);\n"
+    "}\n";
+
+static const char lightprobe__glsl_divide[] =
+    "layout(location = 16) uniform float tolerance;\n"
+    "float gain_bound(int k)\n"
+    "{\n"
+    "    precise float tones = clusters[k].tones, luminance = clusters[k].luminance;\n"
+    "    precise float mean2 = luminance > BLACK ? tones / luminance * tones : 0.0;\n"
+    "    precise float g = cluster_error(k) + 0.5 * (clusters[k].tones2 - mean2);\n"
+    "    return g;\n"
+    "}\n"
+    "void split_cluster(int k, int fresh)\n"
+    "{\n"
+    "    int i = clusters[k].first, end = i + clusters[k].count;\n"
+    "    sum near_part = nothing, far_part = nothing;\n"
+    "    while (i < end) {\n"
+    "        int index = order[i];\n"
+    "        if (along(k, index) < clusters[k].threshold) {\n"
+    "            add_leaf(index, near_part);\n"
+    "            i++;\n"
+    "        } else {\n"
+    "            add_leaf(index, far_part);\n"
+    "            leaves[index].cluster = fresh;\n"
+    "            order[i] = order[--end];\n"
+    "            order[end] = index;\n"
+    "        }\n"
+    "    }\n"
+    "    put_sum(k, near_part);\n"
+    "    put_sum(fresh, far_part);\n"
+    "    clusters[fresh].first = i;\n"
+    "    clusters[k].gain = gain_bound(k);\n"
+    "    clusters[fresh].gain = gain_bound(fresh);\n"
+    "    clusters[k].planned = clusters[fresh].planned = 0;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    if (is_black()) return;\n"
+    "    precise float left = 0.0;\n"
+    "    int count = cluster_count;\n"
+    "    for (int k = lane; k < count; k += GROUP) {\n"
+    "        clusters[k].planned = 0;\n"
+    "        clusters[k].gain = gain_bound(k);\n"
+    "    }\n"
+    "    sync();\n"
+    "    for (int k = 0; k < count; k++) left = left + cluster_error(k);\n"
+    "    while (count < LIGHTS && left > tolerance * total) {\n"
+    "        float top;\n"
+    "        int most = largest_gain(count, top);\n"
+    "        if (top <= 1e-7 * total) break;\n"
+    "        bool planned = clusters[most].planned != 0;\n"
+    "        if (planned) left = left - cluster_error(most);\n"
+    "        sync();\n"
+    "        if (lane == 0 && !planned) plan_split(most);\n"
+    "        if (lane == 0 && planned) {\n"
+    "            clear_cluster(count);\n"
+    "            split_cluster(most, count);\n"
+    "        }\n"
+    "        sync();\n"
+    "        if (!planned) continue;\n"
+    "        left = left + (cluster_error(most) + cluster_error(count));\n"
+    "        count++;\n"
+    "    }\n"
+    "    if (lane == 0) cluster_count = count;\n"
+    "}\n";
+
+static const char lightprobe__glsl_gather[] =
+    "// Lloyd's iteration; that nothing has moved need not be known.\n"
+    "void relax()\n"
+    "{\n"
+    "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
+    "        int own = leaves[i].cluster, to = own;\n"
+    "        float best = nearness(leaves[i].direction, leaves[i].tone, clusters[own].centre,\n"
+    "                              clusters[own].tone);\n"
+    "        for (int n = 0; n < clusters[own].near_count; n++) {\n"
+    "            int k = clusters[own].near[n];\n"
+    "            float s = nearness(leaves[i].direction, leaves[i].tone, clusters[k].centre,\n"
+    "                               clusters[k].tone);\n"
+    "            if (s <= best) continue;\n"
+    "            best = s;\n"
+    "            to = k;\n"
+    "        }\n"
+    "        leaves[i].cluster = to;\n"
+    "    }\n"
+    "    sync();\n"
+    "}\n"
+    "void find_near()\n"
+    "{\n"
+    "    for (int a = lane; a < cluster_count; a += GROUP) {\n"
+    "        float score[NEAR];\n"
+    "        int found[NEAR], n = 0;\n"
+    "        for (int b = 0; b < cluster_count; b++) {\n"
+    "            if (b == a || !(clusters[b].luminance > 0.0)) continue;\n"
+    "            float s = nearness(clusters[a].centre, clusters[a].tone, clusters[b].centre,\n"
+    "                               clusters[b].tone);\n"
+    "            if (n == NEAR && s <= score[NEAR - 1]) continue;\n"
+    "            int at = n < NEAR ? n++ : NEAR - 1;\n"
+    "            for (; at > 0; at--) {\n"
+    "                if (score[at - 1] >= s) break;\n"
+    "                score[at] = score[at - 1];\n"
+    "                found[at] = found[at - 1];\n"
+    "            }\n"
+    "            score[at] = s;\n"
+    "            found[at] = b;\n"
+    "        }\n"
+    "        for (int i = 0; i < n; i++) clusters[a].near[i] = found[i];\n"
+    "        clusters[a].near_count = n;\n"
+    "    }\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    if (is_black()) return;\n"
+    "    int rounds = goes_on() || again == 2 ? 0 : ROUNDS; // 2: have been done\n"
+    "    for (int round = 0; round <= rounds; round++) {\n"
+    "        if (round > 0) relax();\n"
+    "        sum_clusters();\n"
+    "        if (round == 0) find_near();\n"
+    "        sync();\n"
+    "    }\n"
+    "}\n";
+
+static const char lightprobe__glsl_respend[] =
+    "layout(location = 16) uniform float tolerance;\n"
+    "shared ivec2 cheapest;\n"
+    "// Of the clusters of this lane; at: the first of the two, or -1.\n"
+    "float cheapest_merge(int not_this, out ivec2 pair, out int at)\n"
+    "{\n"
+    "    const float most = 3.402823466e38;\n"
+    "    float least = most;\n"
+    "    at = -1;\n"
+    "    for (int a = lane; a < cluster_count; a += GROUP) {\n"
+    "        if (clusters[a].changed != 0 || a == not_this) continue;\n"
+    "        for (int n = 0; n < clusters[a].near_count; n++) {\n"
+    "            int b = clusters[a].near[n];\n"
+    "            if (clusters[b].changed != 0 || b == not_this) continue;\n"
+    "            precise vec3 vector = clusters[a].vector + clusters[b].vector;\n"
+    "            precise float luminance = clusters[a].luminance + clusters[b].luminance;\n"
+    "            precise float tones = clusters[a].tones + clusters[b].tones;\n"
+    "            precise double apart = length_of(clusters[a].vector) +\n"
+    "                    length_of(clusters[b].vector);\n"
+    "            precise double gone = apart - length_of(vector);\n"
+    "            precise float cost = float(gone) + tone_gain(luminance, tones,\n"
+    "                    clusters[a].luminance,\n"
+    "                                                         clusters[a].tones);\n"
+    "            if (cost >= least) continue;\n"
+    "            least = cost;\n"
+    "            at = a;\n"
+    "            pair = clusters[a].luminance >= clusters[b].luminance ? ivec2(a, b) : ivec2(b,\n"
+    "                    a);\n"
+    "        }\n"
+    "    }\n"
+    "    return least;\n"
+    "}\n"
+    "void swap_clusters(ivec2 pair, int from)\n"
+    "{\n"
+    "    int first = clusters[pair.y].first, end = first + clusters[pair.y].count;\n"
+    "    for (int at = first; at < end; at++) leaves[order[at]].cluster = pair.x;\n"
+    "    first = clusters[from].first;\n"
+    "    end = first + clusters[from].count;\n"
+    "    for (int at = first; at < end; at++)\n"
+    "        if (along(from, order[at]) >= clusters[from].threshold)\n"
+    "            leaves[order[at]].cluster = pair.y;\n"
+    "    clusters[pair.x].changed = clusters[pair.y].changed = clusters[from].changed = 1;\n"
+    "    clusters[pair.x].gain = clusters[pair.y].gain = clusters[from].gain = 0.0;\n"
+    "    clusters[pair.y].id = -1;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    if (is_black() || !goes_on()) return;\n"
+    "    sort_leaves();\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        clusters[k].changed = 0;\n"
+    "        plan_split(k);\n"
+    "    }\n"
+    "    sync();\n"
+    "    precise float all = 0.0;\n"
+    "    for (int k = 0; k < cluster_count; k++) all = all + cluster_error(k);\n"
+    "    for (int swaps = cluster_count / 4; swaps >= 0; swaps--) {\n"
+    "        float gain, top;\n"
+    "        int most = largest_gain(cluster_count, gain), at;\n"
+    "        ivec2 pair = ivec2(0);\n"
+    "        float least = cheapest_merge(most, pair, at);\n"
+    "        int first = largest(-least, at, top);\n"
+    "        if (first < 0) break;\n"
+    "        if (at == first) cheapest = pair;\n"
+    "        sync();\n"
+    "        precise float cost = -top, more = all + cost;\n"
+    "        precise float limit = 1e-5 * total + 4.0 * cost, enough = 0.8 * tolerance * total;\n"
+    "        bool spare = more < enough;\n"
+    "        if (!spare && gain < limit) break;\n"
+    "        if (lane == 0) {\n"
+    "            if (spare) clusters[most].count = 0;\n"
+    "            swap_clusters(cheapest, most);\n"
+    "        }\n"
+    "        all = more;\n"
+    "        sync();\n"
+    "    }\n"
+    "}\n";
+
+static const char lightprobe__glsl_write[] =
+    "layout(location = 16) uniform float min_share;\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING + 4) coherent buffer result {\n"
+    "    int count, repaired_texels;\n"
+    "    float error;\n"
+    "    vec4 total, residual;\n"
+    "    lightprobe_light lights[];\n"
+    "} made;\n"
+    "struct region {\n"
+    "    dvec3 flux, vector, squares, products;\n"
+    "    double luminance, solid_angle;\n"
+    "};\n"
+    "void add_to_region(int i, inout region r)\n"
+    "{\n"
+    "    precise double f = double(leaves[i].luminance), m =\n"
+    "            f > 0.0lf ? double(leaves[i].strength) / f : 0.0lf;\n"
+    "    precise double spread = 0.5lf * f * (1.0lf - m * m), by = f * m * m - spread, fm =\n"
+    "            f * m;\n"
+    "    precise dvec3 d = dvec3(leaves[i].direction), bd = by * d;\n"
+    "    precise dvec3 flux = r.flux + dvec3(leaves[i].flux), vector = r.vector + fm * d;\n"
+    "    precise dvec3 squares = r.squares + (bd * d + spread), products = r.products +\n"
+    "            bd * d.yzx;\n"
+    "    precise double luminance = r.luminance + f;\n"
+    "    precise double solid_angle = r.solid_angle + double(leaves[i].solid_angle);\n"
+    "    r = region(flux, vector, squares, products, luminance, solid_angle);\n"
+    "}\n"
+    "double form(region r, dvec3 a, dvec3 b)\n"
+    "{\n"
+    "    dvec3 s = r.squares, p = r.products; // xx yy zz, xy yz zx\n"
+    "    precise double f = a.x * (s.x * b.x + p.x * b.y + p.z * b.z) +\n"
+    "                       a.y * (p.x * b.x + s.y * b.y + p.y * b.z) +\n"
+    "                       a.z * (p.z * b.x + p.y * b.y + s.z * b.z);\n"
+    "    return f;\n"
+    "}\n"
+    "vec4 rgb_of(dvec3 sum)\n"
+    "{\n"
+    "    const double most = 3.4028234663852885981e38lf;\n"
+    "    precise dvec3 rgb = sum / double(SCALE);\n"
+    "    return vec4(vec3(clamp(rgb, -most, most)), 0.0);\n"
+    "}\n"
+    "float half_size(double variance)\n"
+    "{\n"
+    "    precise double sine2 = 3.0lf * variance;\n"
+    "    precise double tan2 = sine2 > 0.0lf ? sine2 / (1.0lf - sine2) : 0.0lf;\n"
+    "    return sine2 < 16.0lf / 17.0lf ? float(sqrt(tan2)) : 4.0;\n"
+    "}\n"
+    "void frame_of(dvec3 d, out dvec3 e, out dvec3 f)\n"
+    "{\n"
+    "    double x = abs(d.x), y = abs(d.y), z = abs(d.z);\n"
+    "    int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);\n"
+    "    double dk = k == 0 ? d.x : k == 1 ? d.y : d.z;\n"
+    "    precise double scale = 1.0lf / sqrt(1.0lf - dk * dk);\n"
+    "    dvec3 unit = dvec3(k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0);\n"
+    "    precise dvec3 a = (unit - dk * d) * scale;\n"
+    "    precise dvec3 b = dvec3(d.y * a.z - d.z * a.y, d.z * a.x - d.x * a.z,\n"
+    "            d.x * a.y - d.y * a.x);\n"
+    "    e = a;\n"
+    "    f = b;\n"
+    "}\n"
+    "void write_light(int i, region r)\n"
+    "{\n"
+    "    precise double l = sqrt(r.vector.x * r.vector.x + r.vector.y * r.vector.y +\n"
+    "                            r.vector.z * r.vector.z);\n"
+    "    precise dvec3 d = dvec3(0.0lf, 1.0lf, 0.0lf), e, f;\n"
+    "    if (l > 1e-9lf * r.luminance) d = r.vector / l;\n"
+    "    frame_of(d, e, f);\n"
+    "    precise double a = form(r, e, e), b = form(r, e, f), c = form(r, f, f), middle =\n"
+    "            0.5lf * (a + c);\n"
+    "    precise double wide = sqrt(0.25lf * (a - c) * (a - c) + b * b);\n"
+    "    precise double cos2 = wide > 0.0lf ? 0.5lf * (a - c) / wide : 1.0lf;\n"
+    "    precise double cosine = sqrt(0.5lf * (1.0lf + cos2));\n"
+    "    precise double sine = (b < 0.0lf ? -1.0lf : 1.0lf) * sqrt(0.5lf * (1.0lf - cos2));\n"
+    "    precise dvec3 u = cosine * e + sine * f, v = cosine * f - sine * e;\n"
+    "    precise double cos_alpha = 2.0lf * l / r.luminance - 1.0lf;\n"
+    "    made.lights[i].direction = vec3(d);\n"
+    "    made.lights[i].axis_u = vec3(u);\n"
+    "    made.lights[i].axis_v = vec3(v);\n"
+    "    made.lights[i].irradiance = rgb_of(r.flux).rgb;\n"
+    "    made.lights[i].tan_half_u = half_size((middle + wide) / r.luminance);\n"
+    "    made.lights[i].tan_half_v = half_size((middle - wide) / r.luminance);\n"
+    "    made.lights[i].solid_angle = float(r.solid_angle / double(SCALE));\n"
+    "    made.lights[i].cos_alpha = cos_alpha < 1.0lf ? float(cos_alpha) : 1.0;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    if (lane == 0) {\n"
+    "        made.count = 0;\n"
+    "        made.repaired_texels = repaired;\n"
+    "        made.error = 0.0;\n"
+    "        made.total = made.residual = rgb_of(sum_of_all);\n"
+    "        repaired = 0;\n"
+    "    }\n"
+    "    if (is_black()) return;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        precise double luminance = 0.0lf;\n"
+    "        for (int i = 0; i < leaf_count; i++)\n"
+    "            if (leaves[i].cluster == k) luminance = luminance +\n"
+    "                    double(leaves[i].luminance);\n"
+    "        bright[k] = luminance >= double(min_share * total) ? luminance : 0.0lf;\n"
+    "    }\n"
+    "    sync();\n"
+    "    // Brightest first unless they go on from previous ones.\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        int at = 0;\n"
+    "        for (int j = 0; j < cluster_count; j++) {\n"
+    "            bool before =\n"
+    "                    goes_on() || bright[j] == bright[k] ? j < k : bright[j] > bright[k];\n"
+    "            at += bright[j] > 0.0lf && before ? 1 : 0;\n"
+    "        }\n"
+    "        if (bright[k] > 0.0lf) rank[at] = k;\n"
+    "    }\n"
+    "    int count = 0, next_id = 0;\n"
+    "    for (int k = 0; k < cluster_count; k++) {\n"
+    "        count += bright[k] > 0.0lf ? 1 : 0;\n"
+    "        if (clusters[k].id < 2147479551) next_id = max(next_id, clusters[k].id + 1);\n"
+    "    }\n"
+    "    sync();\n"
+    "    for (int i = lane; i < count; i += GROUP) {\n"
+    "        int k = rank[i], fresh = 0;\n"
+    "        for (int j = 0; j < i; j++) fresh += clusters[rank[j]].id < 0 ? 1 : 0;\n"
+    "        region r = region(dvec3(0.0lf), dvec3(0.0lf), dvec3(0.0lf), dvec3(0.0lf), 0.0lf,\n"
+    "                0.0lf);\n"
+    "        for (int j = 0; j < leaf_count; j++) if (leaves[j].cluster == k) add_to_region(j,\n"
+    "                r);\n"
+    "        write_light(i, r);\n"
+    "        made.lights[i].id = clusters[k].id < 0 ? next_id + fresh : clusters[k].id;\n"
+    "    }\n"
+    "    sync();\n"
+    "    if (lane != 0) return;\n"
+    "    precise float left = 0.0;\n"
+    "    precise dvec3 rest = sum_of_all;\n"
+    "    for (int k = 0; k < cluster_count; k++) left = left + cluster_error(k);\n"
+    "    left = left / total;\n"
+    "    precise dvec3 carried = dvec3(0.0lf);\n"
+    "    for (int i = 0; i < count; i++) carried = carried + dvec3(made.lights[i].irradiance);\n"
+    "    rest = sum_of_all - carried * double(SCALE);\n"
+    "    made.count = count;\n"
+    "    made.error = max(left, 0.0);\n"
+    "    made.residual = rgb_of(rest);\n"
+    "}\n";
+#if defined __GNUC__
+#pragma GCC diagnostic pop
+#endif
+
+const char *lightprobe_glsl_lights(void)
+{
+    return lightprobe__glsl_lights;
+}
+
+static void lightprobe__log(const lightprobe_gl *gl, const char *what, const char *detail)
+{
+    if (!gl->desc.log) return;
+    char line[256];
+    snprintf(line, sizeof line, "lightprobe: %s%s", what, detail ? detail : "");
+    gl->desc.log(gl->desc.user, line);
+}
+
+static int lightprobe__get(const lightprobe_gl *gl, lightprobe__glenum name)
+{
+    int value[4] = {0}; // four: some drivers write more than one
+    gl->f.GetIntegerv(name, value);
+    return value[0];
+}
+
+// Errors since the last call. Bounded: a lost context reports one forever.
+static lightprobe__glenum lightprobe__take_error(const lightprobe_gl *gl)
+{
+    lightprobe__glenum first = 0;
+    for (int i = 0; i < 16; i++) {
+        const lightprobe__glenum e = gl->f.GetError();
+        if (!e) break;
+        if (!first) first = e;
+    }
+    return first;
+}
+
+static lightprobe_result lightprobe__load(lightprobe_gl *gl)
+{
+    const char *missing = NULL;
+#define LIGHTPROBE__GL_LOAD(result, name, parameters)               \
+    {                                                               \
+        const lightprobe_gl_function f = gl->desc.load("gl" #name); \
+        memcpy(&gl->f.name, &f, sizeof f);                          \
+        if (!f && !missing) missing = "gl" #name;                   \
+    }
+    LIGHTPROBE__GL_FUNCTIONS(LIGHTPROBE__GL_LOAD)
+#undef LIGHTPROBE__GL_LOAD
+    if (gl->f.GetIntegerv && gl->f.GetString && gl->f.GetError) {
+        const char *text = (const char *)gl->f.GetString(LIGHTPROBE__GL_VERSION);
+        const int version = lightprobe__get(gl, LIGHTPROBE__GL_MAJOR_VERSION) * 10 +
+                            lightprobe__get(gl, LIGHTPROBE__GL_MINOR_VERSION);
+        if (!text || !strncmp(text, "OpenGL ES", 9) || version < 45) {
+            lightprobe__log(gl, "OpenGL 4.5 is needed, this context is ",
+                            text ? text : "not current");
+            return LIGHTPROBE_ERROR_GL_VERSION;
+        }
+    }
+    if (missing) {
+        lightprobe__log(gl, "OpenGL 4.5 is needed, the loader does not find ", missing);
+        return LIGHTPROBE_ERROR_GL_VERSION;
+    }
+    return LIGHTPROBE_OK;
+}
+
+// Shader or program: passes the whole log on.
+static void lightprobe__log_all(const lightprobe_gl *gl, unsigned name, int program,
+                                const char *what)
+{
+    int length = 0;
+    (program ? gl->f.GetProgramiv : gl->f.GetShaderiv)(name, LIGHTPROBE__GL_INFO_LOG_LENGTH,
+                                                       &length);
+    lightprobe__log(gl, "cannot build ", what);
+    if (!gl->desc.log || length <= 1 || length > 1 << 20) return;
+    char *text = (char *)LIGHTPROBE_MALLOC((size_t)length + 1);
+    if (!text) return;
+    memset(text, 0, (size_t)length + 1);
+    (program ? gl->f.GetProgramInfoLog : gl->f.GetShaderInfoLog)(name, length, NULL, text);
+    gl->desc.log(gl->desc.user, text);
+    LIGHTPROBE_FREE(text);
+}
+
+static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
+                                                   const char *defines)
+{
+    static const char *const names[] = {
+        "lightprobe tiles",  "lightprobe halve",  "lightprobe leaves",  "lightprobe start",
+        "lightprobe divide", "lightprobe gather", "lightprobe respend", "lightprobe write"};
+    static const char *const bodies[] = {lightprobe__glsl_tiles,   lightprobe__glsl_halve,
+                                         lightprobe__glsl_leaves,  lightprobe__glsl_start,
+                                         lightprobe__glsl_divide,  lightprobe__glsl_gather,
+                                         lightprobe__glsl_respend, lightprobe__glsl_write};
+    const int plans = which == LIGHTPROBE__DIVIDE || which == LIGHTPROBE__RESPEND;
+    const char *const text[] = {"#version 450 core\n",
+                                defines,
+                                lightprobe__glsl_text,
+                                lightprobe__glsl_lights,
+                                lightprobe__glsl_numbers,
+                                lightprobe__glsl_cells,
+                                which < LIGHTPROBE__LEAF ? "" : lightprobe__glsl_work,
+                                plans ? lightprobe__glsl_plan : "",
+                                bodies[which]};
+    const lightprobe__gl_functions *f = &gl->f;
+    int good = 0;
+    const unsigned shader = f->CreateShader(LIGHTPROBE__GL_COMPUTE_SHADER);
+    const unsigned program = gl->program[which] = f->CreateProgram();
+    if (!shader || !program) {
+        if (shader) f->DeleteShader(shader);
+        lightprobe__log(gl, "no shader or program object for ", names[which]);
+        return LIGHTPROBE_ERROR_GL;
+    }
+    f->ShaderSource(shader, 9, text, NULL);
+    f->CompileShader(shader);
+    f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
+    if (good) {
+        f->AttachShader(program, shader);
+        f->LinkProgram(program);
+        f->GetProgramiv(program, LIGHTPROBE__GL_LINK_STATUS, &good);
+        if (!good) lightprobe__log_all(gl, program, 1, names[which]);
+        f->ObjectLabel(LIGHTPROBE__GL_PROGRAM, program, -1, names[which]);
+    } else {
+        lightprobe__log_all(gl, shader, 0, names[which]);
+    }
+    f->DeleteShader(shader);
+    return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
+}
+
+static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
+{
+    char defines[512];
+    int at = snprintf(defines, sizeof defines, "const int first_cell[] = int[](");
+    for (int level = 0; level <= gl->top; level++)
+        at += snprintf(defines + at, sizeof defines - (size_t)at, "%d%s", gl->first_cell[level],
+                       level < gl->top ? ", " : ");\n");
+    snprintf(defines + at, sizeof defines - (size_t)at,
+             "#define SIDE %d\n#define TILES %d\n#define TOP %d\n#define LIGHTS %d\n"
+             "#define LEAVES %d\n#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
+             gl->desc.side, lightprobe__level_side(gl->desc.side, LIGHTPROBE__TILE_LEVEL), gl->top,
+             gl->desc.max_lights, LIGHTPROBE__LEAVES(gl->desc.max_lights) + LIGHTPROBE__MORE_LEAVES,
+             gl->desc.first_buffer_binding, gl->desc.first_texture_unit);
+    for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++) {
+        const lightprobe_result r = lightprobe__build_program(gl, i, defines);
+        if (r) return r;
+    }
+    gl->f.ProgramUniform1f(gl->program[LIGHTPROBE__DIVIDE], 16, gl->desc.tolerance);
+    gl->f.ProgramUniform1f(gl->program[LIGHTPROBE__RESPEND], 16, gl->desc.tolerance);
+    gl->f.ProgramUniform1f(gl->program[LIGHTPROBE__WRITE], 16, gl->desc.min_share);
+    return LIGHTPROBE_OK;
+}
+
+static int lightprobe__create_buffer(lightprobe_gl *gl, int which, size_t bytes, const void *data,
+                                     unsigned flags)
+{
+    static const char *const names[] = {"lightprobe lights", "lightprobe tables",
+                                        "lightprobe cells", "lightprobe work",
+                                        "lightprobe lights for the CPU"};
+    if (bytes > (size_t)lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE)) return 0;
+    gl->f.CreateBuffers(1, &gl->buffer[which]);
+    if (!gl->buffer[which]) return 0;
+    gl->f.NamedBufferStorage(gl->buffer[which], (ptrdiff_t)bytes, data, flags);
+    gl->f.ObjectLabel(LIGHTPROBE__GL_BUFFER, gl->buffer[which], -1, names[which]);
+    return 1;
+}
+
+// A counter of repaired texels, and the weights of a quarter face's texels as the CPU has them.
+static lightprobe_result lightprobe__create_tables(lightprobe_gl *gl)
+{
+    lightprobe__work w;
+    memset(&w, 0, sizeof w);
+    w.side = gl->desc.side;
+    w.half = (w.side + 1) / 2;
+    const size_t quarter = (size_t)w.half * (size_t)w.half;
+    const size_t bytes = (1 + 2 * quarter) * sizeof(float);
+    float *memory = (float *)LIGHTPROBE_MALLOC(bytes);
+    if (!memory) {
+        lightprobe__log(gl, "no memory", NULL);
+        return LIGHTPROBE_ERROR_MEMORY;
+    }
+    memory[0] = 0;
+    w.omega = memory + 1;
+    w.weight = w.omega + quarter;
+    lightprobe__make_tables(&w);
+    const int good = lightprobe__create_buffer(gl, LIGHTPROBE__TABLES, bytes, memory, 0);
+    LIGHTPROBE_FREE(memory);
+    return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
+}
+
+static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl, size_t cells)
+{
+    const lightprobe__gl_functions *f = &gl->f;
+    const size_t lights = (size_t)gl->desc.max_lights;
+    const size_t leaves = LIGHTPROBE__LEAVES(lights) + LIGHTPROBE__MORE_LEAVES;
+    gl->slot_bytes = sizeof(lightprobe__gl_header) + lights * sizeof(lightprobe__gl_light);
+    gl->slot_bytes = (gl->slot_bytes + 255) & ~(size_t)255; // the coarsest alignment GL allows
+    const size_t ring = LIGHTPROBE__SLOTS * gl->slot_bytes;
+    lightprobe_result r = lightprobe__create_tables(gl);
+    if (r == LIGHTPROBE_ERROR_MEMORY) return r;
+    if (!r &&
+        (!lightprobe__create_buffer(gl, LIGHTPROBE__LIGHTS, ring, NULL, 0) ||
+         !lightprobe__create_buffer(gl, LIGHTPROBE__PYRAMID, cells * 32, NULL, 0) ||
+         !lightprobe__create_buffer(gl, LIGHTPROBE__WORK,
+                                    leaves * (64 + 4) + lights * (112 + 8 + 4) + 64, NULL, 0) ||
+         !lightprobe__create_buffer(gl, LIGHTPROBE__MAPPED, ring, NULL, LIGHTPROBE__GL_MAP_READ)))
+        r = LIGHTPROBE_ERROR_GL;
+    if (!r) {
+        f->CreateSamplers(1, &gl->sampler);
+        if (!gl->sampler) r = LIGHTPROBE_ERROR_GL;
+    }
+    lightprobe__glenum error = lightprobe__take_error(gl);
+    if (!r && !error) {
+        f->SamplerParameteri(gl->sampler, LIGHTPROBE__GL_TEXTURE_MAG_FILTER,
+                             LIGHTPROBE__GL_NEAREST);
+        f->ObjectLabel(LIGHTPROBE__GL_SAMPLER, gl->sampler, -1, "lightprobe texels");
+        gl->mapped = (const char *)f->MapNamedBufferRange(gl->buffer[LIGHTPROBE__MAPPED], 0,
+                                                          (ptrdiff_t)ring, LIGHTPROBE__GL_MAP_READ);
+        error = lightprobe__take_error(gl);
+    }
+    if (r || error || !gl->mapped) {
+        lightprobe__log(gl, "no storage for this side and so many lights: ",
+                        error == LIGHTPROBE__GL_OUT_OF_MEMORY ? "out of memory"
+                                                              : "the driver refuses it");
+        return LIGHTPROBE_ERROR_GL;
+    }
+    return LIGHTPROBE_OK;
+}
+
+// Defaults filled in.
+static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
+{
+    lightprobe_gl_desc *d = &gl->desc;
+    static const float texel[3] = {0, 0, 0};
+    lightprobe_cube cube = {{texel, texel, texel, texel, texel, texel}, 0, 3};
+    lightprobe_settings s;
+    memset(&s, 0, sizeof s);
+    if (d->side == 0) d->side = 128;
+    if (d->max_lights == 0 && !(d->tolerance > 0))
+        s.tolerance = LIGHTPROBE_DEFAULT_TOLERANCE;
+    else
+        s.tolerance = d->tolerance;
+    cube.side = d->side;
+    s.max_lights = d->max_lights;
+    s.min_share = d->min_share;
+    lightprobe_result r = lightprobe__check(&cube, &s);
+    if (!r && (d->first_texture_unit < 0 || d->first_buffer_binding < 0))
+        r = LIGHTPROBE_ERROR_SETTINGS;
+    if (r) {
+        if (d->log) d->log(d->user, lightprobe_result_string(r));
+        return r;
+    }
+    if (d->max_lights == 0) d->max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
+    d->tolerance = s.tolerance < 1 ? s.tolerance : 1;
+    d->min_share = s.min_share < 1 ? s.min_share : 1;
+    return LIGHTPROBE_OK;
+}
+
+static lightprobe_result lightprobe__check_units(const lightprobe_gl *gl)
+{
+    if (gl->desc.first_texture_unit <
+            lightprobe__get(gl, LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) &&
+        gl->desc.first_buffer_binding + LIGHTPROBE__BINDINGS <=
+            lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS))
+        return LIGHTPROBE_OK;
+    lightprobe__log(gl, "first_texture_unit or first_buffer_binding is beyond this driver's", NULL);
+    return LIGHTPROBE_ERROR_SETTINGS;
+}
+
+lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_desc *desc)
+{
+    if (!gl || !desc || !desc->load) return LIGHTPROBE_ERROR_NULL;
+    lightprobe_gl *g = (lightprobe_gl *)LIGHTPROBE_MALLOC(sizeof *g);
+    if (!g) {
+        if (desc->log) desc->log(desc->user, "lightprobe: no memory");
+        return LIGHTPROBE_ERROR_MEMORY;
+    }
+    memset(g, 0, sizeof *g);
+    g->desc = *desc;
+    lightprobe_result r = lightprobe__check_desc(g);
+    if (!r) r = lightprobe__load(g);
+    if (r) {
+        LIGHTPROBE_FREE(g);
+        return r;
+    }
+    if (lightprobe__take_error(g))
+        lightprobe__log(g, "a GL error was pending before lightprobe_gl_create", NULL);
+    size_t cells = 0;
+    for (g->top = LIGHTPROBE__TILE_LEVEL;; g->top++) {
+        const size_t n = (size_t)lightprobe__level_side(g->desc.side, g->top);
+        g->first_cell[g->top] = (int)cells;
+        cells += 6 * n * n;
+        if (n == 1) break;
+    }
+    r = lightprobe__check_units(g);
+    if (!r) r = lightprobe__build_programs(g);
+    if (!r) r = lightprobe__create_storage(g, cells);
+    if (r) {
+        lightprobe_gl_destroy(g);
+        return r;
+    }
+    *gl = g;
+    return LIGHTPROBE_OK;
+}
+
+void lightprobe_gl_destroy(lightprobe_gl *gl)
+{
+    if (!gl) return;
+    const lightprobe__gl_functions *f = &gl->f;
+    // Mesa forgets the generic binding too when a buffer with an indexed binding is deleted.
+    const int generic = lightprobe__get(gl, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
+    int ours = 0;
+    for (int i = 0; i < LIGHTPROBE__SLOTS; i++)
+        if (gl->fence[i]) f->DeleteSync(gl->fence[i]);
+    for (int i = 0; i < LIGHTPROBE__BUFFERS; i++) {
+        if (gl->buffer[i]) f->DeleteBuffers(1, &gl->buffer[i]); // which also unmaps it
+        ours |= (int)gl->buffer[i] == generic;
+    }
+    if (!ours) f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+    if (gl->sampler) f->DeleteSamplers(1, &gl->sampler);
+    for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++)
+        if (gl->program[i]) f->DeleteProgram(gl->program[i]);
+    LIGHTPROBE_FREE(gl);
+}
+
+// What our own dispatches displace.
+typedef struct lightprobe__gl_bindings {
+    int program, active, texture, sampler, generic, buffer[LIGHTPROBE__BINDINGS];
+    int64_t start[LIGHTPROBE__BINDINGS], size[LIGHTPROBE__BINDINGS];
+} lightprobe__gl_bindings;
+
+static void lightprobe__save_bindings(const lightprobe_gl *gl, lightprobe__gl_bindings *b)
+{
+    const lightprobe__gl_functions *f = &gl->f;
+    b->program = lightprobe__get(gl, LIGHTPROBE__GL_CURRENT_PROGRAM);
+    b->active = lightprobe__get(gl, LIGHTPROBE__GL_ACTIVE_TEXTURE);
+    f->ActiveTexture(LIGHTPROBE__GL_TEXTURE0 + (unsigned)gl->desc.first_texture_unit);
+    b->texture = lightprobe__get(gl, LIGHTPROBE__GL_TEXTURE_BINDING_CUBE_MAP);
+    b->sampler = lightprobe__get(gl, LIGHTPROBE__GL_SAMPLER_BINDING);
+    b->generic = lightprobe__get(gl, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
+    for (int i = 0; i < LIGHTPROBE__BINDINGS; i++) {
+        const unsigned at = (unsigned)(gl->desc.first_buffer_binding + i);
+        f->GetIntegeri_v(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING, at, &b->buffer[i]);
+        f->GetInteger64i_v(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START, at, &b->start[i]);
+        f->GetInteger64i_v(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE, at, &b->size[i]);
+    }
+}
+
+static void lightprobe__restore_bindings(const lightprobe_gl *gl, const lightprobe__gl_bindings *b)
+{
+    const lightprobe__gl_functions *f = &gl->f;
+    for (int i = 0; i < LIGHTPROBE__BINDINGS; i++) {
+        const unsigned at = (unsigned)(gl->desc.first_buffer_binding + i);
+        const unsigned buffer = (unsigned)b->buffer[i];
+        if (buffer && b->size[i] > 0)
+            f->BindBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, at, buffer,
+                               (ptrdiff_t)b->start[i], (ptrdiff_t)b->size[i]);
+        else
+            f->BindBufferBase(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, at, buffer);
+    }
+    f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (unsigned)b->generic);
+    f->BindTexture(LIGHTPROBE__GL_TEXTURE_CUBE_MAP, (unsigned)b->texture);
+    f->BindSampler((unsigned)gl->desc.first_texture_unit, (unsigned)b->sampler);
+    f->ActiveTexture((lightprobe__glenum)b->active);
+    f->UseProgram((unsigned)b->program);
+}
+
+// The texture's mip level of our side, counted from its base level; -1 if there is none.
+static int lightprobe__find_mip(const lightprobe_gl *gl, unsigned texture)
+{
+    const lightprobe__gl_functions *f = &gl->f;
+    int target = 0, base = 0;
+    if (!texture || !f->IsTexture(texture)) return -1;
+    f->GetTextureParameteriv(texture, LIGHTPROBE__GL_TEXTURE_TARGET, &target);
+    if (target != LIGHTPROBE__GL_TEXTURE_CUBE_MAP) return -1;
+    f->GetTextureParameteriv(texture, LIGHTPROBE__GL_TEXTURE_BASE_LEVEL, &base);
+    for (int level = base; level < LIGHTPROBE__LEVELS; level++) {
+        int width = 0;
+        f->GetTextureLevelParameteriv(texture, level, LIGHTPROBE__GL_TEXTURE_WIDTH, &width);
+        if (width == gl->desc.side) return level - base;
+    }
+    return -1;
+}
+
+static void lightprobe__dispatch(const lightprobe_gl *gl, int which, unsigned side, unsigned faces)
+{
+    gl->f.UseProgram(gl->program[which]);
+    gl->f.DispatchCompute(side, side, faces);
+    // In brackets: windows.h may have a macro of that name.
+    (gl->f.MemoryBarrier)(LIGHTPROBE__GL_STORAGE_BARRIER | LIGHTPROBE__GL_UPDATE_BARRIER);
+}
+
+static ptrdiff_t lightprobe__slot(const lightprobe_gl *gl, unsigned number)
+{
+    return (ptrdiff_t)(number % LIGHTPROBE__SLOTS * gl->slot_bytes);
+}
+
+static void lightprobe__bind(const lightprobe_gl *gl, unsigned texture, int mip)
+{
+    const lightprobe__gl_functions *f = &gl->f;
+    const unsigned first = (unsigned)gl->desc.first_buffer_binding;
+    const unsigned ring = gl->buffer[LIGHTPROBE__LIGHTS];
+    const ptrdiff_t bytes = (ptrdiff_t)gl->slot_bytes;
+    f->BindTexture(LIGHTPROBE__GL_TEXTURE_CUBE_MAP, texture); // the unit is active
+    f->BindSampler((unsigned)gl->desc.first_texture_unit, gl->sampler);
+    // Without mipmaps where they are not needed: they may be incomplete.
+    f->SamplerParameteri(gl->sampler, LIGHTPROBE__GL_TEXTURE_MIN_FILTER,
+                         mip ? LIGHTPROBE__GL_NEAREST_MIPMAP_NEAREST : LIGHTPROBE__GL_NEAREST);
+    f->ProgramUniform1f(gl->program[LIGHTPROBE__TILES], 14, (float)mip);
+    f->ProgramUniform1f(gl->program[LIGHTPROBE__LEAF], 14, (float)mip);
+    f->BindBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, first, ring,
+                       lightprobe__slot(gl, gl->updates - 1), bytes);
+    for (unsigned i = LIGHTPROBE__TABLES; i <= LIGHTPROBE__WORK; i++)
+        f->BindBufferBase(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, first + i, gl->buffer[i]);
+    f->BindBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, first + 4, ring,
+                       lightprobe__slot(gl, gl->updates), bytes);
+}
+
+lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture)
+{
+    if (!gl) return LIGHTPROBE_ERROR_NULL;
+    const lightprobe__gl_functions *f = &gl->f;
+    const int mip = lightprobe__find_mip(gl, cube_texture);
+    if (mip < 0) {
+        lightprobe__log(gl, "this is no cube-map texture with a level of the side asked for", NULL);
+        return LIGHTPROBE_ERROR_TEXTURE;
+    }
+    lightprobe__gl_bindings saved;
+    lightprobe__save_bindings(gl, &saved);
+    gl->updates++;
+    lightprobe__bind(gl, cube_texture, mip);
+    for (int level = LIGHTPROBE__TILE_LEVEL; level <= gl->top; level++) {
+        const unsigned groups = (unsigned)(lightprobe__level_side(gl->desc.side, level) + 7) / 8;
+        const int first = level == LIGHTPROBE__TILE_LEVEL;
+        if (!first) f->ProgramUniform1i(gl->program[LIGHTPROBE__HALVE], 15, level);
+        lightprobe__dispatch(gl, first ? LIGHTPROBE__TILES : LIGHTPROBE__HALVE, groups, 6);
+    }
+    for (int i = LIGHTPROBE__LEAF; i < LIGHTPROBE__PROGRAMS; i++) {
+        if (i == LIGHTPROBE__RESPEND && !gl->again) continue;
+        if (i != LIGHTPROBE__LEAF) f->ProgramUniform1i(gl->program[i], 15, gl->again);
+        lightprobe__dispatch(gl, i, 1, 1);
+        if (i != LIGHTPROBE__RESPEND) continue;
+        f->ProgramUniform1i(gl->program[LIGHTPROBE__GATHER], 15, 2); // sums of what has changed
+        lightprobe__dispatch(gl, LIGHTPROBE__GATHER, 1, 1);
+    }
+    gl->again = 1;
+    lightprobe__restore_bindings(gl, &saved);
+    const ptrdiff_t at = lightprobe__slot(gl, gl->updates);
+    void **fence = gl->fence + gl->updates % LIGHTPROBE__SLOTS;
+    f->CopyNamedBufferSubData(gl->buffer[LIGHTPROBE__LIGHTS], gl->buffer[LIGHTPROBE__MAPPED], at,
+                              at, (ptrdiff_t)gl->slot_bytes);
+    if (*fence) f->DeleteSync(*fence);
+    *fence = f->FenceSync(LIGHTPROBE__GL_SYNC_COMPLETE, 0);
+    if (*fence) f->ObjectPtrLabel(*fence, -1, "lightprobe lights are written");
+    return LIGHTPROBE_OK;
+}
+
+void lightprobe_gl_restart(lightprobe_gl *gl)
+{
+    if (gl) gl->again = 0;
+}
+
+lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl, int as_read)
+{
+    lightprobe_gl_range range = {0, 0, 0};
+    if (!gl) return range;
+    range.buffer = gl->buffer[LIGHTPROBE__LIGHTS];
+    range.offset = lightprobe__slot(gl, as_read && gl->given ? gl->given : gl->updates);
+    range.bytes = (ptrdiff_t)gl->slot_bytes;
+    return range;
+}
+
+// Number of the newest update that has finished; 0: none.
+static unsigned lightprobe__newest(const lightprobe_gl *gl, int wait)
+{
+    for (unsigned age = 0; age < LIGHTPROBE__SLOTS && age < gl->updates; age++) {
+        void *fence = gl->fence[(gl->updates - age) % LIGHTPROBE__SLOTS];
+        const uint64_t nanoseconds = wait && age == 0 ? 10000000000u : 0;
+        const lightprobe__glenum state =
+            fence ? gl->f.ClientWaitSync(fence, LIGHTPROBE__GL_SYNC_FLUSH, nanoseconds) : 0;
+        if (state == LIGHTPROBE__GL_ALREADY_SIGNALED || state == LIGHTPROBE__GL_CONDITION_SATISFIED)
+            return gl->updates - age;
+        if (wait) break;
+    }
+    return 0;
+}
+
+lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_light *lights,
+                                     int *light_count, lightprobe_stats *stats)
+{
+    if (!gl || !lights || !light_count) return LIGHTPROBE_ERROR_NULL;
+    const unsigned number = lightprobe__newest(gl, wait);
+    if (!number) return LIGHTPROBE_ERROR_NOT_READY;
+    const char *slot = gl->mapped + lightprobe__slot(gl, number);
+    lightprobe__gl_header h;
+    memcpy(&h, slot, sizeof h);
+    gl->given = number;
+    if (h.count > gl->desc.max_lights) h.count = gl->desc.max_lights; // the array's room
+    for (int i = 0; i < h.count; i++) {
+        lightprobe__gl_light from;
+        lightprobe_light *to = lights + i;
+        memcpy(&from, slot + sizeof h + (size_t)i * sizeof from, sizeof from);
+        memcpy(to->direction, from.direction, sizeof to->direction);
+        memcpy(to->axis_u, from.axis_u, sizeof to->axis_u);
+        memcpy(to->axis_v, from.axis_v, sizeof to->axis_v);
+        memcpy(to->irradiance, from.irradiance, sizeof to->irradiance);
+        to->tan_half_u = from.tan_half_u;
+        to->tan_half_v = from.tan_half_v;
+        to->solid_angle = from.solid_angle;
+        to->cos_alpha = from.cos_alpha;
+        to->id = from.id;
+    }
+    *light_count = h.count;
+    if (!stats) return LIGHTPROBE_OK;
+    memcpy(stats->total, h.total, sizeof stats->total);
+    memcpy(stats->residual, h.residual, sizeof stats->residual);
+    stats->error = h.error;
+    stats->lights = h.count;
+    stats->repaired_texels = h.repaired_texels;
+    return LIGHTPROBE_OK;
+}
+
+#endif // LIGHTPROBE_NO_GL
 
 #ifdef __cplusplus
 }

@@ -46,5 +46,6 @@ extern const test_case lightprobe_tests[];
 extern const test_case files_tests[];
 extern const test_case glsl_tests[];
 extern const test_case gl_tests[];
+extern const test_case lightprobe_gl_tests[];
 
 #endif

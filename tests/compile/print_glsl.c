@@ -9,7 +9,8 @@
 
 int main(void)
 {
-    printf("#version 450 core\n%s%s", mssm_glsl_math(), lightprobe_glsl_math());
+    printf("#version 450 core\n%s%s%s", mssm_glsl_math(), lightprobe_glsl_math(),
+           lightprobe_glsl_lights());
     printf("layout(local_size_x = 1) in;\nvoid main() {}\n");
     return 0;
 }

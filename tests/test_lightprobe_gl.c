@@ -1,0 +1,713 @@
+// The OpenGL half of lightprobe.h: the lights of the CPU half, whatever the probe and whatever state
+// the caller is in, nothing left behind, whatever fails.
+#include "gl_fakes.h"
+#include "gl_state.h"
+#include "oracle_lightprobe.h"
+#include "test.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../examples/common/gl_context.h"
+
+enum { MOST = 256 };
+
+// ---- A context, and a loader that watches fences -------------------------------------------------
+
+static gl_context context;
+static int living_fences;
+static bool map_fails;
+static struct {
+    void *(GL_CALL *FenceSync)(GLenum condition, GLbitfield flags);
+    void(GL_CALL *DeleteSync)(void *fence);
+} sync;
+
+static void *GL_CALL watch_FenceSync(GLenum condition, GLbitfield flags)
+{
+    living_fences++;
+    return sync.FenceSync(condition, flags);
+}
+
+static void GL_CALL watch_DeleteSync(void *fence)
+{
+    living_fences--;
+    sync.DeleteSync(fence);
+}
+
+static void *GL_CALL no_map(GLuint buffer, GLintptr offset, GLsizeiptr size, GLbitfield access)
+{
+    (void)buffer, (void)offset, (void)size, (void)access;
+    return NULL;
+}
+
+static lightprobe_gl_function load(const char *name)
+{
+    const lightprobe_gl_function f = gl_fakes_load(name);
+    if (!f) return NULL;
+    if (!strcmp(name, "glFenceSync")) {
+        memcpy(&sync.FenceSync, &f, sizeof f);
+        return (lightprobe_gl_function)watch_FenceSync;
+    }
+    if (!strcmp(name, "glDeleteSync")) {
+        memcpy(&sync.DeleteSync, &f, sizeof f);
+        return (lightprobe_gl_function)watch_DeleteSync;
+    }
+    if (map_fails && !strcmp(name, "glMapNamedBufferRange")) return (lightprobe_gl_function)no_map;
+    return f;
+}
+
+static bool begin_gl(void)
+{
+    const char *why;
+    gl_fakes_reset();
+    gl_fakes_forget_living();
+    if (gl_context_create(&context, &why)) {
+        gl_fakes_watch();
+        return true;
+    }
+    CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", why);
+    test_skip("%s", why);
+    return false;
+}
+
+static void nothing_is_left(const char *after)
+{
+    char text[200];
+    CHECK(!gl_fakes_living(false, text, sizeof text), "left after %s:%s", after, text);
+    CHECK(!gl_fakes_living_memory(), "memory left after %s", after);
+    CHECK(!living_fences, "%d fences left after %s", living_fences, after);
+    const GLenum error = gl.GetError();
+    CHECK(error == GL_NO_ERROR, "GL error 0x%04X left after %s", error, after);
+}
+
+static void end_gl(void)
+{
+    nothing_is_left("the test");
+    CHECK(!fakes.debug_messages, "the driver said: %s", fakes.debug_message);
+    CHECK(!fakes.bad_logs, "%d shaders or programs with a log", fakes.bad_logs);
+    gl_context_destroy(&context);
+    gl_fakes_reset();
+}
+
+// ---- Both halves side by side --------------------------------------------------------------------
+
+static lightprobe_gl_desc description(int side, int max_lights)
+{
+    lightprobe_gl_desc d;
+    memset(&d, 0, sizeof d);
+    d.load = load;
+    d.side = side;
+    d.max_lights = max_lights;
+    d.log = gl_fakes_log;
+    d.user = &fakes;
+    return d;
+}
+
+static GLuint new_texture(int levels, int side)
+{
+    GLuint texture;
+    gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &texture);
+    gl.TextureStorage2D(texture, levels, GL_RGB32F, side, side);
+    return texture;
+}
+
+static void upload(GLuint texture, int level, const test_probe *p)
+{
+    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    for (int face = 0; face < 6; face++)
+        gl.TextureSubImage3D(texture, level, 0, 0, face, p->side, p->side, 1, GL_RGB, GL_FLOAT,
+                             p->face[face]);
+}
+
+typedef struct lights {
+    lightprobe_light light[MOST];
+    lightprobe_stats stats;
+    int count;
+} lights;
+
+typedef struct subject {
+    lightprobe_gl *gl;
+    lightprobe_gl_desc desc;
+    GLuint texture;
+    void *scratch;
+    lights cpu, gpu;
+    double direction, energy; // largest differences
+    int frames, same;         // lights that are the same bit for bit
+    int all;
+} subject;
+
+static bool make_subject(subject *s, const lightprobe_gl_desc *d)
+{
+    memset(s, 0, sizeof *s);
+    s->desc = *d;
+    const lightprobe_result r = lightprobe_gl_create(&s->gl, d);
+    CHECK(!r, "%s: %s", lightprobe_result_string(r), fakes.message);
+    if (r) return false;
+    s->texture = new_texture(1, d->side);
+    s->scratch = malloc(lightprobe_scratch_bytes(d->side, d->max_lights));
+    return true;
+}
+
+static void drop_subject(subject *s)
+{
+    lightprobe_gl_destroy(s->gl);
+    gl.DeleteTextures(1, &s->texture);
+    free(s->scratch);
+}
+
+// (1 + e) (1 - e) - 1 is 0 where the product is rounded, and -e^2 where it is fused with the sum.
+static bool rounds_alike(void)
+{
+    volatile float a = 1 + FLT_EPSILON, b = 1 - FLT_EPSILON, c = -1;
+    const float x = a, y = b, z = c, sum = x * y + z;
+    return !(sum < 0) && sizeof(void *) > 4;
+}
+
+static double apart(const float *a, const float *b, double unit)
+{
+    double sum = 0;
+    for (int i = 0; i < 3; i++) sum += pow((double)a[i] - (double)b[i], 2);
+    return sqrt(sum) / unit;
+}
+
+static void compare(subject *s, const char *what)
+{
+    const lights *a = &s->cpu, *b = &s->gpu;
+    const double all =
+        (double)a->stats.total[0] + (double)a->stats.total[1] + (double)a->stats.total[2] + 1e-30;
+    CHECK(apart(a->stats.total, b->stats.total, all) < 1e-6, "%s: total", what);
+    CHECK(apart(a->stats.residual, b->stats.residual, all) < 1e-6, "%s: residual", what);
+    CHECK(a->stats.repaired_texels == b->stats.repaired_texels, "%s: %d texels repaired, not %d",
+          what, b->stats.repaired_texels, a->stats.repaired_texels);
+    CHECK(b->stats.lights == b->count, "%s: %d lights in stats", what, b->stats.lights);
+    if (!rounds_alike()) return; // then decisions differ
+    CHECK(a->count == b->count, "%s: %d lights, not %d", what, b->count, a->count);
+    CHECK(fabs((double)(a->stats.error - b->stats.error)) <= 1e-6, "%s: error %g, not %g", what,
+          (double)b->stats.error, (double)a->stats.error);
+    for (int i = 0; i < a->count && i < b->count; i++) {
+        const lightprobe_light *c = &a->light[i], *g = &b->light[i];
+        const double brightness = apart(c->irradiance, (float[3]){0, 0, 0}, 1);
+        const double energy = apart(c->irradiance, g->irradiance, brightness);
+        const double direction = apart(c->direction, g->direction, 1);
+        s->direction = fmax(s->direction, direction);
+        s->energy = fmax(s->energy, energy);
+        s->all++;
+        s->same += !memcmp(c, g, sizeof *c);
+        CHECK(direction <= 1e-4 && energy <= 1e-5, "%s: light %d is %g off, its energy %g", what, i,
+              direction, energy);
+        CHECK(apart(c->axis_u, g->axis_u, 1) < 1e-3 && apart(c->axis_v, g->axis_v, 1) < 1e-3 &&
+                  fabs((double)(c->tan_half_u - g->tan_half_u)) < 1e-4 &&
+                  fabs((double)(c->tan_half_v - g->tan_half_v)) < 1e-4 &&
+                  fabs((double)(c->cos_alpha - g->cos_alpha)) < 1e-5 &&
+                  fabs((double)(c->solid_angle - g->solid_angle)) < 1e-5,
+              "%s: light %d has another shape", what, i);
+        CHECK(c->id == g->id, "%s: light %d has id %d, not %d", what, i, g->id, c->id);
+    }
+}
+
+// One frame: both halves go on from their own lights unless told to start afresh.
+static void frame(subject *s, const test_probe *p, bool afresh, const char *what)
+{
+    const lightprobe_cube cube = test_probe_cube(p);
+    lightprobe_settings settings;
+    memset(&settings, 0, sizeof settings);
+    settings.max_lights = s->desc.max_lights;
+    settings.tolerance = s->desc.tolerance;
+    settings.min_share = s->desc.min_share;
+    settings.previous = afresh ? NULL : s->cpu.light;
+    settings.previous_count = afresh ? 0 : s->cpu.count;
+    lightprobe_result r = lightprobe_extract(
+        &cube, &settings, s->scratch, lightprobe_scratch_bytes(s->desc.side, s->desc.max_lights),
+        s->cpu.light, &s->cpu.count, &s->cpu.stats);
+    CHECK(!r, "%s: %s", what, lightprobe_result_string(r));
+    if (afresh) lightprobe_gl_restart(s->gl);
+    upload(s->texture, 0, p);
+    r = lightprobe_gl_update(s->gl, s->texture);
+    if (!r) r = lightprobe_gl_read(s->gl, 1, s->gpu.light, &s->gpu.count, &s->gpu.stats);
+    CHECK(!r, "%s: %s", what, lightprobe_result_string(r));
+    s->frames++;
+    compare(s, what);
+}
+
+static void note(const subject *s)
+{
+    test_note("side %d: %d frames, %d of %d lights the same bit for bit, worst direction %.2g, "
+              "energy %.2g",
+              s->desc.side, s->frames, s->same, s->all, s->direction, s->energy);
+}
+
+// ---- 1. Parity -----------------------------------------------------------------------------------
+
+static void lights_are_the_cpus(void)
+{
+    static const char *const names[3] = {"interior_128", "city_sun_128", "overcast_128"};
+    const lightprobe_gl_desc d = description(128, 32);
+    subject s;
+    char what[60];
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        for (int scene = 0; scene < SCENE_COUNT; scene++) {
+            test_probe p = test_scene_probe((test_scene)scene, d.side);
+            frame(&s, &p, true, test_scene_names[scene]);
+            test_probe_free(&p);
+        }
+        for (int i = 0; i < 3; i++) {
+            test_probe p = test_probe_load(names[i]);
+            if (p.side) frame(&s, &p, true, names[i]);
+            for (int step = 1; p.side && step < 9; step++) { // ids included
+                test_probe turned = test_probe_turned(&p, step * 0.0043633, step * 0.001);
+                snprintf(what, sizeof what, "%s, %d steps of 0.25 degrees", names[i], step);
+                frame(&s, &turned, false, what);
+                test_probe_free(&turned);
+            }
+            test_probe_free(&p);
+        }
+        note(&s);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+typedef void (*spoil_function)(test_probe *p, uint64_t *seed);
+
+static float *any_texel(test_probe *p, uint64_t *seed)
+{
+    return p->face[(int)test_range(seed, 0, 6)] + (int)test_range(seed, 0, 3.0 * p->side * p->side);
+}
+
+static void fill(test_probe *p, float value)
+{
+    for (int i = 0; i < 18 * p->side * p->side; i++)
+        p->face[i / (3 * p->side * p->side)][i % (3 * p->side * p->side)] = value;
+}
+
+static void spoil_negative(test_probe *p, uint64_t *seed)
+{
+    for (int i = 0; i < 9 * p->side; i++) *any_texel(p, seed) *= -1;
+}
+
+static void spoil_nan(test_probe *p, uint64_t *seed)
+{
+    for (int i = 0; i < 9 * p->side; i++) *any_texel(p, seed) = i % 2 ? NAN : -INFINITY;
+}
+
+static void spoil_infinite(test_probe *p, uint64_t *seed)
+{
+    for (int i = 0; i < 9 * p->side; i++) *any_texel(p, seed) = INFINITY;
+}
+
+static void spoil_black(test_probe *p, uint64_t *seed)
+{
+    (void)seed;
+    fill(p, 0);
+}
+
+static void spoil_constant(test_probe *p, uint64_t *seed)
+{
+    (void)seed;
+    fill(p, 0.75f);
+}
+
+static void spoil_hot(test_probe *p, uint64_t *seed)
+{
+    fill(p, 1e-3f);
+    *any_texel(p, seed) = 1e6f;
+}
+
+static void spoil_alone(test_probe *p, uint64_t *seed)
+{
+    fill(p, 0);
+    *any_texel(p, seed) = 3;
+}
+
+static void spoil_huge(test_probe *p, uint64_t *seed)
+{
+    for (int i = 0; i < 40; i++) *any_texel(p, seed) = FLT_MAX;
+}
+
+static void spoil_all(test_probe *p, uint64_t *seed)
+{
+    (void)seed;
+    fill(p, NAN);
+}
+
+static void hostile_probes_agree(void)
+{
+    static const struct {
+        const char *name;
+        spoil_function spoil;
+    } kinds[] = {
+        {"negative", spoil_negative}, {"NaN", spoil_nan},           {"infinite", spoil_infinite},
+        {"black", spoil_black},       {"constant", spoil_constant}, {"one hot texel", spoil_hot},
+        {"one texel", spoil_alone},   {"FLT_MAX", spoil_huge},      {"all NaN", spoil_all}};
+    static const int sides[] = {1, 5, 32};
+    uint64_t seed = 17;
+    char what[60];
+    if (!begin_gl()) return;
+    for (int i = 0; i < 3; i++) {
+        lightprobe_gl_desc d = description(sides[i], 20);
+        d.min_share = i == 1 ? 0.02f : 0;
+        d.tolerance = i == 2 ? 0.03f : 0;
+        subject s;
+        if (!make_subject(&s, &d)) continue;
+        for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+            test_probe p = test_scene_probe(SCENE_SKY_SUN, sides[i]);
+            kinds[k].spoil(&p, &seed);
+            for (int again = 0; again < 2; again++) { // a frame that goes on from whatever was
+                snprintf(what, sizeof what, "%s, side %d%s", kinds[k].name, sides[i],
+                         again ? ", afresh" : "");
+                frame(&s, &p, again, what);
+            }
+            test_probe_free(&p);
+        }
+        note(&s);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// A coarser level of a texture, of which the finer one is something else.
+static void side_chooses_the_level(void)
+{
+    const lightprobe_gl_desc d = description(32, 20);
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        test_probe p = test_scene_probe(SCENE_LAMPS, 32), other = test_scene_probe(SCENE_NOISE, 64);
+        const GLuint texture = new_texture(3, 64);
+        lights both[2];
+        upload(texture, 0, &other);
+        upload(texture, 1, &p);
+        upload(s.texture, 0, &p);
+        for (int i = 0; i < 2; i++) {
+            memset(&both[i], 0, sizeof both[i]);
+            lightprobe_gl_restart(s.gl);
+            CHECK(!lightprobe_gl_update(s.gl, i ? texture : s.texture), "%s", fakes.message);
+            lightprobe_gl_read(s.gl, 1, both[i].light, &both[i].count, &both[i].stats);
+        }
+        CHECK(both[0].count == 20 && !memcmp(&both[0], &both[1], sizeof both[0]), "other lights");
+        gl.DeleteTextures(1, &texture);
+        test_probe_free(&p);
+        test_probe_free(&other);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// So many that two of them hardly differ, and that a single thread would take too many steps.
+static void many_lights_agree(void)
+{
+    const lightprobe_gl_desc d = description(64, MOST);
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        test_probe p = test_scene_probe(SCENE_LAMPS, d.side);
+        for (int i = 0; i < 3; i++) frame(&s, &p, i == 0, "lamps");
+        test_probe_free(&p);
+        note(&s);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// ---- 2. What the shading sees --------------------------------------------------------------------
+
+static GLuint irradiance_program(void)
+{
+    static const char *const body =
+        "layout(local_size_x = 1) in;\n"
+        "layout(std430, binding = 1) writeonly buffer result { vec4 sums[]; };\n"
+        "void main()\n"
+        "{\n"
+        "    int i = int(gl_WorkGroupID.x);\n"
+        "    vec3 sum = lightprobe_residual.rgb / 4.0;\n"
+        "    vec3 normal = normalize(vec3(i % 3 - 1, i / 3 - 1, 0.5));\n"
+        "    for (int k = 0; k < lightprobe_count; k++) sum += lightprobe_irradiance(k, normal);\n"
+        "    sums[i] = vec4(sum, lightprobe_lights[0].id);\n"
+        "}\n";
+    const char *const text[] = {"#version 450 core\n#define LIGHTPROBE_BINDING 3\n",
+                                lightprobe_glsl_math(), lightprobe_glsl_lights(), body};
+    const GLuint shader = gl.CreateShader(GL_COMPUTE_SHADER), program = gl.CreateProgram();
+    char log[1000] = "";
+    gl.ShaderSource(shader, 4, text, NULL);
+    gl.CompileShader(shader);
+    gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
+    CHECK(!log[0], "%s", log);
+    gl.AttachShader(program, shader);
+    gl.LinkProgram(program);
+    gl.DeleteShader(shader);
+    return program;
+}
+
+static void check_shading(const subject *s, GLuint program, lightprobe_gl_range range)
+{
+    float sums[9][4];
+    GLuint result;
+    gl.CreateBuffers(1, &result);
+    gl.NamedBufferStorage(result, sizeof sums, NULL, 0);
+    gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, 3, range.buffer, range.offset, range.bytes);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, result);
+    gl.UseProgram(program);
+    gl.DispatchCompute(9, 1, 1);
+    gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl.GetNamedBufferSubData(result, 0, sizeof sums, sums);
+    gl.UseProgram(0);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, 0);
+    gl.DeleteBuffers(1, &result);
+    for (int i = 0; i < 9; i++) {
+        const double x = i % 3 - 1, y = i / 3 - 1, length = sqrt(x * x + y * y + 0.25);
+        double sum = (double)s->gpu.stats.residual[1] / 4;
+        for (int k = 0; k < s->gpu.count; k++) {
+            const lightprobe_light *l = &s->gpu.light[k];
+            const double cosine = ((double)l->direction[0] * x + (double)l->direction[1] * y +
+                                   (double)l->direction[2] * 0.5) /
+                                  length;
+            sum += (double)l->irradiance[1] *
+                   (double)lightprobe_disc_irradiance(l->cos_alpha, (float)cosine);
+        }
+        CHECK(fabs((double)sums[i][1] / sum - 1) < 1e-5, "normal %d: %g, not %g", i,
+              (double)sums[i][1], sum);
+        CHECK((int)sums[i][3] == s->gpu.light[0].id, "first id %g", (double)sums[i][3]);
+    }
+}
+
+// The CPU may be late, but what it was given stays where it says for two more updates.
+static void shading_and_cpu_see_the_same(void)
+{
+    const lightprobe_gl_desc d = description(32, 20);
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        const GLuint program = irradiance_program();
+        lights *g = &s.gpu;
+        CHECK(lightprobe_gl_read(s.gl, 0, g->light, &g->count, NULL) == LIGHTPROBE_ERROR_NOT_READY,
+              "lights before the first update");
+        for (int i = 0; i < 7; i++) {
+            test_probe p = test_scene_probe((test_scene)(i % SCENE_COUNT), d.side);
+            upload(s.texture, 0, &p);
+            test_probe_free(&p);
+            CHECK(!lightprobe_gl_update(s.gl, s.texture), "%s", fakes.message);
+            const lightprobe_result r =
+                lightprobe_gl_read(s.gl, i == 0 || i == 5, g->light, &g->count, &g->stats);
+            CHECK(!r || r == LIGHTPROBE_ERROR_NOT_READY, "%s", lightprobe_result_string(r));
+            if (!r) check_shading(&s, program, lightprobe_gl_lights(s.gl, 1));
+            if (i == 5) check_shading(&s, program, lightprobe_gl_lights(s.gl, 0));
+        }
+        for (int i = 0; i < 2; i++) lightprobe_gl_update(s.gl, s.texture);
+        gl.DeleteProgram(program);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// ---- 3. The caller's state -----------------------------------------------------------------------
+
+static gl_state before, after;
+
+static void same_state(const char *what)
+{
+    char text[800];
+    gl_state_take(&after);
+    const int n = gl_state_differences(&before, &after, NULL, text, sizeof text);
+    CHECK(!n, "%s changed %d: %s", what, n, text);
+}
+
+// Every call once; expected: what creating gives. shaders: also an update.
+static void call_all(lightprobe_gl_desc d, lightprobe_result expected, bool shaders,
+                     const char *what)
+{
+    lightprobe_gl *const nothing = (lightprobe_gl *)(void *)&d, *g = nothing;
+    lights l;
+    memset(&l, 0, sizeof l);
+    gl_state_take(&before);
+    const lightprobe_result r = lightprobe_gl_create(&g, &d);
+    CHECK(r == expected, "%s: \"%s\", not \"%s\"", what, lightprobe_result_string(r),
+          lightprobe_result_string(expected));
+    CHECK((r == LIGHTPROBE_OK) == (g != nothing), "%s: the pointer is %p", what, (void *)g);
+    CHECK(!r || (fakes.messages > 0 && fakes.message[0]), "%s: no message", what);
+    same_state(what);
+    if (!r) {
+        char text[200];
+        CHECK(!gl_fakes_living(true, text, sizeof text), "without a label:%s", text);
+        if (shaders) {
+            test_probe p = test_scene_probe(SCENE_LAMPS, d.side);
+            const GLuint texture = new_texture(1, d.side);
+            GLint buffer = 0, alignment = 0;
+            gl.GetIntegerv(0x88EF, &buffer); // GL_PIXEL_UNPACK_BUFFER_BINDING
+            gl.GetIntegerv(GL_UNPACK_ALIGNMENT, &alignment);
+            if (!buffer) upload(texture, 0, &p);
+            gl.PixelStorei(GL_UNPACK_ALIGNMENT, alignment);
+            for (int i = 0; i < 2; i++) {
+                gl_state_take(&before);
+                CHECK(!lightprobe_gl_update(g, texture), "%s: %s", what, fakes.message);
+                same_state("lightprobe_gl_update");
+                CHECK(!lightprobe_gl_read(g, 1, l.light, &l.count, &l.stats), "%s", what);
+                CHECK(buffer || l.count == d.max_lights, "%d lights", l.count);
+                same_state("lightprobe_gl_read");
+            }
+            gl.DeleteTextures(1, &texture);
+            test_probe_free(&p);
+        }
+        lightprobe_gl_destroy(g);
+        same_state("lightprobe_gl_destroy");
+    }
+    nothing_is_left(what);
+}
+
+static void state_is_left_as_found(void)
+{
+    lightprobe_gl_desc d = description(5, 20);
+    if (!begin_gl()) return;
+    call_all(d, LIGHTPROBE_OK, true, "usual state");
+    gl_unusual unusual;
+    gl_state_make_unusual(&unusual);
+    d.first_texture_unit = 3; // active, and others
+    d.first_buffer_binding = 2;
+    call_all(d, LIGHTPROBE_OK, true, "unusual state");
+    d.first_texture_unit = 20;
+    call_all(d, LIGHTPROBE_OK, true, "unusual state, another unit");
+    gl_state_make_usual(&unusual);
+    gl_state_free(&before);
+    gl_state_free(&after);
+    end_gl();
+}
+
+// ---- 4. Failures ---------------------------------------------------------------------------------
+
+static void failures_leave_nothing(void)
+{
+    const lightprobe_gl_desc d = description(5, 20);
+    const char *names[GL_FAKES_NAMES];
+    char what[60];
+    if (!begin_gl()) return;
+    call_all(d, LIGHTPROBE_OK, false, "nothing");
+    const gl_fakes all = fakes;
+    memcpy(names, fakes.names, sizeof names);
+    gl.DebugMessageCallback(NULL, NULL); // what follows from a failure may be an error
+    for (int i = 0; i < all.name_count; i++) {
+        gl_fakes_reset();
+        fakes.missing = names[i];
+        call_all(d, LIGHTPROBE_ERROR_GL_VERSION, false, names[i]);
+        CHECK(strstr(fakes.message, names[i]), "%s: the message is \"%s\"", names[i],
+              fakes.message);
+    }
+    for (int i = 1; i <= all.allocations; i++) {
+        gl_fakes_reset();
+        fakes.fail_allocation = i;
+        snprintf(what, sizeof what, "GL allocation %d", i);
+        call_all(d, LIGHTPROBE_ERROR_GL, false, what);
+    }
+    for (int i = 1; i <= all.mallocs; i++) {
+        gl_fakes_reset();
+        fakes.fail_malloc = i;
+        snprintf(what, sizeof what, "malloc %d", i);
+        call_all(d, LIGHTPROBE_ERROR_MEMORY, false, what);
+    }
+    for (int i = 1; i <= all.compiles + all.links; i++) {
+        gl_fakes_reset();
+        if (i <= all.compiles)
+            fakes.fail_compile = i;
+        else
+            fakes.fail_link = i - all.compiles;
+        snprintf(what, sizeof what, "shader or program %d", i);
+        call_all(d, LIGHTPROBE_ERROR_GL, false, what);
+    }
+    gl_fakes_reset();
+    map_fails = true;
+    call_all(d, LIGHTPROBE_ERROR_GL, false, "no mapping");
+    map_fails = false;
+    test_note("%d functions, %d allocations by GL, %d by malloc, %d shaders", all.name_count,
+              all.allocations, all.mallocs, all.compiles);
+    CHECK(all.name_count > 20 && all.allocations > 5 && all.mallocs > 1 && all.compiles > 2,
+          "hardly anything is seen");
+    gl_state_free(&before);
+    gl_state_free(&after);
+    gl_fakes_reset();
+    end_gl();
+}
+
+static void old_contexts_are_refused(void)
+{
+    static const struct {
+        int major, minor;
+        const char *version;
+    } contexts[] = {
+        {4, 4, "4.4 (Core Profile) Mesa 22.3.6"}, {3, 2, "OpenGL ES 3.2 Mesa 22.3.6"}, {9, 9, ""}};
+    if (!begin_gl()) return;
+    for (int i = 0; i < 3; i++) {
+        gl_fakes_reset();
+        fakes.major = contexts[i].major;
+        fakes.minor = contexts[i].minor;
+        fakes.version = contexts[i].version;
+        call_all(description(5, 4), LIGHTPROBE_ERROR_GL_VERSION, false, contexts[i].version);
+        CHECK(strstr(fakes.message, contexts[i].version), "\"%s\"", fakes.message);
+    }
+    gl_state_free(&before);
+    gl_state_free(&after);
+    gl_fakes_reset();
+    end_gl();
+}
+
+static void bad_arguments_are_refused(void)
+{
+    if (!begin_gl()) return;
+    lightprobe_gl *g = NULL;
+    lightprobe_gl_desc d = description(-1, 4);
+    call_all(d, LIGHTPROBE_ERROR_SIDE, false, "side -1");
+    call_all(description(8193, 4), LIGHTPROBE_ERROR_SIDE, false, "side 8193");
+    call_all(description(8, 5000), LIGHTPROBE_ERROR_LIGHTS, false, "5000 lights");
+    d = description(8, 4);
+    d.tolerance = -1;
+    call_all(d, LIGHTPROBE_ERROR_SETTINGS, false, "tolerance -1");
+    d = description(8, 4);
+    d.first_texture_unit = 1 << 20;
+    call_all(d, LIGHTPROBE_ERROR_SETTINGS, false, "unit 2^20");
+    d = description(8, 4);
+    d.first_buffer_binding = 1 << 20;
+    call_all(d, LIGHTPROBE_ERROR_SETTINGS, false, "binding 2^20");
+    d = description(8, 4);
+    d.load = NULL;
+    CHECK(lightprobe_gl_create(&g, &d) == LIGHTPROBE_ERROR_NULL && !g, "no loader");
+    CHECK(lightprobe_gl_create(NULL, &d) == LIGHTPROBE_ERROR_NULL, "no pointer");
+    CHECK(lightprobe_gl_update(NULL, 1) == LIGHTPROBE_ERROR_NULL, "no object");
+    lightprobe_gl_destroy(NULL);
+    lightprobe_gl_restart(NULL);
+    d = description(8, 4);
+    if (!lightprobe_gl_create(&g, &d)) {
+        GLuint flat, cube = new_texture(1, 16);
+        gl.CreateTextures(GL_TEXTURE_2D, 1, &flat);
+        gl.TextureStorage2D(flat, 1, GL_RGBA32F, 8, 8);
+        const GLuint textures[4] = {0, 12345, flat, cube};
+        for (int i = 0; i < 4; i++) {
+            gl_fakes_reset();
+            CHECK(lightprobe_gl_update(g, textures[i]) == LIGHTPROBE_ERROR_TEXTURE &&
+                      fakes.messages,
+                  "texture %d is taken", i);
+        }
+        CHECK(gl.GetError() == GL_NO_ERROR, "GL error");
+        gl.DeleteTextures(1, &flat);
+        gl.DeleteTextures(1, &cube);
+        lightprobe_gl_destroy(g);
+    }
+    gl_state_free(&before);
+    gl_state_free(&after);
+    end_gl();
+}
+
+const test_case lightprobe_gl_tests[] = {
+#if UINTPTR_MAX <= 0xffffffffu
+    {0, 0}, // as in test_glsl.c
+#endif
+    {"GL finds the CPU's lights of a probe, also frame after frame", lights_are_the_cpus},
+    {"GL finds the CPU's lights of hostile probes", hostile_probes_agree},
+    {"GL finds the CPU's lights where there are many", many_lights_agree},
+    {"GL reads a probe at the mip level of the side asked for", side_chooses_the_level},
+    {"GL: shading and CPU see the same lights of a probe", shading_and_cpu_see_the_same},
+    {"GL: finding lights leaves the caller's state as found", state_is_left_as_found},
+    {"GL: failures leave nothing of a probe behind", failures_leave_nothing},
+    {"GL below 4.5 is refused for probes", old_contexts_are_refused},
+    {"GL: bad arguments for probes are refused", bad_arguments_are_refused},
+    {0, 0}};
