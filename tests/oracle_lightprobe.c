@@ -34,13 +34,9 @@ test_probe test_probe_load(const char *name)
 {
     test_probe p = {0, {NULL}};
     const char *folder = getenv("SHARED_DATA");
-    const char *const folders[] = {folder ? folder : "../shared/data", "/work/shared/data"};
-    FILE *file = NULL;
-    for (int i = 0; i < 2 && !file; i++) {
-        char path[1000];
-        snprintf(path, sizeof path, "%s/probes/%s.pfm", folders[i], name);
-        file = fopen(path, "rb");
-    }
+    char path[1000];
+    snprintf(path, sizeof path, "%s/probes/%s.pfm", folder ? folder : "../shared/data", name);
+    FILE *file = fopen(path, "rb");
     int side, rows;
     float scale;
     if (file && fscanf(file, "PF %d %d %f", &side, &rows, &scale) == 3 && rows == 6 * side) {

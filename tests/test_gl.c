@@ -2137,8 +2137,9 @@ static bool have_validator(void)
 // Says what glslangValidator says about a shader, if anything.
 static void validate(const char *what, const char *extension, const char *text)
 {
-    char name[100], command[300], line[300];
-    snprintf(name, sizeof name, "/tmp/mssm_test_gl_%llx.%s",
+    char name[200], command[400], line[300];
+    const char *folder = getenv("TMPDIR");
+    snprintf(name, sizeof name, "%.100s/mssm_test_gl_%llx.%s", folder ? folder : ".",
              (unsigned long long)(uintptr_t)&name ^ (unsigned long long)resident_pages(),
              extension);
     FILE *f = fopen(name, "w");
