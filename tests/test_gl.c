@@ -2137,7 +2137,7 @@ static bool have_validator(void)
 // Says what glslangValidator says about a shader, if anything.
 static void validate(const char *what, const char *extension, const char *text)
 {
-    char name[200], command[400], line[300];
+    char name[200], command[600], line[300];
     const char *folder = getenv("TMPDIR");
     snprintf(name, sizeof name, "%.100s/mssm_test_gl_%llx.%s", folder ? folder : ".",
              (unsigned long long)(uintptr_t)&name ^ (unsigned long long)resident_pages(),
