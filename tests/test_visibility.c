@@ -766,7 +766,9 @@ static void better_depth_is_not_wasted(void)
     test_note("rms with 1 sample %.4f, 4 samples %.4f, front and back %.4f", one, four, back);
     if (!enough(test_trials(300))) return;
     CHECK(four < one, "4 samples");
-    CHECK(back < one, "front and back");
+    // Front faces alone have come down from .046 to .035 since back faces were first worth 5% of it, so
+    // what is held here is the error itself.
+    CHECK(back < one && back < 0.036, "front and back");
 }
 
 static void any_number_of_samples_is_one_map(void)
