@@ -111,6 +111,36 @@ other_targets()
     fi
 }
 
+# One OpenGL header of other people: how to write it in an #include, its Debian package. It need not be
+# clean itself, so it counts as a system header, and its own library is not linked.
+next_to()
+{
+    echo "#include $1" > "$lane/empty.c"
+    if ! cc -fsyntax-only "$lane/empty.c" 2> /dev/null; then
+        echo "skip next to $1: not there, apt-get install $2"
+        return
+    fi
+    for compiler in "cc -std=c99" "c++ -x c++ -std=c++11"; do
+        have "${compiler%% *}" || continue  # said elsewhere
+        for order in FIRST LAST; do
+            check "${compiler%% *}: next to $1, which comes $order" builds $compiler -O2 $warnings -I. \
+                -D$order -DOTHER="$1" -DGLFW_INCLUDE_GLCOREARB tests/compile/next_to.c
+        done
+    done
+}
+
+other_gl_headers()
+{
+    lane=$work/others
+    mkdir "$lane"
+    next_to "<GL/gl.h>" libgl-dev
+    next_to "<GL/glcorearb.h>" libgl-dev
+    next_to "<GL/glew.h>" libglew-dev
+    next_to "<SDL2/SDL_opengl.h>" libsdl2-dev
+    next_to "<epoxy/gl.h>" libepoxy-dev
+    next_to "<GLFW/glfw3.h>" libglfw3-dev
+}
+
 # glslangValidator prints the file's name in any case; what is left then is a warning or an error.
 validate_glsl()
 {
@@ -245,7 +275,7 @@ pages()
 
 # Two lanes, as most machines have two cores; each lane prints its lines in order.
 { family gcc g++ "gcc g++"; pages; } > "$work/first" 2>&1 &
-{ family clang clang++ "clang clang"; other_targets; } > "$work/second" 2>&1 &
+{ family clang clang++ "clang clang"; other_targets; other_gl_headers; } > "$work/second" 2>&1 &
 wait
 cat "$work/first" "$work/second"
 [ ! -e "$work/failed" ]

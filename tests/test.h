@@ -47,5 +47,6 @@ extern const test_case files_tests[];
 extern const test_case glsl_tests[];
 extern const test_case gl_tests[];
 extern const test_case lightprobe_gl_tests[];
+extern const test_case demo_tests[];
 
 #endif
