@@ -32,7 +32,15 @@ common = $(out)/libcommon.a
 glfw := $(strip $(shell pkg-config --libs glfw3 2>/dev/null))
 examples = $(patsubst examples/%.c,$(out)/%,$(filter-out $(if $(glfw),,examples/viewer.c),$(wildcard examples/*.c)))
 test_sources = $(filter-out tests/safe_bias.c $(wildcard tests/bench_*.c),$(wildcard tests/*.c))
-test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources))
+# tests/compare holds the rivals, which the tests use too, and two programs: report and its own files, and
+# measure, which is all the others.
+compare = $(patsubst %.c,$(out)/%.o,$(wildcard tests/compare/*.c))
+part = $(patsubst %,$(out)/tests/compare/%.o,$(1))
+rivals = $(call part,methods percentage_closer variance convolution)
+report_only = $(call part,report charts page claims summary svg)
+report_objects = $(filter $(report_only) $(call part,figures),$(compare))
+measure_objects = $(filter-out $(report_only),$(compare))
+test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals)
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
 
 all: $(examples)
@@ -58,7 +66,7 @@ bench: $(benches)
 clean:
 	rm -rf build
 
-$(out)/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h) Makefile
+$(out)/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h tests/compare/*.h) Makefile
 	@mkdir -p $(@D)
 	$(CC) $(ALL_CFLAGS) -c $< -o $@
 
@@ -76,6 +84,12 @@ $(out)/test: $(test_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 $(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(out)/tests/families.o $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+$(out)/measure: $(measure_objects) $(out)/tests/random.o $(out)/tests/oracle_lightprobe.o $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+$(out)/report: $(report_objects)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 .PHONY: all demo test test-binary glsl bias bench clean

@@ -48,5 +48,7 @@ extern const test_case glsl_tests[];
 extern const test_case gl_tests[];
 extern const test_case lightprobe_gl_tests[];
 extern const test_case demo_tests[];
+extern const test_case governor_tests[];
+extern const test_case compare_tests[];
 
 #endif

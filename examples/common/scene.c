@@ -7,10 +7,7 @@
 
 // ---- Growing the scene
 
-// Where a part stands: its local axes and origin in the world.
-typedef struct frame {
-    vec3 x, y, z, origin;
-} frame;
+typedef scene_frame frame;
 
 static vec3 frame_vector(const frame *f, vec3 v)
 {
@@ -22,8 +19,7 @@ static vec3 frame_point(const frame *f, vec3 p)
     return vec_add(f->origin, frame_vector(f, p));
 }
 
-// Turned about +Y first, then leaning by tilt about its own x axis.
-static frame frame_at(vec3 origin, float turn, float tilt)
+frame scene_frame_at(vec3 origin, float turn, float tilt)
 {
     const float c = cosf(tilt), s = sinf(tilt);
     const frame f = {vec_turn(vec(1, 0, 0), turn), vec_turn(vec(0, c, s), turn),
@@ -38,7 +34,7 @@ static void *grown(scene *s, void *array, int room, size_t size)
     return larger ? larger : array;
 }
 
-static int add_vertex(scene *s, vec3 position, vec3 normal)
+int scene_put_vertex(scene *s, vec3 position, vec3 normal)
 {
     if (s->vertices == s->vertex_room) {
         const int room = s->vertex_room * 2 + 1024;
@@ -58,7 +54,7 @@ static bool same(vec3 a, vec3 b)
 }
 
 // Triangles with two corners in one place, at poles and tips, are left out: their neighbours meet.
-static void add_triangle(scene *s, int a, int b, int c)
+void scene_put_triangle(scene *s, int a, int b, int c)
 {
     if (s->triangles == s->triangle_room) {
         const int room = s->triangle_room * 2 + 1024;
@@ -77,19 +73,18 @@ static void add_triangle(scene *s, int a, int b, int c)
 
 static void add_quad(scene *s, int a, int b, int c, int d)
 {
-    add_triangle(s, a, b, c);
-    add_triangle(s, a, c, d);
+    scene_put_triangle(s, a, b, c);
+    scene_put_triangle(s, a, c, d);
 }
 
-// What follows belongs to a new object of this colour.
-static void begin_object(scene *s, float r, float g, float b)
+void scene_begin_object(scene *s, float r, float g, float b)
 {
     s->albedo[s->objects++] = vec(r, g, b);
 }
 
 // ---- Shapes
 
-static void add_box(scene *s, const frame *f, vec3 half)
+void scene_put_box(scene *s, const frame *f, vec3 half)
 {
     for (int side = 0; side < 6; side++) {
         const float sign = side & 1 ? -1.0f : 1.0f;
@@ -100,7 +95,7 @@ static void add_box(scene *s, const frame *f, vec3 half)
         for (int i = 0; i < 4; i++) {
             const vec3 p =
                 vec_mad(vec_mad(n, u, i == 1 || i == 2 ? 1.0f : -1.0f), v, i >= 2 ? 1.0f : -1.0f);
-            corner[i] = add_vertex(s, frame_point(f, p), frame_vector(f, n));
+            corner[i] = scene_put_vertex(s, frame_point(f, p), frame_vector(f, n));
         }
         add_quad(s, corner[0], corner[1], corner[2], corner[3]);
     }
@@ -119,7 +114,7 @@ static void add_band(scene *s, const frame *f, const profile_point p[2],
         const float c = cosf(TAU * (float)i / (float)around),
                     d = sinf(TAU * (float)i / (float)around);
         for (int k = 0; k < 2; k++) {
-            add_vertex(
+            scene_put_vertex(
                 s, frame_point(f, vec(p[k].radius * c, p[k].height, p[k].radius * d)),
                 frame_vector(f, vec(normal[k].radius * c, normal[k].height, normal[k].radius * d)));
         }
@@ -141,7 +136,7 @@ static void add_lathe(scene *s, const frame *f, const profile_point *p, int poin
     }
 }
 
-static void add_sphere(scene *s, const frame *f, float radius, int rings)
+void scene_put_sphere(scene *s, const frame *f, float radius, int rings)
 {
     for (int i = 0; i < rings; i++) {
         profile_point p[2], normal[2];
@@ -182,7 +177,7 @@ static void add_tube(scene *s, const frame *f, float ring, float swing, float ra
         for (int k = 0; k < around; k++) {
             const float angle = TAU * (float)k / (float)around;
             const vec3 n = vec_mad(vec_scale(inward, cosf(angle)), side, sinf(angle));
-            add_vertex(s, frame_point(f, vec_mad(c, n, radius)), frame_vector(f, n));
+            scene_put_vertex(s, frame_point(f, vec_mad(c, n, radius)), frame_vector(f, n));
         }
     }
     for (int i = 0; i < along * around; i++) {
@@ -192,8 +187,7 @@ static void add_tube(scene *s, const frame *f, float ring, float swing, float ra
     }
 }
 
-// A bent leaf: two skins that meet in a sharp rim.
-static void add_leaf(scene *s, const frame *f, float length, float width)
+void scene_put_leaf(scene *s, const frame *f, float length, float width)
 {
     enum { ALONG = 24, ACROSS = 8, ROW = ACROSS + 1 };
     const float thickness = 0.012f;
@@ -209,8 +203,8 @@ static void add_leaf(scene *s, const frame *f, float length, float width)
                 // The bend is slight: its slopes make a normal good enough for shading.
                 const vec3 n = vec(-0.35f * (2 * u - 0.3f), 1, -v);
                 const float lift = thickness * (float)skin * open * (1 - v * v);
-                add_vertex(s, frame_point(f, vec_mad(bent, vec(0, 1, 0), lift)),
-                           vec_scale(frame_vector(f, n), (float)skin));
+                scene_put_vertex(s, frame_point(f, vec_mad(bent, vec(0, 1, 0), lift)),
+                                 vec_scale(frame_vector(f, n), (float)skin));
             }
         }
         for (int i = 0; i < ALONG * ACROSS; i++) {
@@ -267,8 +261,7 @@ static bool smooth_normals(const mesh *m, vec3 *normal)
     return true;
 }
 
-// Stands the mesh on the frame's origin, as large as fits under a height and within a radius.
-static void add_mesh(scene *s, const frame *f, const mesh *m, float radius, float height)
+void scene_put_mesh(scene *s, const frame *f, const mesh *m, float radius, float height)
 {
     vec3 low = m->position[0], high = low;
     vec3 *normal = malloc((size_t)m->vertices * sizeof *normal);
@@ -285,11 +278,11 @@ static void add_mesh(scene *s, const frame *f, const mesh *m, float radius, floa
     const int first = s->vertices;
     for (int i = 0; i < m->vertices && !s->failed; i++) {
         const vec3 p = vec_scale(vec_sub(m->position[i], foot), fit);
-        add_vertex(s, frame_point(f, p), frame_vector(f, normal[i]));
+        scene_put_vertex(s, frame_point(f, p), frame_vector(f, normal[i]));
     }
     for (int i = 0; i < m->triangles && !s->failed; i++) {
         const int *t = m->triangle[i];
-        add_triangle(s, first + t[0], first + t[1], first + t[2]);
+        scene_put_triangle(s, first + t[0], first + t[1], first + t[2]);
     }
     free(normal);
 }
@@ -300,8 +293,8 @@ static void add_ground(scene *s)
 {
     const profile_point slab[] = {{0, -0.16f},    {4.3f, -0.16f}, {4.4f, -0.06f},
                                   {4.4f, -0.02f}, {4.38f, 0},     {0, 0}};
-    const frame f = frame_at(vec(0, 0, 0), 0, 0);
-    begin_object(s, 0.66f, 0.63f, 0.60f);
+    const frame f = scene_frame_at(vec(0, 0, 0), 0, 0);
+    scene_begin_object(s, 0.66f, 0.63f, 0.60f);
     add_lathe(s, &f, slab, 6, 128);
 }
 
@@ -309,9 +302,10 @@ static void add_columns(scene *s)
 {
     const profile_point column[] = {{0, 0},       {0.2f, 0},      {0.2f, 0.1f},  {0.13f, 0.16f},
                                     {0.1f, 1.9f}, {0.17f, 2.02f}, {0.17f, 2.1f}, {0, 2.1f}};
-    begin_object(s, 0.78f, 0.75f, 0.70f);
+    scene_begin_object(s, 0.78f, 0.75f, 0.70f);
     for (int i = 0; i < 3; i++) {
-        const frame f = frame_at(vec(-3.05f + 0.95f * (float)i, 0, -1.0f - 0.75f * (float)i), 0, 0);
+        const frame f =
+            scene_frame_at(vec(-3.05f + 0.95f * (float)i, 0, -1.0f - 0.75f * (float)i), 0, 0);
         add_lathe(s, &f, column, 8, 40);
     }
 }
@@ -321,32 +315,33 @@ static void add_railing(scene *s)
 {
     const float turn = 0.86f;
     const vec3 middle = vec(-2.25f, 0.42f, 1.25f), along = vec_turn(vec(1, 0, 0), turn);
-    begin_object(s, 0.45f, 0.50f, 0.42f);
+    scene_begin_object(s, 0.45f, 0.50f, 0.42f);
     for (int i = 0; i < 9; i++) {
-        const frame f = frame_at(vec_mad(middle, along, 0.26f * ((float)i - 4)), turn, 0);
-        add_box(s, &f, vec(0.035f, 0.42f, 0.012f));
+        const frame f = scene_frame_at(vec_mad(middle, along, 0.26f * ((float)i - 4)), turn, 0);
+        scene_put_box(s, &f, vec(0.035f, 0.42f, 0.012f));
     }
     for (int i = 0; i < 2; i++) {
-        const frame f = frame_at(vec_add(middle, vec(0, 0.5f * (float)i - 0.24f, 0)), turn, 0);
-        add_box(s, &f, vec(1.2f, 0.025f, 0.018f));
+        const frame f =
+            scene_frame_at(vec_add(middle, vec(0, 0.5f * (float)i - 0.24f, 0)), turn, 0);
+        scene_put_box(s, &f, vec(1.2f, 0.025f, 0.018f));
     }
 }
 
 // A ring high above low blocks: shadows of a far and a near caster on top of each other.
 static void add_blocks_and_ring(scene *s, float phase)
 {
-    begin_object(s, 0.70f, 0.62f, 0.36f);
+    scene_begin_object(s, 0.70f, 0.62f, 0.36f);
     const float size[3] = {0.42f, 0.28f, 0.2f};
     const vec3 place[3] = {vec(3.0f, 0.24f, 0.45f), vec(2.45f, 0.16f, 1.0f),
                            vec(3.1f, 0.62f, 0.4f)};
     const float height[3] = {0.24f, 0.16f, 0.14f};
     for (int i = 0; i < 3; i++) {
-        const frame f = frame_at(place[i], 0.35f + 0.5f * (float)i, 0);
-        add_box(s, &f, vec(size[i], height[i], size[i]));
+        const frame f = scene_frame_at(place[i], 0.35f + 0.5f * (float)i, 0);
+        scene_put_box(s, &f, vec(size[i], height[i], size[i]));
     }
-    begin_object(s, 0.85f, 0.62f, 0.14f);
-    const frame ring = frame_at(vec(1.2f + 0.25f * sinf(phase), 1.6f + 0.15f * cosf(phase), -0.45f),
-                                0.5f + phase, 1.15f);
+    scene_begin_object(s, 0.85f, 0.62f, 0.14f);
+    const frame ring = scene_frame_at(
+        vec(1.2f + 0.25f * sinf(phase), 1.6f + 0.15f * cosf(phase), -0.45f), 0.5f + phase, 1.15f);
     add_tube(s, &ring, 0.52f, 0, 0.085f, 96, 20);
 }
 
@@ -354,34 +349,49 @@ static void add_centre(scene *s, float phase, const mesh *centre)
 {
     const profile_point pedestal[] = {{0, 0},         {0.78f, 0},     {0.78f, 0.07f}, {0.7f, 0.1f},
                                       {0.66f, 0.34f}, {0.72f, 0.37f}, {0.72f, 0.42f}, {0, 0.42f}};
-    const frame foot = frame_at(vec(-0.15f, 0, -0.2f), 0, 0);
-    begin_object(s, 0.60f, 0.56f, 0.54f);
+    const frame foot = scene_frame_at(vec(-0.15f, 0, -0.2f), 0, 0);
+    scene_begin_object(s, 0.60f, 0.56f, 0.54f);
     add_lathe(s, &foot, pedestal, 8, 72);
-    begin_object(s, 0.80f, 0.22f, 0.11f);
+    scene_begin_object(s, 0.80f, 0.22f, 0.11f);
     if (centre) {
-        const frame f = frame_at(vec(-0.15f, 0.42f, -0.2f), phase, 0);
-        add_mesh(s, &f, centre, 0.95f, 1.35f);
+        const frame f = scene_frame_at(vec(-0.15f, 0.42f, -0.2f), phase, 0);
+        scene_put_mesh(s, &f, centre, 0.95f, 1.35f);
     } else {
-        const frame f = frame_at(vec(-0.15f, 1.2f, -0.2f), 0.3f + phase, 0);
+        const frame f = scene_frame_at(vec(-0.15f, 1.2f, -0.2f), 0.3f + phase, 0);
         add_tube(s, &f, 0.44f, 0.2f, 0.135f, 240, 20);
     }
 }
 
 static void add_balls_and_leaves(scene *s, float phase)
 {
-    const frame large = frame_at(vec(1.25f, 0.45f, 1.3f), 0, 0);
-    const frame small = frame_at(vec(0.35f, 0.2f, 2.05f), 0, 0);
-    begin_object(s, 0.13f, 0.33f, 0.62f);
-    add_sphere(s, &large, 0.45f, 28);
-    begin_object(s, 0.82f, 0.80f, 0.78f);
-    add_sphere(s, &small, 0.2f, 20);
-    begin_object(s, 0.33f, 0.56f, 0.10f);
+    const frame large = scene_frame_at(vec(1.25f, 0.45f, 1.3f), 0, 0);
+    const frame small = scene_frame_at(vec(0.35f, 0.2f, 2.05f), 0, 0);
+    scene_begin_object(s, 0.13f, 0.33f, 0.62f);
+    scene_put_sphere(s, &large, 0.45f, 28);
+    scene_begin_object(s, 0.82f, 0.80f, 0.78f);
+    scene_put_sphere(s, &small, 0.2f, 20);
+    scene_begin_object(s, 0.33f, 0.56f, 0.10f);
     for (int i = 0; i < 4; i++) {
         const float k = (float)i, swing = 0.12f * sinf(phase + 1.7f * k);
-        const frame f = frame_at(vec(2.5f - 0.33f * k + swing, 0.25f + 0.3f * k, -1.3f - 0.15f * k),
-                                 0.8f + 1.3f * k, 0.25f + swing);
-        add_leaf(s, &f, 0.3f, 0.12f);
+        const frame f =
+            scene_frame_at(vec(2.5f - 0.33f * k + swing, 0.25f + 0.3f * k, -1.3f - 0.15f * k),
+                           0.8f + 1.3f * k, 0.25f + swing);
+        scene_put_leaf(s, &f, 0.3f, 0.12f);
     }
+}
+
+bool scene_end(scene *s)
+{
+    if (s->failed) {
+        scene_free(s);
+        return false;
+    }
+    s->low = s->high = s->position[0];
+    for (int i = 1; i < s->vertices; i++) {
+        s->low = vec_min(s->low, s->position[i]);
+        s->high = vec_max(s->high, s->position[i]);
+    }
+    return true;
 }
 
 bool scene_create(scene *s, float time, const mesh *centre)
@@ -394,16 +404,7 @@ bool scene_create(scene *s, float time, const mesh *centre)
     add_blocks_and_ring(s, phase);
     add_centre(s, phase, centre);
     add_balls_and_leaves(s, phase);
-    if (s->failed) {
-        scene_free(s);
-        return false;
-    }
-    s->low = s->high = s->position[0];
-    for (int i = 1; i < s->vertices; i++) {
-        s->low = vec_min(s->low, s->position[i]);
-        s->high = vec_max(s->high, s->position[i]);
-    }
-    return true;
+    return scene_end(s);
 }
 
 void scene_free(scene *s)

@@ -39,4 +39,28 @@ typedef struct scene {
 bool scene_create(scene *s, float time, const mesh *centre);
 void scene_free(scene *s);
 
+// Scenes of one's own: zero the struct, begin objects and put parts into them, end.
+
+// Where a part stands: its local axes and origin in the world.
+typedef struct scene_frame {
+    vec3 x, y, z, origin;
+} scene_frame;
+
+// Turned about +Y first, then leaning by tilt about its own x axis.
+scene_frame scene_frame_at(vec3 origin, float turn, float tilt);
+
+// What follows belongs to a new object of this colour; at most SCENE_OBJECTS of them.
+void scene_begin_object(scene *s, float r, float g, float b);
+void scene_put_box(scene *s, const scene_frame *f, vec3 half);
+void scene_put_sphere(scene *s, const scene_frame *f, float radius, int rings);
+// A bent leaf: two skins that meet in a sharp rim.
+void scene_put_leaf(scene *s, const scene_frame *f, float length, float width);
+// Stands the mesh on the frame's origin, as large as fits under a height and within a radius.
+void scene_put_mesh(scene *s, const scene_frame *f, const mesh *m, float radius, float height);
+// For other shapes, open ones too. Returns the vertex's index.
+int scene_put_vertex(scene *s, vec3 position, vec3 normal);
+void scene_put_triangle(scene *s, int a, int b, int c);
+// False, and nothing is kept, when memory ran out.
+bool scene_end(scene *s);
+
 #endif

@@ -40,6 +40,11 @@ double seconds_now(void)
     return (double)clock() / CLOCKS_PER_SEC;
 }
 
+int parallel_threads(void)
+{
+    return 1;
+}
+
 void parallel_for(int count, void (*work)(void *context, int index), void *context,
                   const char *label)
 {
@@ -76,15 +81,21 @@ static void *run(void *data)
     }
 }
 
+int parallel_threads(void)
+{
+    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    return cores < 1 ? 1 : cores < THREADS_MOST ? (int)cores : THREADS_MOST;
+}
+
 void parallel_for(int count, void (*work)(void *context, int index), void *context,
                   const char *label)
 {
     loop l = {work, context, label, count, 0, seconds_now(), 0};
     pthread_t thread[THREADS_MOST];
-    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    const int cores = parallel_threads();
     int started = 0;
     // The calling thread works too, so failing to start another only costs time.
-    while (started < cores - 1 && started < count - 1 && started < THREADS_MOST &&
+    while (started < cores - 1 && started < count - 1 &&
            pthread_create(&thread[started], NULL, run, &l) == 0) {
         started++;
     }

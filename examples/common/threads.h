@@ -8,6 +8,8 @@
 void parallel_for(int count, void (*work)(void *context, int index), void *context,
                   const char *label);
 
+int parallel_threads(void); // how many that are at most
+
 double seconds_now(void); // from an arbitrary start, never going back
 
 #endif

@@ -1,0 +1,65 @@
+// What the comparison measured: one line of docs/accuracy.csv a figure. measure.c writes them,
+// charts, tables and claims read them.
+#ifndef FIGURES_H
+#define FIGURES_H
+
+#include <stdbool.h>
+#include <stdio.h>
+
+enum { FIGURE_NAME = 48 };
+
+// experiment,scene,method,x,metric,value,low,high
+// value is a median (or the one value there is), low and high its spread (equal to it without one).
+typedef struct figure {
+    char experiment[FIGURE_NAME];  // see the list below
+    char scene[FIGURE_NAME];       // "all" for means over scenes
+    char method[FIGURE_NAME];
+    double x;                      // what the experiment sweeps
+    char metric[FIGURE_NAME];
+    double value, low, high;
+} figure;
+
+// experiment  x                           metrics
+// error       tangent of the half-angle   rms mean p99 ns        every method, scene and light size;
+//                                         scene "all": means over scenes, and rms_best_bias, with
+//                                         the best of all biases in each case
+// speed       tangent                     ns relative            scene "all"; times of the fastest
+// overall     0                           means over all scenes and light sizes: rms mean p99 ns
+//                                         relative rms_best_bias, bias (texels; of rivals),
+//                                         step_rms
+// kernel      widest kernel, texels       ns
+// side        side of the map             rms ns update_ms bytes
+// temporal    tangent                     step_rms               method "truth": the truth's own step
+// setting     0                           rms ns                 method: name of the setting, the
+//                                         first one "default"; scene "all"
+// lights      number of lights            irradiance_rms picture_rms (% of the mean), ms (extraction)
+//                                         maps_ms (all lights, all cores) shade_ns (a point, one
+//                                         core); scene: probe; methods "largest error first",
+//                                         "median cut", "point lights"
+// tolerance   tolerance, 0: 64 lights     lights picture_rms shade_ns; scene: probe
+// array       0                           ns, methods "6 moments, arrays, mssm.h" or "published";
+//                                         speedup, "6 moments, arrays"; scene: how it was compiled,
+//                                         "as built" or "vectorised"
+// bandwidth   side                        update_gbs copy_gbs share
+// picture     threads                     seconds lights         scene: size; methods "all" (from
+//                                         probe to picture) and "shading"
+// truth       as in the experiment        noise                  method: the experiment
+// gl          lights                      shade_ms frame_ms update_ms bytes reads dispatches
+
+typedef struct figures {
+    figure *list;
+    int count, room;
+} figures;
+
+// False when memory runs out, for a name that is too long and for a number that is not finite.
+bool figures_add(figures *f, const char *experiment, const char *scene, const char *method,
+                 double x, const char *metric, double value, double low, double high);
+// The only figure with all of that, or NULL. x is compared to 1e-6 relative.
+const figure *figures_find(const figures *f, const char *experiment, const char *scene,
+                           const char *method, double x, const char *metric);
+bool figures_save(const figures *f, const char *path);
+// Replaces f. False, with a message on stderr naming the line, for a file that is not one of these.
+bool figures_load(figures *f, const char *path);
+void figures_free(figures *f);
+
+#endif

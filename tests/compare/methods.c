@@ -1,0 +1,123 @@
+// The table of methods, and the library's own behind the same interface.
+#include "methods.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "rivals.h"
+
+// ---- the library's own -------------------------------------------------------------------------
+
+// What a variant of the library's methods stands for: moments of the map, and settings.
+typedef struct choice {
+    int moments;
+    mssm_settings settings;
+} choice;
+
+enum { LOWER_4, UPPER_4, LOWER_6, UPPER_6, LAYERED_4, LAYERED_6, AUTOMATIC, CHOICES };
+
+static const choice choices[CHOICES] = {
+    {4, {4, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}}, {4, {4, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}},
+    {6, {6, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}}, {6, {6, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}},
+    {4, {4, MSSM_LAYERED, 0, 0, 0, 0}},       {6, {6, MSSM_LAYERED, 0, 0, 0, 0}},
+    {6, {0, MSSM_LAYERED, 0, 0, 0, 0}},
+};
+
+typedef struct moment_state {
+    mssm_map *map;
+    mssm_light light;
+    mssm_settings settings;
+    void *memory;
+} moment_state;
+
+static void *moment_create(const struct method *m, int side, size_t *bytes)
+{
+    const choice *c = &choices[m->variant];
+    moment_state *p = calloc(1, sizeof *p);
+    if (!p) return NULL;
+    *bytes = mssm_map_bytes(side, c->moments);
+    p->memory = malloc(*bytes);
+    p->settings = c->settings;
+    if (p->memory && mssm_map_init(&p->map, p->memory, *bytes, side, c->moments) == MSSM_OK) {
+        return p;
+    }
+    free(p->memory);
+    free(p);
+    return NULL;
+}
+
+static void moment_destroy(void *state)
+{
+    moment_state *p = state;
+    free(p->memory);
+    free(p);
+}
+
+static void moment_update(void *state, const depth_map *map)
+{
+    moment_state *p = state;
+    p->light = *map->light;
+    mssm_map_update(p->map, map->front, map->back, 1);
+}
+
+static float moment_visibility(const void *state, const float point[3], float bias, unsigned pixel)
+{
+    const moment_state *p = state;
+    (void)bias;
+    (void)pixel;
+    return mssm_map_visibility(p->map, &p->light, &p->settings, point);
+}
+
+// ---- the table ---------------------------------------------------------------------------------
+
+#define PERCENTAGE_CLOSER \
+    percentage_closer_create, percentage_closer_destroy, percentage_closer_update
+#define CONVOLUTION \
+    convolution_create, convolution_destroy, convolution_update, convolution_visibility
+#define MOMENTS moment_create, moment_destroy, moment_update, moment_visibility
+
+static const char fernando[] = "Fernando 2005, Percentage-Closer Soft Shadows";
+static const char annen[] = "Annen and others 2008, Real-Time, All-Frequency Shadows in Dynamic "
+                            "Scenes";
+static const char kneiphof[] = "Kneiphof, Real-Time Image-Based Lighting of Dynamic Scenes with "
+                               "Moment Soft Shadow Mapping";
+static const char own[] = "docs/moments.md";
+
+const method methods[] = {
+    {"hard", "hard", "Williams 1978, Casting Curved Shadows on Curved Surfaces", 1, 0,
+     PERCENTAGE_CLOSER, hard_visibility, 4},
+    {"PCF", "PCF", "Reeves, Salesin and Cook 1987, Rendering Antialiased Shadows with Depth Maps",
+     1, 0, PERCENTAGE_CLOSER, pcf_visibility, 7},
+    {"PCSS, 16 samples", "PCSS", fernando, 1, 16, PERCENTAGE_CLOSER, pcss_sampled_visibility, 7},
+    {"PCSS, 64 samples", "PCSS", fernando, 1, 64, PERCENTAGE_CLOSER, pcss_sampled_visibility, 7},
+    {"PCSS, all texels", "PCSS", fernando, 0, 0, PERCENTAGE_CLOSER, pcss_visibility, 7},
+    {"PCSS, all texels in vectors", "PCSS", fernando, 0, 1, PERCENTAGE_CLOSER, pcss_visibility, 7},
+    {"VSM", "VSM", "Donnelly and Lauritzen 2006, Variance Shadow Maps", 1, 0, variance_create,
+     variance_destroy, variance_update, variance_visibility, 0},
+    {"VSSM", "VSM", "Yang and others 2010, Variance Soft Shadow Mapping", 1, 0,
+     variance_soft_create, variance_destroy, variance_soft_update, variance_soft_visibility, 4},
+    {"EVSM", "EVSM", "Lauritzen and McCool 2008, Layered Variance Shadow Maps", 1, 0,
+     exponential_create, variance_destroy, exponential_update, exponential_visibility, 0},
+    {"convolution, 4 terms", "convolution", annen, 1, 4, CONVOLUTION, 7},
+    {"convolution, 8 terms", "convolution", annen, 1, 8, CONVOLUTION, 8},
+    {"convolution, 16 terms", "convolution", annen, 1, 16, CONVOLUTION, 7},
+    {"back-projection, all texels", "back-projection",
+     "Guennebaud, Barthe and Paulin 2006, Real-Time Soft Shadow Mapping by Backprojection", 0, 0,
+     PERCENTAGE_CLOSER, back_projection_visibility, 4},
+    {"MSSM 4, lower blocker", "MSSM", kneiphof, 1, LOWER_4, MOMENTS, 0},
+    {"MSSM 4, upper blocker", "MSSM", kneiphof, 1, UPPER_4, MOMENTS, 0},
+    {"MSSM 6, lower blocker", "MSSM", kneiphof, 1, LOWER_6, MOMENTS, 0},
+    {"MSSM 6, upper blocker", "MSSM", kneiphof, 1, UPPER_6, MOMENTS, 0},
+    {"layered, 4 moments", "layered", own, 1, LAYERED_4, MOMENTS, 0},
+    {"layered, 6 moments", "layered", own, 1, LAYERED_6, MOMENTS, 0},
+    {"layered, automatic", "layered", own, 1, AUTOMATIC, MOMENTS, 0},
+};
+const int method_count = (int)(sizeof methods / sizeof *methods);
+
+const method *method_named(const char *name)
+{
+    for (int i = 0; i < method_count; i++) {
+        if (!strcmp(methods[i].name, name)) return &methods[i];
+    }
+    return NULL;
+}

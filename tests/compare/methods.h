@@ -1,0 +1,40 @@
+// Soft shadow methods behind one interface, over the same depth maps: the library's own and its
+// rivals, each from its paper. What a method cannot do (perspective lights, several samples a texel)
+// it is not asked for: maps here have one sample a texel and lights at infinity.
+#ifndef METHODS_H
+#define METHODS_H
+
+#include <stddef.h>
+
+#include "../../mssm.h"
+
+typedef struct depth_map {
+    const mssm_light *light;
+    int side;
+    const float *front, *back;  // as in mssm_map_update; back is NULL for open meshes
+} depth_map;
+
+typedef struct method {
+    const char *name;    // of legends and the CSV file, e.g. "PCSS, all texels"
+    const char *family;  // decides the colour: "MSSM", "layered", "PCSS", "VSM", ...
+    const char *source;  // author, year, title
+    int constant_time;   // the cost of a receiver does not depend on the kernel's width
+    int variant;         // for methods that share functions: samples, terms, moments...
+    // Room for maps of that side; NULL when memory runs out. bytes is what has to stay in memory for
+    // shading, depth map included where the method still reads it.
+    void *(*create)(const struct method *m, int side, size_t *bytes);
+    void (*destroy)(void *state);
+    // What a frame has to do when the depth map is new. The map stays valid while points are asked for.
+    void (*update)(void *state, const depth_map *map);
+    // Visibility in [0,1] of a world-space point; bias in texels of level 0, for methods that need
+    // one (the library's own take their default); pixel seeds whatever is random.
+    float (*visibility)(const void *state, const float point[3], float bias, unsigned pixel);
+    float bias;  // that suits the method best over scenes and lights; measured, in texels
+} method;
+
+extern const method methods[];
+extern const int method_count;
+
+const method *method_named(const char *name);  // NULL if there is none
+
+#endif

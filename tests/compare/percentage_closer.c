@@ -1,0 +1,337 @@
+// Methods that compare the depth map texel by texel: hard shadows, percentage-closer filtering,
+// percentage-closer soft shadows from samples or from all texels, and back-projection.
+#include "rivals.h"
+
+#include <stdint.h>
+
+enum { SAMPLES_MAX = 64 };
+
+// A sample of the kernel: the square ring that it lies on (0 to 1) and where on its perimeter (0 to
+// 8), so that rotating is adding.
+typedef struct ring_sample {
+    float ring, at;
+} ring_sample;
+
+typedef struct state {
+    view view;
+    int samples;
+    ring_sample sample[SAMPLES_MAX];
+} state;
+
+// ---- the pattern of samples --------------------------------------------------------------------
+
+static float random_unit(uint64_t *s)
+{
+    *s = *s * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (float)(*s >> 40) * (1.0f / 16777216.0f);
+}
+
+static float around(float d)
+{
+    d = fabsf(d);
+    return least(d, 1 - d);
+}
+
+// A point of the square [-1,1]^2 as ring and place on it.
+static ring_sample on_ring(float u, float v)
+{
+    const float ring = most(fabsf(u), fabsf(v));
+    const float a = u / most(ring, 1e-9f), b = v / most(ring, 1e-9f);
+    float at = a >= 1 ? b : b >= 1 ? 2 - a : a <= -1 ? 4 - b : 6 + a;
+    if (at < 0) at += 8;
+    const ring_sample s = {ring, at};
+    return s;
+}
+
+// Poisson-disc samples of the square by best candidates (Mitchell 1991): of many random points the
+// one farthest from all points so far, distances taken around the square's edges, so that the
+// edges get their share and no more.
+static void make_pattern(state *p)
+{
+    float u[SAMPLES_MAX], v[SAMPLES_MAX];
+    uint64_t random = 20260101;
+    for (int i = 0; i < p->samples; i++) {
+        float best = -1;
+        for (int n = 0; n < 40 * (i + 1); n++) {
+            const float a = random_unit(&random), b = random_unit(&random);
+            float nearest = 9;
+            for (int j = 0; j < i; j++) {
+                const float du = around(a - u[j]), dv = around(b - v[j]);
+                nearest = least(nearest, du * du + dv * dv);
+            }
+            if (nearest <= best) continue;
+            best = nearest;
+            u[i] = a;
+            v[i] = b;
+        }
+        p->sample[i] = on_ring(2 * u[i] - 1, 2 * v[i] - 1);
+    }
+}
+
+// The Apelles thesis rotates a disc that a square pattern was mapped to, by a random angle for
+// every pixel. Its lights are discs. For a square light the same rotation is mapped back to the
+// square (Shirley and Chiu 1997), where it slides samples along concentric squares.
+static float turn_of(unsigned pixel)
+{
+    uint32_t h = pixel * 2654435761u;
+    h = (h ^ (h >> 15)) * 2246822519u;
+    h = (h ^ (h >> 13)) * 3266489917u;
+    h ^= h >> 16;
+    return (float)(h >> 8) * (8.0f / 16777216.0f);
+}
+
+// Along the perimeter of the unit square: the first coordinate of the point at 0 <= at < 8.
+static float on_perimeter(float at)
+{
+    return limited(fabsf(at - 4) - 2, -1, 1);
+}
+
+// The samples as a pixel sees them, turned.
+typedef struct pattern {
+    float u[SAMPLES_MAX], v[SAMPLES_MAX];
+} pattern;
+
+static void turn_pattern(const state *p, float turn, pattern *to)
+{
+    for (int i = 0; i < p->samples; i++) {
+        float at = p->sample[i].at + turn;
+        at -= at >= 8 ? 8.0f : 0.0f;
+        const float after = at + (at < 2 ? 6.0f : -2.0f);
+        to->u[i] = p->sample[i].ring * on_perimeter(at);
+        to->v[i] = p->sample[i].ring * on_perimeter(after);
+    }
+}
+
+// Depth of the texel at (x, y); 1 outside of the map. Without a branch: samples of one kernel fall
+// on both sides of the border at random.
+static inline float depth_at(const view *v, float x, float y)
+{
+    const float end = (float)v->side;
+    const bool in = (x >= 0) & (x < end) & (y >= 0) & (y < end);
+    const size_t at = in ? (size_t)((int)y * v->side + (int)x) : 0;
+    const float z = v->depth[at];
+    return in ? z : 1;
+}
+
+// ---- all texels of a rectangle -----------------------------------------------------------------
+
+// What a kernel holds nearer than the receiver: area in texels, and the sum of depths over it.
+typedef struct blockers {
+    float area, depths;
+} blockers;
+
+// x where the comparison held, 0 elsewhere.
+static inline floats where(ints held, floats x)
+{
+    return (floats)(held & (ints)x);
+}
+
+static inline float sum_of(floats x)
+{
+    return (x[0] + x[1]) + (x[2] + x[3]);
+}
+
+// One texel after the other, as the library's own code is: two at a time, which is as fast as this gets
+// without vectors.
+static blockers blockers_of_row(const float *depth, int count, float limit)
+{
+    int n = 0, i = 0;
+    float a = 0, b = 0;
+    for (; i + 2 <= count; i += 2) {
+        const float y = depth[i], z = depth[i + 1];
+        n += (y < limit) + (z < limit);
+        a += y < limit ? y : 0.0f;
+        b += z < limit ? z : 0.0f;
+    }
+    if (i < count) {
+        n += depth[i] < limit;
+        a += depth[i] < limit ? depth[i] : 0.0f;
+    }
+    const blockers all = {(float)n, a + b};
+    return all;
+}
+
+// The same in vectors of four.
+static blockers blockers_of_row_4(const float *depth, int count, float limit)
+{
+    ints n = {0}, m = {0}; // less the number
+    floats a = {0}, b = {0};
+    int i = 0;
+    for (; i + 2 * LANES <= count; i += 2 * LANES) {
+        const floats y = load(depth + i), z = load(depth + i + LANES);
+        n += y < limit;
+        m += z < limit;
+        a += where(y < limit, y);
+        b += where(z < limit, z);
+    }
+    n += m;
+    blockers all = blockers_of_row(depth + i, count - i, limit);
+    all.area -= (float)(n[0] + n[1] + n[2] + n[3]);
+    all.depths += sum_of(a + b);
+    return all;
+}
+
+static void take_off(blockers *b, float depth, float limit, float share)
+{
+    b->area -= depth < limit ? share : 0.0f;
+    b->depths -= depth < limit ? share * depth : 0.0f;
+}
+
+// The nearer texels of the kernel, its border by the part that lies inside. Empty texels (1) never
+// block.
+static blockers blockers_in(const view *v, const place *r, kernel k, bool vectors)
+{
+    const strips x = strips_of(r->x, k.u, v->side), y = strips_of(r->y, k.v, v->side);
+    const int count = x.edge[3] - x.edge[0];
+    const float limit = least(r->z, 1);
+    blockers all = {0, 0};
+    if (count <= 0) return all;
+    for (int j = y.edge[0]; j < y.edge[3]; j++) {
+        const float *depth = v->depth + (size_t)j * (size_t)v->side + (size_t)x.edge[0];
+        blockers row = vectors ? blockers_of_row_4(depth, count, limit)
+                               : blockers_of_row(depth, count, limit);
+        if (x.edge[1] > x.edge[0]) take_off(&row, depth[0], limit, 1 - x.first);
+        if (x.edge[3] > x.edge[2]) take_off(&row, depth[count - 1], limit, 1 - x.last);
+        const float share = j < y.edge[1] ? y.first : j >= y.edge[2] ? y.last : 1;
+        all.area += share * row.area;
+        all.depths += share * row.depths;
+    }
+    return all;
+}
+
+static float visible_share(const view *v, const place *r, kernel k, bool vectors)
+{
+    return limited(1 - blockers_in(v, r, k, vectors).area / (4 * k.u * k.v), 0, 1);
+}
+
+// ---- the methods -------------------------------------------------------------------------------
+
+void *percentage_closer_create(const struct method *m, int side, size_t *bytes)
+{
+    state *p = view_create(sizeof *p, side);
+    if (!p) return NULL;
+    p->samples = m->variant < SAMPLES_MAX ? m->variant : SAMPLES_MAX;
+    make_pattern(p);
+    *bytes = view_bytes(side);
+    return p;
+}
+
+void percentage_closer_destroy(void *state_)
+{
+    view_destroy(state_);
+}
+
+void percentage_closer_update(void *state_, const depth_map *map)
+{
+    view_update(state_, map);
+}
+
+// Williams 1978: the nearest texel decides.
+float hard_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
+{
+    const state *p = state_;
+    place r;
+    (void)pixel;
+    if (!place_of(&p->view, point, bias, &r)) return 1;
+    return depth_at(&p->view, r.x, r.y) < least(r.z, 1) ? 0.0f : 1.0f;
+}
+
+// Reeves, Salesin and Cook 1987, the same kernel everywhere: 5 by 5 texels around the receiver,
+// with partial texels at the border, which is what 16 bilinear comparisons of a GPU give.
+float pcf_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
+{
+    const state *p = state_;
+    const kernel five = {2.5f, 2.5f};
+    place r;
+    (void)pixel;
+    return place_of(&p->view, point, bias, &r) ? visible_share(&p->view, &r, five, false) : 1;
+}
+
+// Fernando 2005 with as many samples for the blocker search as for the filter.
+float pcss_sampled_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
+{
+    const state *p = state_;
+    const view *v = &p->view;
+    place r;
+    if (!place_of(v, point, bias, &r)) return 1;
+    const float limit = least(r.z, 1);
+    pattern at;
+    turn_pattern(p, turn_of(pixel), &at);
+    kernel k = kernel_of(v, &r, -1);
+    float sum = 0;
+    int found = 0;
+    for (int i = 0; i < p->samples; i++) {
+        const float z = depth_at(v, r.x + k.u * at.u[i], r.y + k.v * at.v[i]);
+        found += z < limit;
+        sum += z < limit ? z : 0;
+    }
+    if (found == 0) return 1;
+    k = kernel_of(v, &r, limited(sum / (float)found, -1, r.z));
+    int blocked = 0;
+    for (int i = 0; i < p->samples; i++) {
+        blocked += depth_at(v, r.x + k.u * at.u[i], r.y + k.v * at.v[i]) < limit;
+    }
+    return 1 - (float)blocked / (float)p->samples;
+}
+
+// The same from all texels. The variant says whether in vectors.
+float pcss_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
+{
+    const state *p = state_;
+    const bool vectors = p->samples > 0;
+    place r;
+    (void)pixel;
+    if (!place_of(&p->view, point, bias, &r)) return 1;
+    kernel k = kernel_of(&p->view, &r, -1);
+    const blockers found = blockers_in(&p->view, &r, k, vectors);
+    if (found.area <= 0) return 1;
+    // The filter's kernel lies inside: nothing but blockers here is nothing but blockers there.
+    if (found.area >= 4 * k.u * k.v * (1 - 1e-5f)) return 0;
+    k = kernel_of(&p->view, &r, limited(found.depths / found.area, -1, r.z));
+    return visible_share(&p->view, &r, k, vectors);
+}
+
+// The part of the light that a texel hides, both as lengths along one axis: the texel reaches from
+// low to low + 1 around the receiver, the light as seen through its depth from -half to half.
+static inline float hidden(float low, float half)
+{
+    const float a = low > -half ? low : -half, b = low + 1 < half ? low + 1 : half;
+    return b > a ? b - a : 0.0f;
+}
+
+static float hidden_by_row(const view *v, const place *r, int x0, int x1, float low_v,
+                           const float *depth)
+{
+    const float limit = least(r->z, 1);
+    float sum = 0;
+    for (int x = x0; x < x1; x++) {
+        const float z = depth[x];
+        if (!(z < limit)) continue;
+        const float distance = r->z - most(z, -1);
+        const float u = most(v->wide_u * distance, 0.5f), w = most(v->wide_v * distance, 0.5f);
+        const float part = hidden((float)x - r->x, u);
+        if (part > 0) sum += part * hidden(low_v, w) / (4 * u * w);
+    }
+    return sum;
+}
+
+// Guennebaud, Barthe and Paulin 2006: every texel of the search region is a small rectangle that
+// hides what it covers of the light. Texels do not overlap as seen from the receiver of a flat
+// blocker; at several depths they do, and are counted twice, up to 1.
+float back_projection_visibility(const void *state_, const float point[3], float bias,
+                                 unsigned pixel)
+{
+    const state *p = state_;
+    const view *v = &p->view;
+    place r;
+    (void)pixel;
+    if (!place_of(v, point, bias, &r)) return 1;
+    const kernel k = kernel_of(v, &r, -1);
+    const strips x = strips_of(r.x, k.u, v->side), y = strips_of(r.y, k.v, v->side);
+    float occlusion = 0;
+    for (int j = y.edge[0]; j < y.edge[3] && occlusion < 1; j++) {
+        occlusion += hidden_by_row(v, &r, x.edge[0], x.edge[3], (float)j - r.y,
+                                   v->depth + (size_t)j * (size_t)v->side);
+    }
+    return limited(1 - occlusion, 0, 1);
+}

@@ -1,0 +1,443 @@
+// Methods that keep a mean and a variance of depth: variance shadow maps with a fixed filter,
+// variance soft shadow maps, and exponential variance shadow maps with a blocker search.
+#include "rivals.h"
+
+#include <string.h>
+
+enum { CHANNELS_MAX = 5, SUBDIVISIONS = 1, LEVELS_MAX = 20 };
+
+typedef struct state {
+    view view;
+    int channels;
+    float nearest, range; // of casters, and a little more behind: depth is 0 to 1 below
+    float *filtered;      // VSM: mean and mean square a texel, filtered
+    double *table;        // the others: summed-area table, (side + 1)^2 times the channels
+    float *ranges;        // VSSM: least and largest depth, level after level, each half the side
+    size_t level[LEVELS_MAX]; // where they start
+} state;
+
+// Measured: the least mean error over the scenes of tests/scenes.h. Depth is 0 to 1, see scaled().
+static const float bleeding_vsm = 0.0f, bleeding_vssm = 0.12f, bleeding_evsm = 0.10f;
+static const float variance_vsm = 1e-7f, variance_vssm = 1e-3f, variance_evsm = 1e-8f;
+static const float exponent_positive = 0.55f, exponent_negative = 11.7f;
+
+// ---- depth ready for filtering -----------------------------------------------------------------
+
+// Depth is scaled to what casters take up. Empty texels at 1 would lie far behind everything and
+// make up most of the variance, so they move up to two texels behind the farthest caster, and so do
+// receivers that are farther.
+static void find_range(state *p)
+{
+    const size_t count = (size_t)p->view.side * (size_t)p->view.side;
+    float nearest = 1, farthest = -1;
+    for (size_t i = 0; i < count; i++) {
+        const float z = limited(p->view.depth[i], -1, 1);
+        nearest = least(nearest, z);
+        if (z < 1) farthest = most(farthest, z);
+    }
+    p->nearest = nearest;
+    p->range = most(farthest - nearest, 0) + 2 * p->view.texel;
+}
+
+static float scaled(const state *p, float z)
+{
+    return z < 1 ? limited((z - p->nearest) / p->range, 0, 1) : 1;
+}
+
+static float unscaled(const state *p, float depth)
+{
+    return p->nearest + p->range * depth;
+}
+
+// Upper bound on the share of depths not nearer than t (Chebyshev, one-sided). The lowest part of
+// it, where light bleeds, is cut off (Lauritzen 2007).
+static float chebyshev(float mean, float square, float t, float floor_of_variance, float bleeding)
+{
+    if (t <= mean) return 1;
+    const float variance = most(square - mean * mean, floor_of_variance);
+    const float bound = variance / (variance + (t - mean) * (t - mean));
+    return most(bound - bleeding, 0) / (1 - bleeding);
+}
+
+// ---- variance shadow maps ----------------------------------------------------------------------
+
+void *variance_create(const struct method *m, int side, size_t *bytes)
+{
+    state *p = view_create(sizeof *p, side);
+    const size_t texels = (size_t)side * (size_t)side;
+    (void)m;
+    if (!p) return NULL;
+    p->filtered = calloc(4 * texels, sizeof *p->filtered); // the half is for between two passes
+    if (!p->filtered) {
+        variance_destroy(p);
+        return NULL;
+    }
+    *bytes = 2 * texels * sizeof(float);
+    return p;
+}
+
+void variance_destroy(void *state_)
+{
+    state *p = state_;
+    free(p->filtered);
+    free(p->table);
+    free(p->ranges);
+    view_destroy(&p->view);
+}
+
+// One pass of a five-texel Gauss filter along an axis; step is the distance of neighbours.
+static void gauss_row(const float *from, float *to, int count, size_t step)
+{
+    static const float weight[5] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
+    for (int i = 0; i < count; i++) {
+        float sum[2] = {0, 0};
+        for (int k = -2; k <= 2; k++) {
+            const bool in = i + k >= 0 && i + k < count;
+            const float *at = from + 2 * step * (size_t)(in ? i + k : i);
+            sum[0] += weight[k + 2] * (in ? at[0] : 1);
+            sum[1] += weight[k + 2] * (in ? at[1] : 1);
+        }
+        memcpy(to + 2 * step * (size_t)i, sum, sizeof sum);
+    }
+}
+
+void variance_update(void *state_, const depth_map *map)
+{
+    state *p = state_;
+    view_update(&p->view, map);
+    find_range(p);
+    const size_t side = (size_t)p->view.side, texels = side * side;
+    float *between = p->filtered + 2 * texels;
+    for (size_t i = 0; i < texels; i++) {
+        const float z = scaled(p, p->view.depth[i]);
+        p->filtered[2 * i] = z;
+        p->filtered[2 * i + 1] = z * z;
+    }
+    for (size_t y = 0; y < side; y++) {
+        gauss_row(p->filtered + 2 * y * side, between + 2 * y * side, (int)side, 1);
+    }
+    for (size_t x = 0; x < side; x++) {
+        gauss_row(between + 2 * x, p->filtered + 2 * x, (int)side, side);
+    }
+}
+
+// Donnelly and Lauritzen 2006: a filtered map, read bilinearly.
+float variance_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
+{
+    const state *p = state_;
+    place r;
+    (void)pixel;
+    if (!place_of(&p->view, point, bias, &r)) return 1;
+    const float x = floorf(r.x - 0.5f), y = floorf(r.y - 0.5f), side = (float)p->view.side;
+    float moments[2] = {0, 0};
+    for (int i = 0; i < 4; i++) {
+        const float tx = x + (float)(i % 2), ty = y + (float)(i / 2);
+        const float weight = (1 - fabsf(r.x - 0.5f - tx)) * (1 - fabsf(r.y - 0.5f - ty));
+        const bool in = tx >= 0 && ty >= 0 && tx < side && ty < side;
+        const float *at = p->filtered;
+        if (in) at += 2 * ((size_t)ty * (size_t)p->view.side + (size_t)tx);
+        moments[0] += weight * (in ? at[0] : 1);
+        moments[1] += weight * (in ? at[1] : 1);
+    }
+    return chebyshev(moments[0], moments[1], scaled(p, r.z), variance_vsm, bleeding_vsm);
+}
+
+// ---- summed-area tables ------------------------------------------------------------------------
+
+// The papers' tables are of 32-bit numbers. Sums of float squares would break here from kernels of
+// a few texels on, so sums are double, but count as 32 bits: to the methods' advantage.
+static void *table_create(int side, int channels, size_t *bytes)
+{
+    state *p = view_create(sizeof *p, side);
+    if (!p) return NULL;
+    const size_t count = (size_t)(side + 1) * (size_t)(side + 1) * (size_t)channels;
+    p->channels = channels;
+    p->table = calloc(count, sizeof *p->table);
+    if (!p->table) {
+        variance_destroy(p);
+        return NULL;
+    }
+    *bytes = count * 4;
+    return p;
+}
+
+static void add_texel(state *p, int x, int y, double running[CHANNELS_MAX], const double *value)
+{
+    const size_t n = (size_t)p->channels, row = ((size_t)p->view.side + 1) * n;
+    double *to = p->table + (size_t)(y + 1) * row + (size_t)(x + 1) * n;
+    for (size_t c = 0; c < n; c++) {
+        running[c] += value[c];
+        to[c] = (to - row)[c] + running[c];
+    }
+}
+
+typedef void channels_of(float z, double *value);
+
+static void make_table(state *p, channels_of *channels)
+{
+    const int side = p->view.side;
+    for (int y = 0; y < side; y++) {
+        double running[CHANNELS_MAX] = {0}, value[CHANNELS_MAX];
+        for (int x = 0; x < side; x++) {
+            const float z = p->view.depth[(size_t)y * (size_t)side + (size_t)x];
+            channels(scaled(p, z), value);
+            add_texel(p, x, y, running, value);
+        }
+    }
+}
+
+// Means over a rectangle of at least a texel; empty texels surround the map.
+static void means_of(const state *p, const strips *x, const strips *y, const double *empty,
+                     float *mean)
+{
+    const size_t n = (size_t)p->channels, row = ((size_t)p->view.side + 1) * n;
+    const double wx[3] = {(double)x->first, 1, (double)x->last};
+    const double wy[3] = {(double)y->first, 1, (double)y->last};
+    const double area = (double)x->width * (double)y->width;
+    const double outside = area - (double)x->inside * (double)y->inside;
+    double sum[CHANNELS_MAX];
+    for (size_t c = 0; c < n; c++) sum[c] = outside * empty[c];
+    for (int j = 0; j < 3; j++) {
+        const double *low = p->table + (size_t)y->edge[j] * row;
+        const double *high = p->table + (size_t)y->edge[j + 1] * row;
+        for (int i = 0; i < 3; i++) {
+            const size_t a = (size_t)x->edge[i] * n, b = (size_t)x->edge[i + 1] * n;
+            const double w = wx[i] * wy[j];
+            for (size_t c = 0; c < n; c++) {
+                sum[c] += w * ((high[b + c] - low[b + c]) - (high[a + c] - low[a + c]));
+            }
+        }
+    }
+    for (size_t c = 0; c < n; c++) mean[c] = (float)(sum[c] / area);
+}
+
+// ---- variance soft shadow maps -----------------------------------------------------------------
+
+static void powers_of(float z, double *value)
+{
+    value[0] = (double)z;
+    value[1] = (double)z * (double)z;
+}
+
+static int half_side(int side, int level)
+{
+    return (side + (1 << level) - 1) >> level;
+}
+
+void *variance_soft_create(const struct method *m, int side, size_t *bytes)
+{
+    (void)m;
+    state *p = table_create(side, 2, bytes);
+    if (!p) return NULL;
+    size_t count = 0;
+    for (int l = 0; l < LEVELS_MAX; l++) {
+        const size_t size = (size_t)half_side(side, l);
+        p->level[l] = count;
+        count += 2 * size * size;
+        if (size == 1) break;
+    }
+    p->ranges = malloc(count * sizeof *p->ranges);
+    if (!p->ranges) {
+        variance_destroy(p);
+        return NULL;
+    }
+    // The finest level is the depth map, twice, to have one kind of level: it counts once.
+    *bytes += (count - (size_t)side * (size_t)side) * sizeof *p->ranges;
+    return p;
+}
+
+static void halve_ranges(state *p, int level)
+{
+    const int from = half_side(p->view.side, level), to = half_side(p->view.side, level + 1);
+    const float *fine = p->ranges + p->level[level];
+    float *coarse = p->ranges + p->level[level + 1];
+    for (int y = 0; y < to; y++) {
+        for (int x = 0; x < to; x++) {
+            float low = 1, high = 0;
+            for (int i = 0; i < 4; i++) {
+                const int u = 2 * x + i % 2, v = 2 * y + i / 2;
+                if (u >= from || v >= from) continue;
+                low = least(low, fine[2 * (v * from + u)]);
+                high = most(high, fine[2 * (v * from + u) + 1]);
+            }
+            coarse[2 * (y * to + x)] = low;
+            coarse[2 * (y * to + x) + 1] = high;
+        }
+    }
+}
+
+void variance_soft_update(void *state_, const depth_map *map)
+{
+    state *p = state_;
+    const size_t texels = (size_t)map->side * (size_t)map->side;
+    view_update(&p->view, map);
+    find_range(p);
+    make_table(p, powers_of);
+    for (size_t i = 0; i < texels; i++) {
+        p->ranges[2 * i] = p->ranges[2 * i + 1] = scaled(p, p->view.depth[i]);
+    }
+    for (int l = 0; half_side(p->view.side, l) > 1; l++) halve_ranges(p, l);
+}
+
+// Range of depths in a kernel or a little around it, from the level where it is a few texels wide.
+static void range_of(const state *p, const place *r, kernel k, float *low, float *high)
+{
+    const strips x = strips_of(r->x, k.u, p->view.side), y = strips_of(r->y, k.v, p->view.side);
+    const bool beside = x.inside < x.width || y.inside < y.width;
+    int l = 0;
+    while (half_side(p->view.side, l) > 1 && most(x.width, y.width) > (float)(2 << l)) l++;
+    const float *level = p->ranges + p->level[l];
+    const int size = half_side(p->view.side, l);
+    *low = 1;
+    *high = beside ? 1 : 0;
+    for (int j = y.edge[0] >> l; j << l < y.edge[3]; j++) {
+        for (int i = x.edge[0] >> l; i << l < x.edge[3]; i++) {
+            *low = least(*low, level[2 * (j * size + i)]);
+            *high = most(*high, level[2 * (j * size + i) + 1]);
+        }
+    }
+}
+
+// Areas, and the sum of blockers' depths over their area.
+typedef struct share {
+    float lit, blocked, depths;
+} share;
+
+static void compare_four(const state *p, float x, float y, kernel k, float t, share *s)
+{
+    const float side = (float)p->view.side, area = k.u * k.v;
+    for (int i = 0; i < 4; i++) {
+        const float u = x + (i % 2 ? 0.5f : -0.5f) * k.u, v = y + (i / 2 ? 0.5f : -0.5f) * k.v;
+        float z = 1;
+        if (u >= 0 && v >= 0 && u < side && v < side) {
+            z = p->view.depth[(size_t)(int)v * (size_t)p->view.side + (size_t)(int)u];
+        }
+        z = scaled(p, z);
+        s->lit += z < t ? 0 : area;
+        s->blocked += z < t ? area : 0;
+        s->depths += z < t ? area * z : 0;
+    }
+}
+
+// Chebyshev's inequality asks for a mean nearer than the receiver. Where a kernel's is not, it is
+// split in four; what is left at the bottom is compared at two by two points, and what is flat is
+// lit.
+static void add_kernel(const state *p, float x, float y, kernel k, float t, float bleeding,
+                       int level, share *s)
+{
+    const float area = 4 * k.u * k.v;
+    const strips sx = strips_of(x, k.u, p->view.side), sy = strips_of(y, k.v, p->view.side);
+    double empty[2];
+    float m[2];
+    powers_of(1, empty);
+    means_of(p, &sx, &sy, empty, m);
+    const float variance = m[1] - m[0] * m[0];
+    if (m[0] < t) {
+        const float lit = chebyshev(m[0], m[1], t, variance_vssm, bleeding);
+        s->lit += area * lit;
+        s->blocked += area * (1 - lit);
+        s->depths += area * (m[0] - lit * t); // what is lit is taken to lie at the receiver
+    } else if (variance < variance_vssm) {
+        s->lit += area;
+    } else if (level < SUBDIVISIONS && k.u >= 1 && k.v >= 1) {
+        const kernel half = {0.5f * k.u, 0.5f * k.v};
+        for (int i = 0; i < 4; i++) {
+            add_kernel(p, x + (i % 2 ? half.u : -half.u), y + (i / 2 ? half.v : -half.v), half, t,
+                       bleeding, level + 1, s);
+        }
+    } else {
+        compare_four(p, x, y, k, t, s);
+    }
+}
+
+// Yang, Dong, Feng, Seidel and Kautz 2010.
+float variance_soft_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
+{
+    const state *p = state_;
+    place r;
+    (void)pixel;
+    if (!place_of(&p->view, point, bias, &r)) return 1;
+    const float t = scaled(p, r.z);
+    share found = {0, 0, 0}, s = {0, 0, 0};
+    kernel k = kernel_of(&p->view, &r, -1);
+    // What is wholly lit or wholly dark shows in the range of depths.
+    float low, high;
+    range_of(p, &r, k, &low, &high);
+    if (low >= t) return 1;
+    if (high < t) return 0;
+    add_kernel(p, r.x, r.y, k, t, 0, 0, &found);
+    if (found.blocked <= 1e-4f * (found.lit + found.blocked)) return 1;
+    k = kernel_of(&p->view, &r, unscaled(p, limited(found.depths / found.blocked, 0, t)));
+    add_kernel(p, r.x, r.y, k, t, bleeding_vssm, 0, &s);
+    return limited(s.lit / (s.lit + s.blocked), 0, 1);
+}
+
+// ---- exponential variance ----------------------------------------------------------------------
+
+static double warp_positive(float z)
+{
+    return exp((double)(exponent_positive * (z - 1)));
+}
+
+static double warp_negative(float z)
+{
+    return -exp((double)(-exponent_negative * z));
+}
+
+static void warps_of(float z, double *value)
+{
+    const double a = warp_positive(z), b = warp_negative(z);
+    value[0] = (double)z;
+    value[1] = a;
+    value[2] = a * a;
+    value[3] = b;
+    value[4] = b * b;
+}
+
+void *exponential_create(const struct method *m, int side, size_t *bytes)
+{
+    (void)m;
+    return table_create(side, 5, bytes);
+}
+
+void exponential_update(void *state_, const depth_map *map)
+{
+    state *p = state_;
+    view_update(&p->view, map);
+    find_range(p);
+    make_table(p, warps_of);
+}
+
+// The lesser of the bounds from both warps; mean is that of depth itself.
+static float exponential_bound(const state *p, const place *r, kernel k, float t, float bleeding,
+                               float *mean)
+{
+    const strips x = strips_of(r->x, k.u, p->view.side), y = strips_of(r->y, k.v, p->view.side);
+    double empty[CHANNELS_MAX];
+    float m[CHANNELS_MAX];
+    warps_of(1, empty);
+    means_of(p, &x, &y, empty, m);
+    *mean = m[0];
+    const float a = (float)warp_positive(t), b = (float)warp_negative(t);
+    // The floor of the variance, carried over by the warps' slopes.
+    const float slope_a = exponent_positive * a, slope_b = exponent_negative * b;
+    return least(chebyshev(m[1], m[2], a, slope_a * slope_a * variance_evsm, bleeding),
+                 chebyshev(m[3], m[4], b, slope_b * slope_b * variance_evsm, bleeding));
+}
+
+// Lauritzen and McCool 2008 give the bound; the blocker depth is found as in variance soft shadow
+// maps, from the mean of depth and the bound.
+float exponential_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
+{
+    const state *p = state_;
+    place r;
+    float mean;
+    (void)pixel;
+    if (!place_of(&p->view, point, bias, &r)) return 1;
+    const float t = scaled(p, r.z);
+    kernel k = kernel_of(&p->view, &r, -1);
+    const float lit = exponential_bound(p, &r, k, t, 0, &mean);
+    if (lit >= 1 - 1e-4f) return 1;
+    k = kernel_of(&p->view, &r, unscaled(p, limited((mean - lit * t) / (1 - lit), 0, t)));
+    return limited(exponential_bound(p, &r, k, t, bleeding_evsm, &mean), 0, 1);
+}
