@@ -6,6 +6,9 @@
 #   make glsl          renews the GLSL text inside the headers from their C source
 #   make bias          computes the safe moment bias per storage format (docs/moments.md quotes it)
 #   make bench         speed of the moment math, the map and the probe (docs quote it)
+#   make chart         speed against accuracy, all methods: docs/accuracy.md, its pictures and figures
+#   make chart-quick   the same from fewer receivers, into build/docs
+#   make chart-check   whether README and docs still say what the figures say
 #   make clean
 #
 # config=debug | release | sanitize | coverage | native, e.g. make test-binary config=debug
@@ -63,6 +66,26 @@ bias: $(out)/safe_bias
 bench: $(benches)
 	@for b in $(benches); do $$b || exit 1; done
 
+# The bounds over arrays need flags that let the compiler vectorise.
+measure_all = $(out)/measure $(1) --out build/accuracy.csv && \
+	build/vector/measure $(1) --only array --append --out build/accuracy.csv
+
+build/vector/measure:
+	$(MAKE) config=vector build/vector/measure
+
+chart: $(out)/measure $(out)/report build/vector/measure
+	$(call measure_all,)
+	cp build/accuracy.csv docs/accuracy.csv
+	$(out)/report docs/accuracy.csv --docs docs
+
+chart-quick: $(out)/measure $(out)/report build/vector/measure
+	$(call measure_all,--quick)
+	@mkdir -p build/docs
+	$(out)/report build/accuracy.csv --docs build/docs
+
+chart-check: $(out)/report
+	$(out)/report docs/accuracy.csv --check README.md docs/*.md
+
 clean:
 	rm -rf build
 
@@ -89,8 +112,8 @@ $(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(
 $(out)/measure: $(measure_objects) $(out)/tests/random.o $(out)/tests/oracle_lightprobe.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-$(out)/report: $(report_objects)
+$(out)/report: $(report_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-.PHONY: all demo test test-binary glsl bias bench clean
+.PHONY: all demo test test-binary glsl bias bench chart chart-quick chart-check clean build/vector/measure
 .SECONDARY:

@@ -174,14 +174,14 @@ enum {
     AUTOMATIC,
     LOWER_6,
     UPPER_6,
-    CLOSER, // rivals with a bias of 2, 4 and 7 texels
+    CLOSER, // rivals with a bias of 1, 2 and 4 texels
     PROJECTION = CLOSER + 3,
     METHODS = PROJECTION + 3
 };
 
 enum { LIGHTS = 4 };
 static const double tangents[LIGHTS] = {0.05, 0.1, 0.2, 0.5};
-static const double rival_bias[3] = {2, 4, 7};
+static const double rival_bias[3] = {1, 2, 4};
 
 typedef struct chart {
     int receivers;

@@ -1,0 +1,580 @@
+// docs/accuracy.md, see page.h. The words are here, every number and every choice comes from the
+// figures.
+#include "page.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "charts.h"
+#include "summary.h"
+
+const char page_mark[] =
+    "<!-- Written by `make chart` from accuracy.csv: change tests/compare/page.c instead. -->\n";
+
+// Columns of tables with a row a scene or size.
+static const char *const column[] = {"hard",
+                                     PCSS_ALL,
+                                     "EVSM",
+                                     CONVOLUTION,
+                                     "MSSM 6, lower blocker",
+                                     "MSSM 6, upper blocker",
+                                     "layered, 4 moments",
+                                     LAYERED,
+                                     AUTOMATIC,
+                                     BACK_PROJECTION};
+enum { COLUMNS = sizeof column / sizeof *column };
+
+// ---- Choices
+
+typedef struct choice {
+    bool constant_time;
+    double ns, error; // at most
+} choice;
+
+// The most accurate method, or the fastest, of those that fit; NULL if none does.
+static const char *choose(const figures *f, choice limit, bool fastest)
+{
+    const names methods = methods_of(f, "error");
+    const char *best = NULL;
+    double lowest = HUGE_VAL;
+    for (int i = 0; i < methods.count; i++) {
+        const char *m = methods.list[i];
+        const double error = method_error(f, m), ns = method_ns(f, m), value = fastest ? ns : error;
+        if (!(error <= limit.error && ns <= limit.ns) ||
+            (limit.constant_time && !method_constant_time(f, m)))
+            continue;
+        if (value >= lowest) continue;
+        lowest = value;
+        best = m;
+    }
+    if (!best) return NULL;
+    for (int i = 0; i < f->count; i++) // the name in the figures outlives the next call
+        if (!strcmp(f->list[i].method, best)) return f->list[i].method;
+    return NULL;
+}
+
+static const char *best_constant(const figures *f)
+{
+    return choose(f, (choice){true, HUGE_VAL, HUGE_VAL}, false);
+}
+
+// The widest kernel of those measured at which PCSS with all texels is still faster; NAN: none.
+static double pcss_faster_up_to(const figures *f, const char *method)
+{
+    const numbers widths = sweep_of(f, "kernel", method, "ns");
+    double up_to = NAN;
+    for (int i = 0; i < widths.count; i++)
+        if (mean_of(f, "kernel", NULL, PCSS_ALL, widths.list[i], "ns") <
+            mean_of(f, "kernel", NULL, method, widths.list[i], "ns"))
+            up_to = widths.list[i];
+    return up_to;
+}
+
+static void write_choice(const figures *f, FILE *page, const char *need, const char *method)
+{
+    if (!method) return;
+    fprintf(page, "| %s | **%s** | %.3f | %.0f | %.2f |\n", need, method, method_error(f, method),
+            method_ns(f, method), method_bytes(f, method) / 1048576);
+}
+
+static void write_advice(const figures *f, FILE *page)
+{
+    const char *best = best_constant(f);
+    if (!best) return;
+    const double ns = method_ns(f, best), error = method_error(f, best),
+                 narrow = pcss_faster_up_to(f, best);
+    const char *near = choose(f, (choice){true, HUGE_VAL, 1.05 * error}, true);
+    fprintf(
+        page,
+        "**Take \"%s\".** Over all scenes and light sizes its error is %s all methods whose time "
+        "does not depend on the light: rms %.3f of visibility, where a hard shadow map has %.3f, "
+        "in %.1f microseconds a receiver on one core. ",
+        near, method_error(f, near) < 1.005 * error ? "the least of" : "within 5% of the least of",
+        method_error(f, near), method_error(f, "hard"), method_ns(f, near) / 1e3);
+    if (isnan(narrow))
+        fprintf(page, "PCSS that reads every texel is slower at every kernel width. ");
+    else
+        fprintf(page,
+                "PCSS that reads every texel is faster where kernels stay below about %g texels, "
+                "and has %.1f times the "
+                "error. ",
+                narrow, method_error(f, PCSS_ALL) / error);
+    fprintf(page, "What else to take, and for what:\n\n"
+                  "| you want | take | rms error | ns a receiver | MiB for a 256 x 256 map "
+                  "|\n|---|---|---|---|---|\n");
+    write_choice(f, page, "the least error at constant time", best);
+    write_choice(f, page, "the fastest within 5% of that", near);
+    write_choice(f, page, "at most three quarters of its time",
+                 choose(f, (choice){true, 0.75 * ns, HUGE_VAL}, false));
+    write_choice(f, page, "at most half of its time",
+                 choose(f, (choice){true, 0.5 * ns, HUGE_VAL}, false));
+    write_choice(f, page, "at most a fifth of its time",
+                 choose(f, (choice){true, 0.2 * ns, HUGE_VAL}, false));
+    write_choice(f, page, "at most a twentieth",
+                 choose(f, (choice){true, 0.05 * ns, HUGE_VAL}, false));
+    write_choice(f, page, "the least error, whatever it costs",
+                 choose(f, (choice){false, HUGE_VAL, HUGE_VAL}, false));
+    fprintf(page, "\n");
+}
+
+// ---- Sections
+
+// The heading, and the picture with its message.
+static bool write_section(const figures *f, FILE *page, const char *heading, const char *file)
+{
+    const chart *c = chart_named(file);
+    char text[512];
+    if (!chart_possible(f, c)) return false;
+    c->message(f, text, sizeof text);
+    fprintf(page, "## %s\n\n%s\n\n![%s](%s)\n\n", heading, text, heading, file);
+    return true;
+}
+
+// "0.043 (0.029-0.054)", or the value alone if it has no spread.
+static void write_spread(FILE *page, const summary *s, int decimals)
+{
+    if (!s->count)
+        fprintf(page, " - |");
+    else if (s->low == s->high)
+        fprintf(page, " %.*f |", decimals, s->mean);
+    else
+        fprintf(page, " %.*f (%.*f to %.*f) |", decimals, s->mean, decimals, s->low, decimals,
+                s->high);
+}
+
+static void write_error_time(const figures *f, FILE *page)
+{
+    const names methods = methods_of(f, "error");
+    double fastest = HUGE_VAL;
+    if (!write_section(f, page, "Error against time", "error_time.svg")) return;
+    for (int i = 0; i < methods.count; i++) fastest = fmin(fastest, method_ns(f, methods.list[i]));
+    fprintf(page, "In brackets the mean spread: one standard error for errors, quartiles of "
+                  "interleaved rounds for times. "
+                  "Rivals get the bias that suits them best over all scenes; \"best bias\" is "
+                  "their error if each case "
+                  "could have its own.\n\n"
+                  "| method | rms error | best bias | mean | 99th percentile | ns a receiver | "
+                  "times the fastest | "
+                  "constant time |\n|---|---|---|---|---|---|---|---|\n");
+    for (int i = 0; i < methods.count; i++) {
+        const char *m = methods.list[i];
+        const summary rms = summarize(f, "error", NULL, m, NAN, "rms"),
+                      bias = summarize(f, "error", NULL, m, NAN, "rms_best_bias");
+        summary ns = summarize(f, "speed", NULL, m, NAN, "ns");
+        if (!ns.count) ns = summarize(f, "error", NULL, m, NAN, "ns");
+        fprintf(page, "| %s |", m);
+        write_spread(page, &rms, 3);
+        if (bias.count)
+            fprintf(page, " %.3f |", bias.mean);
+        else
+            fprintf(page, " - |");
+        fprintf(page, " %+.3f | %.2f |", mean_of(f, "error", NULL, m, NAN, "mean"),
+                mean_of(f, "error", NULL, m, NAN, "p99"));
+        write_spread(page, &ns, 0);
+        fprintf(page, " %.3g | %s |\n", ns.mean / fastest,
+                method_constant_time(f, m) ? "yes" : "no");
+    }
+    fprintf(page, "\n");
+}
+
+static void write_columns(FILE *page, const char *first)
+{
+    fprintf(page, "| %s |", first);
+    for (int i = 0; i < COLUMNS; i++) fprintf(page, " %s |", column[i]);
+    fprintf(page, "\n|---|");
+    for (int i = 0; i < COLUMNS; i++) fprintf(page, "---|");
+    fprintf(page, "\n");
+}
+
+// One row of a table with those columns; the least is bold.
+static void write_row(const figures *f, FILE *page, const char *experiment, const char *scene,
+                      double x, const char *metric, int decimals)
+{
+    double value[COLUMNS], least = HUGE_VAL;
+    for (int i = 0; i < COLUMNS; i++) {
+        value[i] = mean_of(f, experiment, scene, column[i], x, metric);
+        if (!isnan(value[i])) least = fmin(least, value[i]);
+    }
+    for (int i = 0; i < COLUMNS; i++) {
+        char text[32];
+        if (isnan(value[i]))
+            snprintf(text, sizeof text, "-");
+        else
+            snprintf(text, sizeof text, "%.*f", decimals, value[i]);
+        fprintf(page, value[i] == least ? " **%s** |" : " %s |", text);
+    }
+    fprintf(page, "\n");
+}
+
+static void write_scenes(const figures *f, FILE *page)
+{
+    const names scenes = scenes_of(f, "error");
+    if (!write_section(f, page, "Scene by scene", "error_time_scenes.svg")) return;
+    fprintf(page, "Rms error of visibility, mean over light sizes; the least is bold.\n\n");
+    write_columns(page, "scene");
+    for (int i = 0; i < scenes.count; i++) {
+        fprintf(page, "| %s |", scenes.list[i]);
+        write_row(f, page, "error", scenes.list[i], NAN, "rms", 3);
+    }
+    fprintf(page, "\n");
+}
+
+static void write_sweep(const figures *f, FILE *page, const char *heading, const char *file,
+                        const char *experiment, const char *metric, const char *words, int decimals)
+{
+    const numbers sweep = sweep_of(f, experiment, LAYERED, metric);
+    if (!write_section(f, page, heading, file)) return;
+    fprintf(page, "%s\n\n", words);
+    write_columns(page, experiment[0] == 'k' ? "texels" : "tangent");
+    for (int i = 0; i < sweep.count; i++) {
+        fprintf(page, "| %g |", sweep.list[i]);
+        write_row(f, page, experiment, NULL, sweep.list[i], metric, decimals);
+    }
+    fprintf(page, "\n");
+}
+
+static void write_side(const figures *f, FILE *page)
+{
+    const numbers sides = sweep_of(f, "side", LAYERED, "rms");
+    if (!write_section(f, page, "Side of the map", "map_side.svg")) return;
+    fprintf(page,
+            "Methods that read the depth map itself have nothing to update. \"%s\":\n\n| side | "
+            "rms error | ns a receiver | ms an update | MiB "
+            "|\n|---|---|---|---|---|\n",
+            LAYERED);
+    for (int i = 0; i < sides.count; i++) {
+        const double x = sides.list[i];
+        const summary update = summarize(f, "side", NULL, LAYERED, x, "update_ms");
+        fprintf(page, "| %g | %.3f | %.0f |", x, mean_of(f, "side", NULL, LAYERED, x, "rms"),
+                mean_of(f, "side", NULL, LAYERED, x, "ns"));
+        write_spread(page, &update, 2);
+        fprintf(page, " %.2f |\n", mean_of(f, "side", NULL, LAYERED, x, "bytes") / 1048576);
+    }
+    fprintf(page, "\n");
+    write_section(f, page, "Memory", "memory.svg");
+}
+
+static void write_temporal(const figures *f, FILE *page)
+{
+    const names scenes = scenes_of(f, "temporal");
+    if (!write_section(f, page, "Moving suns and casters", "temporal.svg")) return;
+    fprintf(page, "The rms difference between how a method changes from one frame to the next and "
+                  "how the truth does; \"truth\" "
+                  "is the truth's own change. Mean over light sizes; the least is bold.\n\n");
+    write_columns(page, "scene");
+    for (int i = 0; i < scenes.count; i++) {
+        fprintf(page, "| %s |", scenes.list[i]);
+        write_row(f, page, "temporal", scenes.list[i], NAN, "step_rms", 4);
+    }
+    fprintf(page, "\n");
+}
+
+static void write_lights(const figures *f, FILE *page)
+{
+    const names probes = scenes_of(f, "lights"), methods = methods_of(f, "lights");
+    const numbers counts = sweep_of(f, "lights", NULL, "irradiance_rms");
+    const double n = nearest(&counts, 32);
+    if (!write_section(f, page, "Lights of a probe", "lights.svg")) return;
+    fprintf(page,
+            "With %g lights, rms errors in %% of the mean: of the irradiance without casters, and "
+            "of surface points of "
+            "a scene with shadows; milliseconds to find the lights.\n\n| probe | lights by | "
+            "irradiance | with shadows | ms |\n"
+            "|---|---|---|---|---|\n",
+            n);
+    for (int i = 0; i < probes.count; i++)
+        for (int k = 0; k < methods.count; k++)
+            fprintf(page, "| %s | %s | %.2f | %.2f | %.2f |\n", probes.list[i], methods.list[k],
+                    mean_of(f, "lights", probes.list[i], methods.list[k], n, "irradiance_rms"),
+                    mean_of(f, "lights", probes.list[i], methods.list[k], n, "picture_rms"),
+                    mean_of(f, "lights", probes.list[i], methods.list[k], n, "ms"));
+    fprintf(page, "\n");
+}
+
+static void write_settings(const figures *f, FILE *page)
+{
+    const names tolerances = methods_of(f, "tolerance"), settings = methods_of(f, "setting");
+    if (write_section(f, page, "As little as the scene needs", "settings.svg")) {
+        fprintf(page, "| setting | rms error | ns a receiver |\n|---|---|---|\n");
+        for (int i = 0; i < settings.count; i++)
+            fprintf(page, "| %s | %.4f | %.0f |\n", settings.list[i],
+                    mean_of(f, "setting", NULL, settings.list[i], NAN, "rms"),
+                    mean_of(f, "setting", NULL, settings.list[i], NAN, "ns"));
+        fprintf(page, "\n");
+    }
+    if (!tolerances.count) return;
+    fprintf(page,
+            "As many lights as a tolerance of `lightprobe_extract` asks for, means over probes:\n\n"
+            "| setting | lights | rms error with shadows, %% | us a surface point "
+            "|\n|---|---|---|---|\n");
+    for (int i = 0; i < tolerances.count; i++) {
+        const char *m = tolerances.list[i];
+        fprintf(page, "| %s | %.0f | %.2f | %.1f |\n", m,
+                mean_of(f, "tolerance", NULL, m, NAN, "lights"),
+                mean_of(f, "tolerance", NULL, m, NAN, "picture_rms"),
+                mean_of(f, "tolerance", NULL, m, NAN, "shade_ns") / 1e3);
+    }
+    fprintf(page, "\n");
+}
+
+// The best method at constant time for one scene or light size, and the fastest near it.
+static void write_rule(const figures *f, FILE *page, const char *scene, double x)
+{
+    const names methods = methods_of(f, "error");
+    int best = -1, near = -1;
+    double error[NAMES_ROOM], ns[NAMES_ROOM];
+    for (int i = 0; i < methods.count; i++) {
+        error[i] = mean_of(f, "error", scene, methods.list[i], x, "rms");
+        ns[i] = mean_of(f, "error", scene, methods.list[i], x, "ns");
+        if (method_constant_time(f, methods.list[i]) && (best < 0 || error[i] < error[best]))
+            best = i;
+    }
+    for (int i = 0; i < methods.count && best >= 0; i++)
+        if (error[i] <= 1.25 * error[best] && (near < 0 || ns[i] < ns[near])) near = i;
+    if (best < 0) return;
+    fprintf(page, " %s | %.3f | %.0f | %s | %.3f | %.0f |\n", methods.list[best], error[best],
+            ns[best], methods.list[near], error[near], ns[near]);
+}
+
+static void write_rules(const figures *f, FILE *page)
+{
+    const numbers sizes = sweep_of(f, "error", LAYERED, "rms");
+    const names scenes = scenes_of(f, "error");
+    if (!best_constant(f)) return;
+    fprintf(page, "## Rule of thumb\n\nThe most accurate method at constant time, and the fastest "
+                  "of all within a quarter of its "
+                  "error, by size of light and by scene:\n\n| for | most accurate | rms error | ns "
+                  "| fastest near it | rms error | ns |\n"
+                  "|---|---|---|---|---|---|---|\n");
+    for (int i = 0; i < sizes.count; i++) {
+        fprintf(page, "| light of tangent %g |", sizes.list[i]);
+        write_rule(f, page, NULL, sizes.list[i]);
+    }
+    for (int i = 0; i < scenes.count; i++) {
+        fprintf(page, "| %s |", scenes.list[i]);
+        write_rule(f, page, scenes.list[i], NAN);
+    }
+    fprintf(page, "\n");
+}
+
+// Whatever was measured, a row for each method and x, a column for each metric; medians.
+static void write_all(const figures *f, FILE *page, const char *heading, const char *words,
+                      const char *experiment, const char *swept)
+{
+    const names methods = methods_of(f, experiment), metrics = metrics_of(f, experiment);
+    if (!methods.count) return;
+    fprintf(page, "## %s\n\n%s\n\n| | %s |", heading, words, swept);
+    for (int i = 0; i < metrics.count; i++) fprintf(page, " %s |", metrics.list[i]);
+    fprintf(page, "\n|---|---|");
+    for (int i = 0; i < metrics.count; i++) fprintf(page, "---|");
+    fprintf(page, "\n");
+    for (int k = 0; k < methods.count; k++) {
+        const numbers sweep = sweep_of(f, experiment, methods.list[k], NULL);
+        for (int j = 0; j < sweep.count; j++) {
+            fprintf(page, "| %s | %g |", methods.list[k], sweep.list[j]);
+            for (int i = 0; i < metrics.count; i++) {
+                const double value =
+                    mean_of(f, experiment, NULL, methods.list[k], sweep.list[j], metrics.list[i]);
+                if (isnan(value))
+                    fprintf(page, " - |");
+                else
+                    fprintf(page, value >= 1000 ? " %.0f |" : " %.3g |", value);
+            }
+            fprintf(page, "\n");
+        }
+    }
+    fprintf(page, "\n");
+}
+
+static void write_arrays(const figures *f, FILE *page)
+{
+    const names methods = methods_of(f, "array");
+    if (!methods.count) return;
+    fprintf(page,
+            "## Bounds one by one and over arrays\n\n"
+            "Nanoseconds a receiver, and how many times faster than the published algorithm in "
+            "the same run.\n\n| | published | mssm.h | times faster |\n|---|---|---|---|\n");
+    for (int i = 0; i < methods.count; i++) {
+        const char *m = methods.list[i];
+        const summary faster = summarize(f, "array", NULL, m, NAN, "speedup");
+        char published[FIGURE_NAME + 16], own[FIGURE_NAME + 16];
+        if (!faster.count) continue;
+        snprintf(published, sizeof published, "%s, published", m);
+        snprintf(own, sizeof own, "%s, mssm.h", m);
+        fprintf(page, "| %s | %.1f | %.1f |", m, mean_of(f, "array", NULL, published, NAN, "ns"),
+                mean_of(f, "array", NULL, own, NAN, "ns"));
+        write_spread(page, &faster, 2);
+        fprintf(page, "\n");
+    }
+    fprintf(page, "\n");
+}
+
+// ---- Figures to reach
+
+static void write_goal(FILE *page, const char *goal, double measured, double limit,
+                       const comparison *scenes)
+{
+    if (isnan(measured)) {
+        fprintf(page, "| %s | not measured | - | - |\n", goal);
+        return;
+    }
+    fprintf(page, "| %s | %.2f | ", goal, measured);
+    if (scenes && scenes->cases > 1)
+        fprintf(page, "%.2f to %.2f (%s) | ", scenes->least, scenes->most, scenes->worst);
+    else
+        fprintf(page, "- | ");
+    fprintf(page, "%s |\n", measured <= limit ? "reached" : "**missed**");
+}
+
+static void write_error_goals(const figures *f, FILE *page)
+{
+    static const struct {
+        const char *goal, *other;
+        double limit;
+    } goals[] = {
+        {"error / PCSS reading every texel, below 1", PCSS_ALL, 1},
+        {"error / full back-projection, at most 1.15", BACK_PROJECTION, 1.15},
+        {"error / convolution soft shadows with 16 terms, below 1", CONVOLUTION, 1},
+        {"error / MSSM with 6 moments, lower blocker, at most 0.75", "MSSM 6, lower blocker", 0.75},
+        {"error / MSSM with 6 moments, upper blocker, at most 0.75", "MSSM 6, upper blocker",
+         0.75}};
+    for (size_t i = 0; i < sizeof goals / sizeof *goals; i++) {
+        const comparison c = compare(f, "error", NULL, LAYERED, goals[i].other, "rms");
+        write_goal(page, goals[i].goal, c.ratio, goals[i].limit, &c);
+    }
+}
+
+static void write_time_goals(const figures *f, FILE *page)
+{
+    const numbers widths = sweep_of(f, "kernel", LAYERED, "ns");
+    const double x = nearest(&widths, 101), own = mean_of(f, "kernel", NULL, LAYERED, x, "ns");
+    const summary all = summarize(f, "kernel", NULL, LAYERED, NAN, "ns");
+    const double ns = method_ns(f, LAYERED);
+    write_goal(page, "time / PCSS reading every texel at 101 x 101 kernels, at most 0.1",
+               own / mean_of(f, "kernel", NULL, PCSS_ALL, x, "ns"), 0.1, NULL);
+    write_goal(page, "time / convolution soft shadows with 16 terms, below 1",
+               ns / method_ns(f, CONVOLUTION), 1, NULL);
+    write_goal(page, "time / MSSM with 6 moments, lower blocker, below 2",
+               ns / method_ns(f, "MSSM 6, lower blocker"), 2, NULL);
+    write_goal(page, "time / MSSM with 6 moments, upper blocker, below 2",
+               ns / method_ns(f, "MSSM 6, upper blocker"), 2, NULL);
+    write_goal(page, "time, slowest / fastest kernel width, at most 1.15", all.most / all.least,
+               1.15, NULL);
+    write_goal(page, "memory / convolution soft shadows with 16 terms, below 0.33",
+               method_bytes(f, LAYERED) / method_bytes(f, CONVOLUTION), 1.0 / 3, NULL);
+}
+
+static void write_other_goals(const figures *f, FILE *page)
+{
+    const comparison steps = compare(f, "temporal", NULL, LAYERED, PCSS_ALL, "step_rms");
+    const char *best = best_constant(f);
+    double worst = NAN;
+    const names probes = scenes_of(f, "lights");
+    const numbers counts = sweep_of(f, "lights", NULL, "irradiance_rms");
+    const double x = nearest(&counts, 32);
+    for (int i = 0; i < probes.count; i++) {
+        const char *probe = probes.list[i];
+        const double ours = mean_of(f, "lights", probe, "largest error first", x, "irradiance_rms");
+        worst = fmax(worst, ours / mean_of(f, "lights", probe, "median cut", x, "irradiance_rms"));
+    }
+    write_goal(page, "temporal error / PCSS reading every texel, at most 1", steps.ratio, 1,
+               &steps);
+    if (best) {
+        write_goal(page, "\"" AUTOMATIC "\": error / best at constant time, at most 1.05",
+                   method_error(f, AUTOMATIC) / method_error(f, best), 1.05, NULL);
+        write_goal(page, "\"" AUTOMATIC "\": time / \"" LAYERED "\", below 0.7",
+                   method_ns(f, AUTOMATIC) / method_ns(f, LAYERED), 0.7, NULL);
+    }
+    write_goal(page,
+               "irradiance error of 32 lights / the paper's median cut, on every probe at most 0.2",
+               worst, 0.2, NULL);
+}
+
+static void write_goals(const figures *f, FILE *page)
+{
+    const comparison pcss = compare(f, "error", NULL, LAYERED, PCSS_ALL, "rms");
+    fprintf(
+        page,
+        "## Figures to reach\n\n\"%s\" against the others, all scenes and light sizes together. "
+        "The third column is the range "
+        "of the same ratio over single scenes and lights, with the scene where it is largest.\n\n"
+        "| ratio | measured | single cases | |\n|---|---|---|---|\n",
+        LAYERED);
+    write_error_goals(f, page);
+    write_time_goals(f, page);
+    write_other_goals(f, page);
+    if (pcss.cases)
+        fprintf(page,
+                "\nIts error is below that of PCSS reading every texel in %d of %d pairs of scene "
+                "and light size.\n\n",
+                pcss.lower, pcss.cases);
+}
+
+// ---- How
+
+static void write_method(const figures *f, FILE *page)
+{
+    const names scenes = scenes_of(f, "error"), methods = methods_of(f, "error");
+    const numbers sizes = sweep_of(f, "error", NULL, "rms");
+    const summary noise = summarize(f, "truth", NULL, "error", NAN, "noise");
+    fprintf(page,
+            "## How it was measured\n\n"
+            "- %d scenes (%s",
+            scenes.count, scenes.count ? scenes.list[0] : "none");
+    for (int i = 1; i < scenes.count; i++) fprintf(page, ", %s", scenes.list[i]);
+    fprintf(page,
+            "), each lit by a square light at infinity of %d sizes. A light that is too large for "
+            "a scene is left out there.\n"
+            "- Receivers are drawn evenly from the surfaces that face the light. The truth is the "
+            "share of rays to the light "
+            "that nothing blocks",
+            sizes.count);
+    if (noise.count)
+        fprintf(page, "; its own rms error is %.4f on average, %.4f at most", noise.mean,
+                noise.most);
+    fprintf(page,
+            ".\n- All %d methods see the same depth map, 256 texels a side, one sample a texel, "
+            "without back faces. The rivals are "
+            "written from their papers, in `tests/compare/`. Those that need a depth bias get the "
+            "one that is best for them "
+            "over all scenes.\n"
+            "- Times are of one core, in rounds that go through all methods, so that whatever "
+            "disturbs the machine disturbs all "
+            "of them. Compare ratios: nanoseconds are those of the machine that ran this.\n"
+            "- A method counts as of constant time if the widest kernel costs less than 1.5 times "
+            "the narrowest.\n\n"
+            "Run it again:\n\n```sh\nmake chart          # everything: accuracy.csv, this page, "
+            "its pictures; about a quarter of an hour\n"
+            "make chart-quick    # the same with fewer receivers, to build/\n"
+            "make chart-check    # do README and docs still say what the figures say?\n```\n",
+            methods.count);
+}
+
+void page_write(const figures *f, FILE *page)
+{
+    fprintf(page, "%s\n# Speed against accuracy\n\n", page_mark);
+    write_advice(f, page);
+    write_error_time(f, page);
+    write_scenes(f, page);
+    write_sweep(f, page, "Size of the light", "error_light.svg", "error", "rms",
+                "Rms error of visibility, mean over scenes; the least is bold.", 3);
+    write_sweep(
+        f, page, "Width of the kernel", "time_kernel.svg", "kernel", "ns",
+        "Nanoseconds a receiver under casters that leave no early way out; the least is bold.", 0);
+    write_side(f, page);
+    write_temporal(f, page);
+    write_lights(f, page);
+    write_settings(f, page);
+    write_rules(f, page);
+    write_arrays(f, page);
+    write_all(f, page, "Map updates",
+              "Bytes read and written by an update against a plain copy in the same run.",
+              "bandwidth", "side");
+    write_all(f, page, "A whole picture", "Through the public functions, from probe to picture.",
+              "picture", "threads");
+    write_all(f, page, "OpenGL",
+              "The same comparison where a user would run it; reads are texel fetches a receiver.",
+              "gl", "lights");
+    write_goals(f, page);
+    write_method(f, page);
+}
