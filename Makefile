@@ -4,7 +4,8 @@
 #   make test          everything that CI checks; single tests: build/release/test "words of its name"
 #   make               all examples
 #   make glsl          renews the GLSL text inside the headers from their C source
-#   make bias          computes the safe moment bias per storage format (docs/moments.md quotes it)
+#   make bias          proves the safe moment bias per storage format; fails where mssm.h has less
+#   make stability     where moment methods fail, ours and others: docs/stability.md (some minutes)
 #   make bench         speed of the moment math, the map and the probe (docs quote it)
 #   make chart         speed against accuracy, all methods: docs/accuracy.md, its pictures and figures
 #   make chart-quick   the same from fewer receivers, into build/docs
@@ -44,6 +45,8 @@ report_only = $(call part,report charts page claims summary svg)
 report_objects = $(filter $(report_only) $(call part,figures),$(compare))
 measure_objects = $(filter-out $(report_only),$(compare))
 test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals)
+stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $(call part,svg) \
+    $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
 
 all: $(examples)
@@ -62,6 +65,9 @@ glsl:
 
 bias: $(out)/safe_bias
 	$(out)/safe_bias
+
+stability: $(out)/stability
+	$(out)/stability
 
 bench: $(benches)
 	@for b in $(benches); do $$b || exit 1; done
@@ -89,7 +95,7 @@ chart-check: $(out)/report
 clean:
 	rm -rf build
 
-$(out)/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h tests/compare/*.h) Makefile
+$(out)/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h tests/*/*.h) Makefile
 	@mkdir -p $(@D)
 	$(CC) $(ALL_CFLAGS) -c $< -o $@
 
@@ -106,6 +112,10 @@ $(out)/examples/viewer.o: ALL_CFLAGS += $(shell pkg-config --cflags glfw3 2>/dev
 $(out)/test: $(test_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
+$(out)/stability: $(stability_objects) $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+$(out)/safe_bias: $(out)/tests/oracle_moments.o
 $(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(out)/tests/families.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
@@ -115,5 +125,5 @@ $(out)/measure: $(measure_objects) $(out)/tests/random.o $(out)/tests/oracle_lig
 $(out)/report: $(report_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-.PHONY: all demo test test-binary glsl bias bench chart chart-quick chart-check clean build/vector/measure
+.PHONY: all demo test test-binary glsl bias stability bench chart chart-quick chart-check clean build/vector/measure
 .SECONDARY:

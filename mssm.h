@@ -59,8 +59,8 @@
 //   MSSM_MALLOC(bytes), MSSM_FREE(memory)   there: for the OpenGL half; the rest never allocates
 //
 // Threads: no global state. Functions that take a const map may run in parallel on one map.
-// Floats: any finite input gives finite output. NaN and infinity are treated as the nearest number
-// of the valid range, unless said otherwise.
+// Floats: any finite input gives finite output. NaN and infinity are treated as a number at an end
+// of the valid range; depths that are not finite as 1, nothing hit.
 
 #ifndef MSSM_H
 #define MSSM_H
@@ -95,12 +95,15 @@ mssm_moments6 mssm_moments6_of_depth(float z);
 #define MSSM_BIAS4_FLOAT32 4.8e-7f  // moments as float; mssm_moments*_bias
 #define MSSM_BIAS6_FLOAT32 2.2e-6f
 #define MSSM_BIAS4_UNORM16 1.9e-5f  // encoded, stored once in 16 bits; mssm_moments*_bias_encoded
-#define MSSM_BIAS6_UNORM16 3.5e-5f  // (mssm_moments*_bias would need 2.1e-5 and 5.2e-5)
+#define MSSM_BIAS6_UNORM16 3.5e-5f  // (mssm_moments*_bias would need 2.2e-5 and 5.2e-5)
 #define MSSM_BIAS4_UNORM16_FILTERED 5.6e-5f  // the same, stored by a resolve and two blur passes
 #define MSSM_BIAS6_UNORM16_FILTERED 1.05e-4f
-#define MSSM_BIAS4_TABLE 7.0e-7f  // tables of this header, as mssm_map_visibility uses them
+// Tables of this header, as mssm_map_visibility uses them; and what mssm_map_moments gives, for
+// mssm_moments*_bias. Proved for kernels of up to 27 texels. Coarser levels round once more each, which
+// at the very worst asks for 2.2 times as much at level 4; sampled maps need less than half of these.
+#define MSSM_BIAS4_TABLE 7.0e-7f
 #define MSSM_BIAS6_TABLE 1.3e-6f
-#define MSSM_BIAS4_DECODED 1.4e-6f  // what mssm_map_moments gives; mssm_moments*_bias
+#define MSSM_BIAS4_DECODED 1.4e-6f
 #define MSSM_BIAS6_DECODED 4.0e-6f
 
 // (1 - alpha) m + alpha m*, m* the bias vector that repairs the rounding of moments kept as float32
@@ -142,7 +145,7 @@ mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z);
 
 // Mean depth of the blockers nearer than z, where the receiver's own share w0 takes part as if it
 // were a blocker at z, clamped to [self_weight_min, self_weight_max]. 1e-3, 1e-3: the lower
-// estimate (image- based lighting paper, Eq. 7); 1e-3, 1: the upper estimate (Eq. 19). In [-1,z]; z
+// estimate (image-based lighting paper, Eq. 7); 1e-3, 1: the upper estimate (Eq. 19). In [-1,z]; z
 // without blockers.
 float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max);
 float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max);
@@ -748,7 +751,7 @@ MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
     float y = (2.0f * sqrtf(h > 0.0f ? h : 0.0f) - b) * (1.0f / 3.0f);
     float e = c * c - 4.0f * b * d;
     float root = sqrtf(e > 0.0f ? e : 0.0f);
-    float y_a = -2.0f * d / (c + root);
+    float y_a = -2.0f * d / (c + root > 1e-37f ? c + root : 1e-37f);
     float y_b = (root - c) / (2.0f * b);
     float y_c = c >= 0.0f ? y_a : y_b;
     y_c = b > 0.0f ? y_c : y;
@@ -854,6 +857,20 @@ MSSM_SHARED struct mssm_pair mssm_quadratic(float b, float c)
     return r;
 }
 
+// x^3 + b x^2 + c x + d divided by one of its roots: forwards, or backwards where that loses less.
+MSSM_SHARED struct mssm_deflated mssm_divide(float b, float c, float d, float root)
+{
+    struct mssm_deflated r;
+    r.root = root;
+    r.b = b + root;
+    r.c = c + r.b * root;
+    float backwards = -d / root;
+    int back = root * root > fabsf(r.c) ? 1 : 0;
+    r.b = back == 1 ? (backwards - c) / root : r.b;
+    r.c = back == 1 ? backwards : r.c;
+    return r;
+}
+
 // Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection
 // point, which is simple unless all three coincide. Newton's method finds it fast from outside, no
 // further than reach from that point, and deflation by it is stable (after Kahan, "To solve a real
@@ -875,25 +892,31 @@ MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float r
         x = x - side * step;
         if (step >= 0.0f) break;
     }
-    struct mssm_deflated r;
-    r.root = x;
-    r.b = b + x;
-    r.c = c + r.b * x;
-    // Forwards, or backwards where that loses less.
-    if (x * x > fabsf(r.c)) {
-        r.c = -d / x;
-        r.b = (r.c - c) / x;
-    }
-    return r;
+    return mssm_divide(b, c, d, x);
 }
 
-// How far the roots can lie from the inflection point: if all of them are real, and in any case.
-MSSM_SHARED float mssm_reach_of_real(float b, float c)
+// The same for a cubic that is known to have only real roots: the cosine of a third of an angle,
+// whose cosine is h, as a polynomial of h (error 2e-4 of the roots' spread), and two steps of
+// Newton's method.
+MSSM_SHARED struct mssm_deflated mssm_deflate_real(float b, float c, float d)
 {
+    float middle = b * (-1.0f / 3.0f);
+    float f = ((middle + b) * middle + c) * middle + d;
     float spread = b * b * (1.0f / 3.0f) - c;
-    return spread > 0.0f ? 1.1547005f * sqrtf(spread) : 0.0f;
+    float unit = sqrtf(spread > 1e-30f ? spread * (1.0f / 3.0f) : 1e-30f);
+    float h = mssm_clamp(0.5f * fabsf(f) / (unit * unit * unit + 1e-30f), 0.0f, 1.0f);
+    float cosine = 0.8660254f + h * (0.1666667f + h * (-0.0424743f + h * 0.0097823f));
+    float x = middle - (f < 0.0f ? -2.0f : 2.0f) * unit * cosine;
+    for (int i = 0; i < 2; i++) {
+        f = ((x + b) * x + c) * x + d;
+        float f1 = (3.0f * x + 2.0f * b) * x + c;
+        float step = f / (f1 > 1e-30f ? f1 : 1e-30f);  // bounded: next to a triple root it is noise
+        x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);
+    }
+    return mssm_divide(b, c, d, x);
 }
 
+// How far the roots can lie from the inflection point.
 MSSM_SHARED float mssm_reach(float b, float c, float d)
 {
     float x = b * (-1.0f / 3.0f);
@@ -1030,41 +1053,33 @@ MSSM_SHARED mssm_points3 mssm_points_of4(struct mssm_kernel4 k)
     return r;
 }
 
+// The given depth, a lone one, and a pair that may be close: not sorted.
 MSSM_SHARED mssm_points4 mssm_points_of6(struct mssm_kernel6 k)
 {
     float inverse = 1.0f / k.k0;
-    float b = k.k1 * inverse;
-    float c = k.k2 * inverse;
-    struct mssm_deflated left = mssm_deflate(b, c, k.k3 * inverse, mssm_reach_of_real(b, c));
+    struct mssm_deflated left =
+        mssm_deflate_real(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);
     struct mssm_pair v = mssm_quadratic(left.b, left.c);
     float ta = mssm_distance(left.root);
-    struct mssm_pair tb;
-    tb.x0 = mssm_distance(v.x0);
-    tb.x1 = mssm_distance(v.x1);
-    float t_low = tb.x0 < tb.x1 ? tb.x0 : tb.x1;
-    tb.x1 = tb.x0 < tb.x1 ? tb.x1 : tb.x0;
-    tb.x0 = t_low;
+    float tb = mssm_distance(v.x0);
+    float tc = mssm_distance(v.x1);
     // The single root is the well-conditioned one, and so is its share. The shares of a close pair
     // are not, but their sum is: what the others leave.
     float total = 1.0f - k.w0;
     float share_a = mssm_share6(k, ta);
     share_a = share_a < total ? share_a : total;
-    float s1 = mssm_share6(k, tb.x0);
-    float s2 = mssm_share6(k, tb.x1);
-    float share_b = (total - share_a) * (s1 / (s1 + s2));
-    float share_c = (total - share_a) * (s2 / (s1 + s2));
-    int first = ta < tb.x0 ? 1 : 0;
-    int last = ta > tb.x1 ? 1 : 0;
-    float t2 = first == 1 ? tb.x0 : (last == 1 ? tb.x1 : ta);
+    float s1 = mssm_share6(k, tb);
+    float s2 = mssm_share6(k, tc);
+    float rest = (total - share_a) / (s1 + s2);
     mssm_points4 r;
     r.z[0] = k.mean + k.u0;
-    r.z[1] = k.mean + (k.u0 + (first == 1 ? ta : tb.x0));
-    r.z[2] = k.mean + (k.u0 + t2);
-    r.z[3] = k.mean + (k.u0 + (last == 1 ? ta : tb.x1));
+    r.z[1] = k.mean + (k.u0 + ta);
+    r.z[2] = k.mean + (k.u0 + tb);
+    r.z[3] = k.mean + (k.u0 + tc);
     r.w[0] = k.w0;
-    r.w[1] = first == 1 ? share_a : share_b;
-    r.w[2] = first == 1 ? share_b : (last == 1 ? share_c : share_a);
-    r.w[3] = last == 1 ? share_a : share_c;
+    r.w[1] = share_a;
+    r.w[2] = s1 * rest;
+    r.w[3] = s2 * rest;
     return r;
 }
 
@@ -1075,8 +1090,21 @@ mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z)
 
 mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)
 {
-    return mssm_points_of6(mssm_kernel6_of(m, z));
+    mssm_points4 r = mssm_points_of6(mssm_kernel6_of(m, z));
+    for (int i = 0; i < 3; i++) {  // three comparisons of neighbours sort three depths
+        int j = i == 1 ? 2 : 1;
+        float z_low = r.z[j];
+        float w_low = r.w[j];
+        if (r.z[j + 1] < z_low) {
+            r.z[j] = r.z[j + 1];
+            r.w[j] = r.w[j + 1];
+            r.z[j + 1] = z_low;
+            r.w[j + 1] = w_low;
+        }
+    }
+    return r;
 }
+
 // ---- Stored moments: factorised in the Chebyshev basis, without decoding ----
 //
 // t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2
@@ -1603,8 +1631,8 @@ MSSM_SHARED int mssm_level_of(float width, int levels)
 {
     int level = 0;
     float limit = MSSM_KERNEL;
-    for (int i = 1; i < levels; i++) {
-        if (width > limit) level = i;
+    for (int i = 1; i < 11; i++) {
+        level = width > limit && i < levels ? i : level;
         limit = limit * 2.0f;
     }
     return level;
@@ -1701,7 +1729,7 @@ struct mssm_receiver {
     float y;
     float z_test;  // depth less the bias, and never behind the empty texels
     float z_own;   // depths from z_own - fade to z_own belong in part to the receiver's surface
-    float fade;
+    float sharp;   // 1 / fade
     float spread;  // of the receiver
     float d_max;   // its distance from the near plane, in spread
     int lit;       // whatever the map holds
@@ -1710,6 +1738,7 @@ struct mssm_receiver {
 // Three nested kernels, by the distance in spread of the blockers they are for; or the answer.
 struct mssm_plan {
     float d[3];
+    float between[2];  // 1 / (d[i]^2 - d[i+1]^2)
     float occlusion;
     int known;
 };
@@ -1748,7 +1777,7 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     float bias = v.averaged != 0 ? 0.0f : 0.75f * texel;
     float fade = v.averaged != 0 ? 2.0f * texel : 1.5f * texel;
     bias = o.depth_bias > 0.0f ? o.depth_bias : bias;
-    r.fade = o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade;
+    r.sharp = 1.0f / (o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade);
     r.z_own = z - bias;
     float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);
     r.z_test = r.z_own < behind_all ? r.z_own : behind_all;
@@ -1814,7 +1843,7 @@ MSSM_CALLED mssm_points4 mssm_layers(struct mssm_options o, int moments, mssm_mo
 // What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.
 MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
 {
-    return z < r.z_test ? w * mssm_clamp((r.z_own - z) / r.fade, 0.0f, 1.0f) : 0.0f;
+    return z < r.z_test ? w * mssm_clamp((r.z_own - z) * r.sharp, 0.0f, 1.0f) : 0.0f;
 }
 
 // Share of a depth that counts as the receiver's own surface, going on behind it; distance in units
@@ -1824,8 +1853,8 @@ MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, flo
 {
     float gap = 1.0f - MSSM_FAR_CASTER;
     float own = w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *
-                mssm_clamp((1.0f - 0.25f * gap - z) / (0.5f * gap), 0.0f, 1.0f) *
-                mssm_clamp((z - r.z_own) / r.fade, 0.0f, 1.0f);
+                mssm_clamp((1.0f - 0.25f * gap - z) * (2.0f / gap), 0.0f, 1.0f) *
+                mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);
     return z > r.z_test ? own : 0.0f;
 }
 
@@ -1833,7 +1862,12 @@ MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, flo
 // surface in the next texel: all up to two texels of depth in front, nothing from five on.
 MSSM_SHARED float mssm_close_by(struct mssm_receiver r, float z, float w)
 {
-    return w * mssm_clamp(1.4f - 0.5f * (r.z_own - z) / r.fade, 0.0f, 1.0f);
+    return w * mssm_clamp(1.4f - 0.5f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);
+}
+
+MSSM_SHARED float mssm_planned(struct mssm_plan p, int i)
+{
+    return i == 0 ? p.d[0] : (i == 1 ? p.d[1] : p.d[2]);
 }
 
 // The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing
@@ -1841,11 +1875,9 @@ MSSM_SHARED float mssm_close_by(struct mssm_receiver r, float z, float w)
 MSSM_SHARED float mssm_part(struct mssm_plan p, int i, float distance)
 {
     float a = distance * distance;
-    float a0 = p.d[0] * p.d[0];
     float a1 = p.d[1] * p.d[1];
-    float a2 = p.d[2] * p.d[2];
-    float wide = mssm_clamp((a - a1) / (a0 - a1 + 1e-20f), 0.0f, 1.0f);
-    float slim = mssm_clamp((a1 - a) / (a1 - a2 + 1e-20f), 0.0f, 1.0f);
+    float wide = mssm_clamp((a - a1) * p.between[0], 0.0f, 1.0f);
+    float slim = mssm_clamp((a1 - a) * p.between[1], 0.0f, 1.0f);
     return i == 0 ? wide : (i == 1 ? 1.0f - wide - slim : slim);
 }
 
@@ -1873,6 +1905,9 @@ MSSM_CALLED struct mssm_plan mssm_plan_layers(mssm_view v, struct mssm_options o
     p.d[0] = mssm_clamp(first / (nearer + 1e-3f), 0.1f * r.d_max, r.d_max);
     p.d[0] = p.d[0] > p.d[2] ? p.d[0] : p.d[2];
     p.d[1] = p.d[2] + 0.35f * (p.d[0] - p.d[2]);
+    float a1 = p.d[1] * p.d[1];
+    p.between[0] = 1.0f / (p.d[0] * p.d[0] - a1 + 1e-20f);
+    p.between[1] = 1.0f / (a1 - p.d[2] * p.d[2] + 1e-20f);
     return p;
 }
 
@@ -1894,9 +1929,10 @@ MSSM_SHARED struct mssm_seen mssm_see(mssm_view v, struct mssm_receiver r, struc
     float close_share = 0.0f;
     float close_counted = 0.0f;
     float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;
-    float half_width = kernel * plan.d[i];
+    float d = mssm_planned(plan, i);
+    float half_width = kernel * d;
     // The one-texel kernel sees texel centres up to a texel away.
-    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / plan.d[i];
+    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / d;
     for (int j = 1; j < 4; j++) {
         float w = mssm_blocked(r, p.z[j], p.w[j]);
         float distance = mssm_spread_to(v, r, p.z[j]);
@@ -1906,7 +1942,7 @@ MSSM_SHARED struct mssm_seen mssm_see(mssm_view v, struct mssm_receiver r, struc
         s.counted += w * part;
         close_share += close;
         close_counted += close * part;
-        behind += p.w[j] * mssm_clamp((p.z[j] - r.z_own) / r.fade, 0.0f, 1.0f);
+        behind += p.w[j] * mssm_clamp((p.z[j] - r.z_own) * r.sharp, 0.0f, 1.0f);
         own += mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach) * part;
     }
     // At the rim of a surface that the light grazes, the receiver has that surface in front, in the
@@ -1930,35 +1966,35 @@ MSSM_SHARED struct mssm_seen mssm_see(mssm_view v, struct mssm_receiver r, struc
 // that this depth asks for. Three nested kernels are looked at, and a blocker at a distance in
 // between counts in the two around it in proportion to their area: a quadrature that needs no
 // limits between layers, and changes continuously with all of its inputs.
+//
+// Loops that end early, and not one query after another with branches between: a software
+// rasterizer runs whatever stands in a branch, but leaves a loop when no pixel needs it.
 MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                struct mssm_receiver r)
 {
-    int moments = o.moments == 6 ? 6 : 4;
-    mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, r.d_max);
-    mssm_points4 p = mssm_layers(o, moments, t, r.z_test);
-    // Four moments will do where they leave little to the receiver itself: 20% of receivers, no
-    // error.
-    if (o.moments == 0 && p.w[0] > 4.0f * o.tolerance) {
-        moments = 6;
-        p = mssm_layers(o, moments, t, r.z_test);
-    }
-    struct mssm_plan plan = mssm_plan_layers(v, o, r, p);
-    if (plan.known == 1) return 1.0f - plan.occlusion;
-
+    // As few moments as will do: four for the search.
+    int few = o.moments == 6 ? 6 : 4;
+    int most = o.moments == 4 ? 4 : 6;
     float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;
+    mssm_points4 p = mssm_layers(o, few, mssm_look(map, v, r, few, r.d_max), r.z_test);
+    struct mssm_plan plan = mssm_plan_layers(v, o, r, p);
     float occlusion = 0.0f;
     float fullest = 0.0f;
     float emptiest = 1.0f;
-    for (int i = 0; i < 3; i++) {
+    float d = r.d_max;
+    int kernels = plan.known == 1 ? 0 : 3;
+    for (int i = 0; i < kernels; i++) {
         // Kernels of one texel are all the same.
-        if (i == 0 || kernel * plan.d[i > 0 ? i - 1 : 0] > 0.5f) {
-            p = mssm_layers(o, moments, mssm_look(map, v, r, moments, plan.d[i]), r.z_test);
+        if (i == 0 || kernel * d > 0.5f) {
+            d = mssm_planned(plan, i);
+            p = mssm_layers(o, most, mssm_look(map, v, r, most, d), r.z_test);
         }
         struct mssm_seen s = mssm_see(v, r, plan, i, p);
         occlusion += s.counted;
         fullest = s.share > fullest ? s.share : fullest;
         emptiest = s.share < emptiest ? s.share : emptiest;
     }
+    if (plan.known == 1) return 1.0f - plan.occlusion;
     // No more than the kernel that sees most, which a surface through all kernels would pass. No
     // less than the one that sees least, which closes the gap between a far and a near blocker; the
     // less that one sees, the less it is to be trusted, or its hard edge would show in a soft
@@ -2471,7 +2507,7 @@ static const char mssm__glsl_math[] =
     "    float y = (2.0f * sqrtf(h > 0.0f ? h : 0.0f) - b) * (1.0f / 3.0f);\n"
     "    float e = c * c - 4.0f * b * d;\n"
     "    float root = sqrtf(e > 0.0f ? e : 0.0f);\n"
-    "    float y_a = -2.0f * d / (c + root);\n"
+    "    float y_a = -2.0f * d / (c + root > 1e-37f ? c + root : 1e-37f);\n"
     "    float y_b = (root - c) / (2.0f * b);\n"
     "    float y_c = c >= 0.0f ? y_a : y_b;\n"
     "    y_c = b > 0.0f ? y_c : y;\n"
@@ -2577,6 +2613,20 @@ static const char mssm__glsl_math[] =
     "    return r;\n"
     "}\n"
     "\n"
+    "// x^3 + b x^2 + c x + d divided by one of its roots: forwards, or backwards where that loses less.\n"
+    "MSSM_SHARED mssm_deflated mssm_divide(float b, float c, float d, float root)\n"
+    "{\n"
+    "    mssm_deflated r;\n"
+    "    r.root = root;\n"
+    "    r.b = b + root;\n"
+    "    r.c = c + r.b * root;\n"
+    "    float backwards = -d / root;\n"
+    "    int back = root * root > fabsf(r.c) ? 1 : 0;\n"
+    "    r.b = back == 1 ? (backwards - c) / root : r.b;\n"
+    "    r.c = back == 1 ? backwards : r.c;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
     "// Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection\n"
     "// point, which is simple unless all three coincide. Newton's method finds it fast from outside, no\n"
     "// further than reach from that point, and deflation by it is stable (after Kahan, \"To solve a real\n"
@@ -2598,25 +2648,31 @@ static const char mssm__glsl_math[] =
     "        x = x - side * step;\n"
     "        if (step >= 0.0f) break;\n"
     "    }\n"
-    "    mssm_deflated r;\n"
-    "    r.root = x;\n"
-    "    r.b = b + x;\n"
-    "    r.c = c + r.b * x;\n"
-    "    // Forwards, or backwards where that loses less.\n"
-    "    if (x * x > fabsf(r.c)) {\n"
-    "        r.c = -d / x;\n"
-    "        r.b = (r.c - c) / x;\n"
-    "    }\n"
-    "    return r;\n"
+    "    return mssm_divide(b, c, d, x);\n"
     "}\n"
     "\n"
-    "// How far the roots can lie from the inflection point: if all of them are real, and in any case.\n"
-    "MSSM_SHARED float mssm_reach_of_real(float b, float c)\n"
+    "// The same for a cubic that is known to have only real roots: the cosine of a third of an angle,\n"
+    "// whose cosine is h, as a polynomial of h (error 2e-4 of the roots' spread), and two steps of\n"
+    "// Newton's method.\n"
+    "MSSM_SHARED mssm_deflated mssm_deflate_real(float b, float c, float d)\n"
     "{\n"
+    "    float middle = b * (-1.0f / 3.0f);\n"
+    "    float f = ((middle + b) * middle + c) * middle + d;\n"
     "    float spread = b * b * (1.0f / 3.0f) - c;\n"
-    "    return spread > 0.0f ? 1.1547005f * sqrtf(spread) : 0.0f;\n"
+    "    float unit = sqrtf(spread > 1e-30f ? spread * (1.0f / 3.0f) : 1e-30f);\n"
+    "    float h = mssm_clamp(0.5f * fabsf(f) / (unit * unit * unit + 1e-30f), 0.0f, 1.0f);\n"
+    "    float cosine = 0.8660254f + h * (0.1666667f + h * (-0.0424743f + h * 0.0097823f));\n"
+    "    float x = middle - (f < 0.0f ? -2.0f : 2.0f) * unit * cosine;\n"
+    "    for (int i = 0; i < 2; i++) {\n"
+    "        f = ((x + b) * x + c) * x + d;\n"
+    "        float f1 = (3.0f * x + 2.0f * b) * x + c;\n"
+    "        float step = f / (f1 > 1e-30f ? f1 : 1e-30f);  // bounded: next to a triple root it is noise\n"
+    "        x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);\n"
+    "    }\n"
+    "    return mssm_divide(b, c, d, x);\n"
     "}\n"
     "\n"
+    "// How far the roots can lie from the inflection point.\n"
     "MSSM_SHARED float mssm_reach(float b, float c, float d)\n"
     "{\n"
     "    float x = b * (-1.0f / 3.0f);\n"
@@ -2753,41 +2809,33 @@ static const char mssm__glsl_math[] =
     "    return r;\n"
     "}\n"
     "\n"
+    "// The given depth, a lone one, and a pair that may be close: not sorted.\n"
     "MSSM_SHARED mssm_points4 mssm_points_of6(mssm_kernel6 k)\n"
     "{\n"
     "    float inverse = 1.0f / k.k0;\n"
-    "    float b = k.k1 * inverse;\n"
-    "    float c = k.k2 * inverse;\n"
-    "    mssm_deflated left = mssm_deflate(b, c, k.k3 * inverse, mssm_reach_of_real(b, c));\n"
+    "    mssm_deflated left =\n"
+    "        mssm_deflate_real(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);\n"
     "    mssm_pair v = mssm_quadratic(left.b, left.c);\n"
     "    float ta = mssm_distance(left.root);\n"
-    "    mssm_pair tb;\n"
-    "    tb.x0 = mssm_distance(v.x0);\n"
-    "    tb.x1 = mssm_distance(v.x1);\n"
-    "    float t_low = tb.x0 < tb.x1 ? tb.x0 : tb.x1;\n"
-    "    tb.x1 = tb.x0 < tb.x1 ? tb.x1 : tb.x0;\n"
-    "    tb.x0 = t_low;\n"
+    "    float tb = mssm_distance(v.x0);\n"
+    "    float tc = mssm_distance(v.x1);\n"
     "    // The single root is the well-conditioned one, and so is its share. The shares of a close pair\n"
     "    // are not, but their sum is: what the others leave.\n"
     "    float total = 1.0f - k.w0;\n"
     "    float share_a = mssm_share6(k, ta);\n"
     "    share_a = share_a < total ? share_a : total;\n"
-    "    float s1 = mssm_share6(k, tb.x0);\n"
-    "    float s2 = mssm_share6(k, tb.x1);\n"
-    "    float share_b = (total - share_a) * (s1 / (s1 + s2));\n"
-    "    float share_c = (total - share_a) * (s2 / (s1 + s2));\n"
-    "    int first = ta < tb.x0 ? 1 : 0;\n"
-    "    int last = ta > tb.x1 ? 1 : 0;\n"
-    "    float t2 = first == 1 ? tb.x0 : (last == 1 ? tb.x1 : ta);\n"
+    "    float s1 = mssm_share6(k, tb);\n"
+    "    float s2 = mssm_share6(k, tc);\n"
+    "    float rest = (total - share_a) / (s1 + s2);\n"
     "    mssm_points4 r;\n"
     "    r.z[0] = k.mean + k.u0;\n"
-    "    r.z[1] = k.mean + (k.u0 + (first == 1 ? ta : tb.x0));\n"
-    "    r.z[2] = k.mean + (k.u0 + t2);\n"
-    "    r.z[3] = k.mean + (k.u0 + (last == 1 ? ta : tb.x1));\n"
+    "    r.z[1] = k.mean + (k.u0 + ta);\n"
+    "    r.z[2] = k.mean + (k.u0 + tb);\n"
+    "    r.z[3] = k.mean + (k.u0 + tc);\n"
     "    r.w[0] = k.w0;\n"
-    "    r.w[1] = first == 1 ? share_a : share_b;\n"
-    "    r.w[2] = first == 1 ? share_b : (last == 1 ? share_c : share_a);\n"
-    "    r.w[3] = last == 1 ? share_a : share_c;\n"
+    "    r.w[1] = share_a;\n"
+    "    r.w[2] = s1 * rest;\n"
+    "    r.w[3] = s2 * rest;\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -2798,8 +2846,21 @@ static const char mssm__glsl_math[] =
     "\n"
     "mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)\n"
     "{\n"
-    "    return mssm_points_of6(mssm_kernel6_of(m, z));\n"
+    "    mssm_points4 r = mssm_points_of6(mssm_kernel6_of(m, z));\n"
+    "    for (int i = 0; i < 3; i++) {  // three comparisons of neighbours sort three depths\n"
+    "        int j = i == 1 ? 2 : 1;\n"
+    "        float z_low = r.z[j];\n"
+    "        float w_low = r.w[j];\n"
+    "        if (r.z[j + 1] < z_low) {\n"
+    "            r.z[j] = r.z[j + 1];\n"
+    "            r.w[j] = r.w[j + 1];\n"
+    "            r.z[j + 1] = z_low;\n"
+    "            r.w[j + 1] = w_low;\n"
+    "        }\n"
+    "    }\n"
+    "    return r;\n"
     "}\n"
+    "\n"
     "// ---- Stored moments: factorised in the Chebyshev basis, without decoding ----\n"
     "//\n"
     "// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2\n"
@@ -2907,8 +2968,8 @@ static const char mssm__glsl_shading[] =
     "{\n"
     "    int level = 0;\n"
     "    float limit = MSSM_KERNEL;\n"
-    "    for (int i = 1; i < levels; i++) {\n"
-    "        if (width > limit) level = i;\n"
+    "    for (int i = 1; i < 11; i++) {\n"
+    "        level = width > limit && i < levels ? i : level;\n"
     "        limit = limit * 2.0f;\n"
     "    }\n"
     "    return level;\n"
@@ -2947,7 +3008,7 @@ static const char mssm__glsl_shading[] =
     "    float y;\n"
     "    float z_test;  // depth less the bias, and never behind the empty texels\n"
     "    float z_own;   // depths from z_own - fade to z_own belong in part to the receiver's surface\n"
-    "    float fade;\n"
+    "    float sharp;   // 1 / fade\n"
     "    float spread;  // of the receiver\n"
     "    float d_max;   // its distance from the near plane, in spread\n"
     "    int lit;       // whatever the map holds\n"
@@ -2956,6 +3017,7 @@ static const char mssm__glsl_shading[] =
     "// Three nested kernels, by the distance in spread of the blockers they are for; or the answer.\n"
     "struct mssm_plan {\n"
     "    float d[3];\n"
+    "    float between[2];  // 1 / (d[i]^2 - d[i+1]^2)\n"
     "    float occlusion;\n"
     "    int known;\n"
     "};\n"
@@ -2994,7 +3056,7 @@ static const char mssm__glsl_shading[] =
     "    float bias = v.averaged != 0 ? 0.0f : 0.75f * texel;\n"
     "    float fade = v.averaged != 0 ? 2.0f * texel : 1.5f * texel;\n"
     "    bias = o.depth_bias > 0.0f ? o.depth_bias : bias;\n"
-    "    r.fade = o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade;\n"
+    "    r.sharp = 1.0f / (o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade);\n"
     "    r.z_own = z - bias;\n"
     "    float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);\n"
     "    r.z_test = r.z_own < behind_all ? r.z_own : behind_all;\n"
@@ -3060,7 +3122,7 @@ static const char mssm__glsl_shading[] =
     "// What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.\n"
     "MSSM_SHARED float mssm_blocked(mssm_receiver r, float z, float w)\n"
     "{\n"
-    "    return z < r.z_test ? w * mssm_clamp((r.z_own - z) / r.fade, 0.0f, 1.0f) : 0.0f;\n"
+    "    return z < r.z_test ? w * mssm_clamp((r.z_own - z) * r.sharp, 0.0f, 1.0f) : 0.0f;\n"
     "}\n"
     "\n"
     "// Share of a depth that counts as the receiver's own surface, going on behind it; distance in units\n"
@@ -3070,8 +3132,8 @@ static const char mssm__glsl_shading[] =
     "{\n"
     "    float gap = 1.0f - MSSM_FAR_CASTER;\n"
     "    float own = w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *\n"
-    "                mssm_clamp((1.0f - 0.25f * gap - z) / (0.5f * gap), 0.0f, 1.0f) *\n"
-    "                mssm_clamp((z - r.z_own) / r.fade, 0.0f, 1.0f);\n"
+    "                mssm_clamp((1.0f - 0.25f * gap - z) * (2.0f / gap), 0.0f, 1.0f) *\n"
+    "                mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);\n"
     "    return z > r.z_test ? own : 0.0f;\n"
     "}\n"
     "\n"
@@ -3079,7 +3141,12 @@ static const char mssm__glsl_shading[] =
     "// surface in the next texel: all up to two texels of depth in front, nothing from five on.\n"
     "MSSM_SHARED float mssm_close_by(mssm_receiver r, float z, float w)\n"
     "{\n"
-    "    return w * mssm_clamp(1.4f - 0.5f * (r.z_own - z) / r.fade, 0.0f, 1.0f);\n"
+    "    return w * mssm_clamp(1.4f - 0.5f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED float mssm_planned(mssm_plan p, int i)\n"
+    "{\n"
+    "    return i == 0 ? p.d[0] : (i == 1 ? p.d[1] : p.d[2]);\n"
     "}\n"
     "\n"
     "// The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing\n"
@@ -3087,11 +3154,9 @@ static const char mssm__glsl_shading[] =
     "MSSM_SHARED float mssm_part(mssm_plan p, int i, float distance)\n"
     "{\n"
     "    float a = distance * distance;\n"
-    "    float a0 = p.d[0] * p.d[0];\n"
     "    float a1 = p.d[1] * p.d[1];\n"
-    "    float a2 = p.d[2] * p.d[2];\n"
-    "    float wide = mssm_clamp((a - a1) / (a0 - a1 + 1e-20f), 0.0f, 1.0f);\n"
-    "    float slim = mssm_clamp((a1 - a) / (a1 - a2 + 1e-20f), 0.0f, 1.0f);\n"
+    "    float wide = mssm_clamp((a - a1) * p.between[0], 0.0f, 1.0f);\n"
+    "    float slim = mssm_clamp((a1 - a) * p.between[1], 0.0f, 1.0f);\n"
     "    return i == 0 ? wide : (i == 1 ? 1.0f - wide - slim : slim);\n"
     "}\n"
     "\n"
@@ -3119,6 +3184,9 @@ static const char mssm__glsl_shading[] =
     "    p.d[0] = mssm_clamp(first / (nearer + 1e-3f), 0.1f * r.d_max, r.d_max);\n"
     "    p.d[0] = p.d[0] > p.d[2] ? p.d[0] : p.d[2];\n"
     "    p.d[1] = p.d[2] + 0.35f * (p.d[0] - p.d[2]);\n"
+    "    float a1 = p.d[1] * p.d[1];\n"
+    "    p.between[0] = 1.0f / (p.d[0] * p.d[0] - a1 + 1e-20f);\n"
+    "    p.between[1] = 1.0f / (a1 - p.d[2] * p.d[2] + 1e-20f);\n"
     "    return p;\n"
     "}\n"
     "\n"
@@ -3140,9 +3208,10 @@ static const char mssm__glsl_shading[] =
     "    float close_share = 0.0f;\n"
     "    float close_counted = 0.0f;\n"
     "    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;\n"
-    "    float half_width = kernel * plan.d[i];\n"
+    "    float d = mssm_planned(plan, i);\n"
+    "    float half_width = kernel * d;\n"
     "    // The one-texel kernel sees texel centres up to a texel away.\n"
-    "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / plan.d[i];\n"
+    "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / d;\n"
     "    for (int j = 1; j < 4; j++) {\n"
     "        float w = mssm_blocked(r, p.z[j], p.w[j]);\n"
     "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
@@ -3152,7 +3221,7 @@ static const char mssm__glsl_shading[] =
     "        s.counted += w * part;\n"
     "        close_share += close;\n"
     "        close_counted += close * part;\n"
-    "        behind += p.w[j] * mssm_clamp((p.z[j] - r.z_own) / r.fade, 0.0f, 1.0f);\n"
+    "        behind += p.w[j] * mssm_clamp((p.z[j] - r.z_own) * r.sharp, 0.0f, 1.0f);\n"
     "        own += mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach) * part;\n"
     "    }\n"
     "    // At the rim of a surface that the light grazes, the receiver has that surface in front, in the\n"
@@ -3176,35 +3245,35 @@ static const char mssm__glsl_shading[] =
     "// that this depth asks for. Three nested kernels are looked at, and a blocker at a distance in\n"
     "// between counts in the two around it in proportion to their area: a quadrature that needs no\n"
     "// limits between layers, and changes continuously with all of its inputs.\n"
+    "//\n"
+    "// Loops that end early, and not one query after another with branches between: a software\n"
+    "// rasterizer runs whatever stands in a branch, but leaves a loop when no pixel needs it.\n"
     "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                               mssm_receiver r)\n"
     "{\n"
-    "    int moments = o.moments == 6 ? 6 : 4;\n"
-    "    mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, r.d_max);\n"
-    "    mssm_points4 p = mssm_layers(o, moments, t, r.z_test);\n"
-    "    // Four moments will do where they leave little to the receiver itself: 20% of receivers, no\n"
-    "    // error.\n"
-    "    if (o.moments == 0 && p.w[0] > 4.0f * o.tolerance) {\n"
-    "        moments = 6;\n"
-    "        p = mssm_layers(o, moments, t, r.z_test);\n"
-    "    }\n"
-    "    mssm_plan plan = mssm_plan_layers(v, o, r, p);\n"
-    "    if (plan.known == 1) return 1.0f - plan.occlusion;\n"
-    "\n"
+    "    // As few moments as will do: four for the search.\n"
+    "    int few = o.moments == 6 ? 6 : 4;\n"
+    "    int most = o.moments == 4 ? 4 : 6;\n"
     "    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;\n"
+    "    mssm_points4 p = mssm_layers(o, few, mssm_look(map, v, r, few, r.d_max), r.z_test);\n"
+    "    mssm_plan plan = mssm_plan_layers(v, o, r, p);\n"
     "    float occlusion = 0.0f;\n"
     "    float fullest = 0.0f;\n"
     "    float emptiest = 1.0f;\n"
-    "    for (int i = 0; i < 3; i++) {\n"
+    "    float d = r.d_max;\n"
+    "    int kernels = plan.known == 1 ? 0 : 3;\n"
+    "    for (int i = 0; i < kernels; i++) {\n"
     "        // Kernels of one texel are all the same.\n"
-    "        if (i == 0 || kernel * plan.d[i > 0 ? i - 1 : 0] > 0.5f) {\n"
-    "            p = mssm_layers(o, moments, mssm_look(map, v, r, moments, plan.d[i]), r.z_test);\n"
+    "        if (i == 0 || kernel * d > 0.5f) {\n"
+    "            d = mssm_planned(plan, i);\n"
+    "            p = mssm_layers(o, most, mssm_look(map, v, r, most, d), r.z_test);\n"
     "        }\n"
     "        mssm_seen s = mssm_see(v, r, plan, i, p);\n"
     "        occlusion += s.counted;\n"
     "        fullest = s.share > fullest ? s.share : fullest;\n"
     "        emptiest = s.share < emptiest ? s.share : emptiest;\n"
     "    }\n"
+    "    if (plan.known == 1) return 1.0f - plan.occlusion;\n"
     "    // No more than the kernel that sees most, which a surface through all kernels would pass. No\n"
     "    // less than the one that sees least, which closes the gap between a far and a near blocker; the\n"
     "    // less that one sees, the less it is to be trusted, or its hard edge would show in a soft\n"
@@ -3641,60 +3710,69 @@ static const char mssm__glsl_entry[] =
     "layout(binding = MSSM_UNIT + 1) uniform isampler2DArray mssm_table1;\n"
     "#endif\n"
     "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
-    "ivec4 mssm_entry(int texture_index, ivec3 p, int level)\n"
+    "// The partial and the whole strips of one texture, over one row of table entries after another.\n"
+    "struct mssm_sums {\n"
+    "    ivec4 first, whole, last; // of the row before, so far: exact differences, modulo 2^32\n"
+    "    vec4 partial_rows, whole_rows;\n"
+    "};\n"
+    "mssm_sums mssm_no_sums()\n"
     "{\n"
-    "    if (p.x < 0 || p.y < 0) return ivec4(0);\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "    if (texture_index == 1) return texelFetch(mssm_table1, p, level);\n"
-    "#endif\n"
-    "    return texelFetch(mssm_table0, p, level);\n"
+    "    return mssm_sums(ivec4(0), ivec4(0), ivec4(0), vec4(0.0), vec4(0.0));\n"
     "}\n"
-    "vec4 mssm_sums(int texture_index, int light, int level, mssm_strips x, mssm_strips y)\n"
+    "void mssm_add_row(inout mssm_sums s, isampler2DArray table, ivec4 at, ivec3 row, mssm_strips x,\n"
+    "                  vec2 weight)\n"
     "{\n"
-    "    vec4 strip[3];\n"
-    "    ivec4 low[4];\n"
-    "    for (int j = 0; j < 4; j++) {\n"
-    "        ivec4 high[4];\n"
-    "        for (int i = 0; i < 4; i++) {\n"
-    "            ivec3 p = ivec3(int(x.edge[i]) - 1, int(y.edge[j]) - 1, light);\n"
-    "            high[i] = mssm_entry(texture_index, p, level);\n"
-    "        }\n"
-    "        if (j > 0) {\n"
-    "            vec4 first = vec4((high[1] - low[1]) - (high[0] - low[0]));\n"
-    "            vec4 whole = vec4((high[2] - low[2]) - (high[1] - low[1]));\n"
-    "            vec4 last = vec4((high[3] - low[3]) - (high[2] - low[2]));\n"
-    "            strip[j - 1] = (x.first * first + x.last * last) + whole;\n"
-    "        }\n"
-    "        low = high;\n"
-    "    }\n"
-    "    return (y.first * strip[0] + y.last * strip[2]) + strip[1];\n"
+    "    ivec2 keep = ivec2(at.x < 0 ? 0 : -1, row.x < 0 ? 0 : -1);\n"
+    "    int y = max(row.x, 0);\n"
+    "    ivec4 e0 = texelFetch(table, ivec3(max(at.x, 0), y, row.y), row.z);\n"
+    "    ivec4 e1 = texelFetch(table, ivec3(at.y, y, row.y), row.z);\n"
+    "    ivec4 e2 = texelFetch(table, ivec3(at.z, y, row.y), row.z);\n"
+    "    ivec4 e3 = texelFetch(table, ivec3(at.w, y, row.y), row.z);\n"
+    "    ivec4 first = (e1 - (e0 & keep.x)) & keep.y;\n"
+    "    ivec4 whole = (e2 - e1) & keep.y;\n"
+    "    ivec4 last = (e3 - e2) & keep.y;\n"
+    "    vec4 strip = (x.first * vec4(first - s.first) + x.last * vec4(last - s.last)) +\n"
+    "                 vec4(whole - s.whole);\n"
+    "    s.partial_rows += weight.x * strip;\n"
+    "    s.whole_rows += weight.y * strip;\n"
+    "    s.first = first;\n"
+    "    s.whole = whole;\n"
+    "    s.last = last;\n"
     "}\n"
+    "int mssm_side = 1, mssm_levels = 1; // of the light at hand: read once, not for every query\n"
     "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y)\n"
     "{\n"
-    "    int level = mssm_level_of(2.0 * (half_x > half_y ? half_x : half_y), mssm_views[light].levels);\n"
-    "    int side = int(mssm_views[light].side);\n"
-    "    float size = float((side + (1 << level) - 1) >> level);\n"
+    "    int level = mssm_level_of(2.0 * (half_x > half_y ? half_x : half_y), mssm_levels);\n"
+    "    float size = float((mssm_side + (1 << level) - 1) >> level);\n"
     "    float scale = 1.0 / float(1 << level);\n"
     "    mssm_strips sx = mssm_cut((x - half_x) * scale, (x + half_x) * scale, size);\n"
     "    mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);\n"
     "    float area = sx.whole * sy.whole;\n"
     "    float inverse = MSSM_INVERSE_SCALE / area;\n"
     "    float outside = (area - sx.inside * sy.inside) / area;\n"
-    "    vec4 a = mssm_sums(0, light, level, sx, sy) * inverse + outside;\n"
-    "    mssm_moments6 t;\n"
-    "    t.b[0] = a.x;\n"
-    "    t.b[1] = a.y;\n"
-    "    t.b[2] = a.z;\n"
-    "    t.b[3] = a.w;\n"
-    "    t.b[4] = 0.0;\n"
-    "    t.b[5] = 0.0;\n"
+    "    ivec4 at = ivec4(int(sx.edge[0]), int(sx.edge[1]), int(sx.edge[2]), int(sx.edge[3])) - 1;\n"
+    "    mssm_sums a = mssm_no_sums();\n"
+    "    mssm_sums b = mssm_no_sums();\n"
+    "    // Narrow kernels have no whole row.\n"
+    "    int third = sy.edge[2] > sy.edge[1] ? 2 : 3;\n"
+    "    for (int j = 0; j < 4; j = j == 1 ? third : j + 1) {\n"
+    "        float edge = j == 0 ? sy.edge[0] : j == 1 ? sy.edge[1] : j == 2 ? sy.edge[2] : sy.edge[3];\n"
+    "        vec2 weight = vec2(j == 1 ? sy.first : j == 3 ? sy.last : 0.0, j == 2 ? 1.0 : 0.0);\n"
+    "        ivec3 row = ivec3(int(edge) - 1, light, level);\n"
+    "        mssm_add_row(a, mssm_table0, at, row, sx, weight);\n"
     "#if MSSM_MOMENTS == 6\n"
-    "    if (moments == 6) {\n"
-    "        vec4 b = mssm_sums(1, light, level, sx, sy) * inverse + outside;\n"
-    "        t.b[4] = b.x;\n"
-    "        t.b[5] = b.y;\n"
-    "    }\n"
+    "        if (moments == 6) mssm_add_row(b, mssm_table1, at, row, sx, weight);\n"
     "#endif\n"
+    "    }\n"
+    "    vec4 low = (a.partial_rows + a.whole_rows) * inverse + outside;\n"
+    "    vec4 high = (b.partial_rows + b.whole_rows) * inverse + outside;\n"
+    "    mssm_moments6 t;\n"
+    "    t.b[0] = low.x;\n"
+    "    t.b[1] = low.y;\n"
+    "    t.b[2] = low.z;\n"
+    "    t.b[3] = low.w;\n"
+    "    t.b[4] = moments == 6 ? high.x : 0.0;\n"
+    "    t.b[5] = moments == 6 ? high.y : 0.0;\n"
     "    return t;\n"
     "}\n"
     "\n"
@@ -3702,6 +3780,8 @@ static const char mssm__glsl_entry[] =
     "float mssm_visibility(int light, vec3 world_position)\n"
     "{\n"
     "    mssm_view v = mssm_views[light];\n"
+    "    mssm_side = int(v.side);\n"
+    "    mssm_levels = v.levels;\n"
     "    vec3 p = world_position;\n"
     "    return mssm_estimate(light, v, mssm_chosen, mssm_receive(v, mssm_chosen, p.x, p.y, p.z));\n"
     "}\n"
@@ -3710,6 +3790,8 @@ static const char mssm__glsl_entry[] =
     "float mssm_visibility_at(int light, vec3 shadow)\n"
     "{\n"
     "    mssm_view v = mssm_views[light];\n"
+    "    mssm_side = int(v.side);\n"
+    "    mssm_levels = v.levels;\n"
     "    return mssm_estimate(light, v, mssm_chosen,\n"
     "                         mssm_receive_at(v, mssm_chosen, shadow.x, shadow.y, shadow.z));\n"
     "}\n";

@@ -53,7 +53,7 @@ static int chosen(const char *name, const char *words)
 
 int main(int argc, char **argv)
 {
-    const test_case *suites[] = {moments_tests, map_tests,  visibility_tests, lightprobe_tests,
+    const test_case *suites[] = {moments_tests, cases_tests, map_tests,  visibility_tests, lightprobe_tests,
                                  files_tests,   glsl_tests, gl_tests, lightprobe_gl_tests,
                                  demo_tests,    governor_tests,
                                  compare_tests};

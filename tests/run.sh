@@ -60,10 +60,38 @@ fresh_glsl()
     done
 }
 
+# Programs that fail where a promise does not hold.
+promises()
+{
+    if $MAKE -s -j2 bias; then
+        echo "ok    the safe biases of mssm.h are proven"
+    else
+        echo "FAIL  a bias of mssm.h is not safe"
+    fi
+    if $MAKE -s -j2 build/release/stability && build/release/stability --quick 2>/dev/null; then
+        echo "ok    stability, a quick run"
+    else
+        echo "FAIL  stability, a quick run"
+    fi
+}
+
+# README and docs against docs/accuracy.csv, and the program that does this against false claims.
+claims()
+{
+    $MAKE -s -j2 build/release/report && sh tests/claims.sh
+    if $MAKE -s chart-check; then
+        echo "ok    README and docs say what the figures say"
+    else
+        echo "FAIL  a claim of README or docs does not follow from docs/accuracy.csv"
+    fi
+}
+
 section "GLSL text" fresh_glsl
 section "compile" sh tests/compile.sh
 section "docs" sh tests/snippets.sh
 section "tests, release" suite release
+section "promises" promises
+section "claims" claims
 section "viewer" sh tests/viewer.sh
 if can -O3 -march=native; then
     section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=4

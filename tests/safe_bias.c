@@ -1,5 +1,6 @@
-// How strong must the bias be? Prints the safe strengths that mssm.h takes its constants from.
-//     cc -O2 safe_bias.c families.c -lm && ./a.out [patches]
+// How strong must the bias be? Proves the safe strengths that mssm.h takes its constants from, and
+// fails when one of its constants is below what is proven, or below what sampled patches needed.
+//     make bias    or    build/release/safe_bias [patches] [seed]
 //
 // Moments b of a distribution have a positive semidefinite Hankel matrix H(b). Storage and
 // arithmetic add an error e whose zeroth entry is 0, and blending to b* with strength alpha
@@ -7,35 +8,33 @@
 //     (1 - alpha) H(e) + alpha H(b*) >= 0        for every error e that can occur,
 // because the rest, (1 - alpha) H(b), never hurts. H is linear, so the vertices of the box of
 // errors are enough: the safe alpha is l/(1+l), l the largest eigenvalue of the pencils (-H(e),
-// H(b*)). That is a proof. The second half of the program samples depth patches through the
-// float32 arithmetic and checks the outcome in quad precision: the proof must not be optimistic.
+// H(b*)). That is a proof, computed in __float128 where the compiler has it. The second half of the
+// program samples depth patches through the float32 arithmetic and checks the outcome in quad
+// precision: the proof must not be optimistic.
 //
 // All matrices here are in the Chebyshev basis, G[i][j] = E[T_i T_j] = (T_{i+j} + T_{|i-j|}) / 2,
 // a congruence of the Hankel matrix: well scaled, and definite exactly where the other one is.
 #include "families.h"
+#include "oracle_moments.h"
+
+#include "../mssm.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#ifdef __SIZEOF_FLOAT128__
-__extension__ typedef __float128 quad;
-#else
-typedef long double quad;
-#endif
-
 static const double ULP = 1.0 / 16777216;  // relative spacing of float32 below a power of two
 static const double HALF = 1.0 / 33554432; // largest rounding error of a float32 in [-1,1]
 
 typedef struct matrix {
-    double a[4][4];
+    quad a[4][4];
 } matrix;
 
 // ---- moments and matrices ------------------------------------------------------------------
 
 // T[1..m] from b[1..m]; of_one is 1 for moments and 0 for differences of moments.
-static void chebyshev_of_powers(int m, const double b[7], double of_one, double T[7])
+static void chebyshev_of_powers(int m, const quad b[7], quad of_one, quad T[7])
 {
     T[1] = b[1];
     T[2] = 2 * b[2] - of_one;
@@ -45,24 +44,26 @@ static void chebyshev_of_powers(int m, const double b[7], double of_one, double 
     T[6] = m == 6 ? 32 * b[6] - 48 * b[4] + 18 * b[2] - of_one : 0;
 }
 
-static matrix gram(int m, const double T[7], double of_one)
+static matrix gram(int m, const quad T[7], quad of_one)
 {
     matrix g;
     memset(&g, 0, sizeof g);
     for (int i = 0; i <= m / 2; i++) {
         for (int j = 0; j <= m / 2; j++) {
-            const double sum = i + j ? T[i + j] : of_one;
-            g.a[i][j] = 0.5 * (sum + (i == j ? of_one : T[abs(i - j)]));
+            const quad sum = i + j ? T[i + j] : of_one;
+            g.a[i][j] = (sum + (i == j ? of_one : T[abs(i - j)])) / 2;
         }
     }
     return g;
 }
 
-// The matrix of a bias vector, given by its even powers.
+// The matrix of a bias vector, given by its even powers: those of the float32 numbers in the
+// header.
 static matrix bias_gram(int m, const double even[3])
 {
-    const double b[7] = {1, 0, even[0], 0, even[1], 0, even[2]};
-    double T[7] = {1};
+    const quad b[7] = {
+        1, 0, (quad)(float)even[0], 0, (quad)(float)even[1], 0, (quad)(float)even[2]};
+    quad T[7] = {1};
     chebyshev_of_powers(m, b, 1, T);
     return gram(m, T, 1);
 }
@@ -72,66 +73,67 @@ static int cholesky(int n, const matrix *a, matrix *root)
 {
     for (int i = 0; i < n; i++) {
         for (int j = 0; j <= i; j++) {
-            double s = a->a[i][j];
+            quad s = a->a[i][j];
             for (int k = 0; k < j; k++) s -= root->a[i][k] * root->a[j][k];
             if (i == j && !(s > 0)) return 0;
-            root->a[i][j] = i == j ? sqrt(s) : s / root->a[j][j];
+            root->a[i][j] = i == j ? quad_sqrt(s) : s / root->a[j][j];
         }
     }
     return 1;
 }
 
 // Largest eigenvalue of a symmetric matrix, by Jacobi rotations.
-static double largest_eigenvalue(int n, matrix a)
+static quad largest_eigenvalue(int n, matrix a)
 {
     for (int sweep = 0; sweep < 30; sweep++) {
-        double off = 0, all = 0;
+        quad off = 0, all = 0;
         for (int p = 0; p < n; p++) {
             for (int q = 0; q < n; q++) {
                 all += a.a[p][q] * a.a[p][q];
                 off += p == q ? 0 : a.a[p][q] * a.a[p][q];
             }
         }
-        if (off <= 1e-24 * all) break;
+        if (off <= 1e-48L * all) break;
         for (int p = 0; p < n - 1; p++) {
             for (int q = p + 1; q < n; q++) {
                 if (a.a[p][q] == 0) continue;
-                const double theta = (a.a[q][q] - a.a[p][p]) / (2 * a.a[p][q]);
-                const double t = (theta < 0 ? -1 : 1) / (fabs(theta) + sqrt(theta * theta + 1));
-                const double c = 1 / sqrt(t * t + 1), s = t * c;
+                const quad theta = (a.a[q][q] - a.a[p][p]) / (2 * a.a[p][q]);
+                const quad t =
+                    (theta < 0 ? -1 : 1) / (quad_abs(theta) + quad_sqrt(theta * theta + 1));
+                const quad c = 1 / quad_sqrt(t * t + 1), s = t * c;
                 for (int k = 0; k < n; k++) {
-                    const double x = a.a[k][p], y = a.a[k][q];
+                    const quad x = a.a[k][p], y = a.a[k][q];
                     a.a[k][p] = c * x - s * y;
                     a.a[k][q] = s * x + c * y;
                 }
                 for (int k = 0; k < n; k++) {
-                    const double x = a.a[p][k], y = a.a[q][k];
+                    const quad x = a.a[p][k], y = a.a[q][k];
                     a.a[p][k] = c * x - s * y;
                     a.a[q][k] = s * x + c * y;
                 }
             }
         }
     }
-    double largest = a.a[0][0];
+    quad largest = a.a[0][0];
     for (int i = 1; i < n; i++) largest = a.a[i][i] > largest ? a.a[i][i] : largest;
     return largest;
 }
 
 // Largest l with det(-e - l b*) = 0: as much b* as the error e takes away.
-static double pencil(int n, const matrix *e, const matrix *root)
+static quad pencil(int n, const matrix *e, const matrix *root)
 {
     matrix c;
     memset(&c, 0, sizeof c);
     for (int j = 0; j < n; j++) {
         for (int i = 0; i < n; i++) {
-            double s = -e->a[i][j];
+            quad s = -e->a[i][j];
             for (int k = 0; k < i; k++) s -= root->a[i][k] * c.a[k][j];
             c.a[i][j] = s / root->a[i][i];
         }
     }
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < n; j++) {
-            double s = c.a[i][j];
+            quad s = c.a[i][j];
             for (int k = 0; k < j; k++) s -= root->a[j][k] * c.a[i][k];
             c.a[i][j] = s / root->a[j][j];
         }
@@ -150,18 +152,18 @@ typedef struct budget {
 } budget;
 
 // The worst vertex of one box.
-static double worst_vertex(int m, const double box[7], int powers, const matrix *root)
+static quad worst_vertex(int m, const double box[7], int powers, const matrix *root)
 {
-    double worst = 0;
+    quad worst = 0;
     for (int v = 0; v < 1 << m; v++) {
-        double e[7] = {0}, T[7] = {0};
-        for (int k = 1; k <= m; k++) e[k] = v >> (k - 1) & 1 ? box[k] : -box[k];
+        quad e[7] = {0}, T[7] = {0};
+        for (int k = 1; k <= m; k++) e[k] = (quad)(v >> (k - 1) & 1 ? box[k] : -box[k]);
         if (powers)
             chebyshev_of_powers(m, e, 0, T);
         else
             memcpy(T, e, sizeof T);
         const matrix g = gram(m, T, 0);
-        const double l = pencil(m / 2 + 1, &g, root);
+        const quad l = pencil(m / 2 + 1, &g, root);
         worst = l > worst ? l : worst;
     }
     return worst;
@@ -174,10 +176,10 @@ static double safe_alpha(int m, const double even[3], const budget *error)
     matrix root, zeroth;
     memset(&zeroth, 0, sizeof zeroth);
     if (!cholesky(m / 2 + 1, &star, &root)) return 1;
-    zeroth.a[0][0] = -error->scale; // all values scaled up by 1+s: the zeroth moment lacks s
-    const double l = worst_vertex(m, error->chebyshev, 0, &root) +
-                     worst_vertex(m, error->power, 1, &root) + pencil(m / 2 + 1, &zeroth, &root);
-    return l / (1 + l);
+    zeroth.a[0][0] = -(quad)error->scale; // all values scaled up by 1+s: the zeroth moment lacks s
+    const quad l = worst_vertex(m, error->chebyshev, 0, &root) +
+                   worst_vertex(m, error->power, 1, &root) + pencil(m / 2 + 1, &zeroth, &root);
+    return (double)(l / (1 + l));
 }
 
 static budget no_error(const char *name)
@@ -224,12 +226,29 @@ static budget float_error(const char *name, double size)
 static budget table_error(const char *name, int is_signed, int powers)
 {
     static const double decode[7] = {0, 0, 1, 2, 1.5, 3.5, 3.6};
-    const double integer = 0.5 * 729 / (is_signed ? 2147483647.0 : 2147483647.5);
+    // The signed scale is 5 less than it could be (MSSM_SCALE).
+    const double integer = is_signed ? 0.5 / 2945788 : 0.5 * 729 / 2147483647.5;
     budget e =
         chebyshev_error(name, integer + 6 * ULP * (is_signed ? 1 : 2) + (is_signed ? 0 : HALF));
     for (int k = 1; k <= 6; k++) e.power[k] = powers ? decode[k] * HALF : 0;
     add_blend(powers ? e.power : e.chebyshev);
     return e;
+}
+
+// What mssm_map_moments gives: a signed query, stored values (T+1)/2 of it, powers of those.
+static budget decoded_error(const char *name)
+{
+    budget e = table_error(name, 1, 1);
+    for (int k = 1; k <= 6; k++) e.chebyshev[k] += 2 * HALF;
+    return e;
+}
+
+// A texel of a coarser level is the rounded mean of four of the level below: another half unit a level
+// at worst, where all of them fall the same way in every texel of a nearly flat region. The header's
+// constants are for level 0.
+static void add_levels(budget *e)
+{
+    for (int k = 1; k <= 6; k++) e->chebyshev[k] += 4 * 0.5 / 2945788;
 }
 
 // ---- the vectors ---------------------------------------------------------------------------
@@ -250,28 +269,60 @@ static const bias_vector vectors[VECTORS] = {
     {"6: .421 .511 1.913", 6, {0.421, 0.511, 1.913}},
     {"6: .657 .734 1.197", 6, {0.657, 0.734, 1.197}}};
 
-static void print_proofs(void)
+enum {
+    ROW_AMPLIFICATION,
+    ROW_AMPLIFICATION_POWERS,
+    ROW_FLOAT_STORED,
+    ROW_FLOAT_AVERAGED,
+    ROW_SIXTEEN_ONE,
+    ROW_SIXTEEN_THREE,
+    ROW_INTEGER,
+    ROW_U32_POWERS,
+    ROW_S32_POWERS,
+    ROW_U32_CHEBYSHEV,
+    ROW_S32_CHEBYSHEV,
+    ROW_S32_DECODED,
+    ROW_LEVEL_CHEBYSHEV,
+    ROW_LEVEL_DECODED,
+    ROWS
+};
+
+static void fill_rows(budget rows[ROWS])
 {
-    budget rows[11];
-    int count = 0;
-    rows[count++] = chebyshev_error("amplification, Chebyshev basis, error 1 of (T+1)/2", 2e-9);
-    rows[count++] = power_error("amplification, powers, odd as (b+1)/2, even as they are", 1e-9);
-    for (int k = 1; k <= 5; k += 2) rows[1].power[k] = 2e-9;
-    rows[count++] = float_error("float32, stored once (2^-25) and blended", HALF);
-    rows[count++] =
+    rows[ROW_AMPLIFICATION] =
+        chebyshev_error("amplification, Chebyshev basis, error 1 of (T+1)/2", 2e-9);
+    rows[ROW_AMPLIFICATION_POWERS] =
+        power_error("amplification, powers, odd as (b+1)/2, even as they are", 1e-9);
+    for (int k = 1; k <= 5; k += 2) rows[ROW_AMPLIFICATION_POWERS].power[k] = 2e-9;
+    rows[ROW_FLOAT_STORED] = float_error("float32, stored once (2^-25) and blended", HALF);
+    rows[ROW_FLOAT_AVERAGED] =
         power_error("float32, averaged in float32 and blended (2^-22 in all)", 8 * HALF);
-    rows[count++] = chebyshev_error("16 bit, one rounding", 1 / 65535.0);
-    rows[count++] = chebyshev_error("16 bit, resolve and 2 blur passes", 3 / 65535.0);
-    rows[count++] = chebyshev_error("u32 table, 27 x 27, integer part", 0.5 * 729 / 2147483647.5);
-    rows[count++] = table_error("u32 table, unsigned, powers", 0, 1);
-    rows[count++] = table_error("u32 table, signed, powers", 1, 1);
-    rows[count++] = table_error("u32 table, unsigned, Chebyshev", 0, 0);
-    rows[count++] = table_error("u32 table, signed, Chebyshev", 1, 0);
-    for (int i = 0; i < count; i++) {
+    rows[ROW_SIXTEEN_ONE] = chebyshev_error("16 bit, one rounding", 1 / 65535.0);
+    rows[ROW_SIXTEEN_THREE] = chebyshev_error("16 bit, resolve and 2 blur passes", 3 / 65535.0);
+    rows[ROW_INTEGER] =
+        chebyshev_error("u32 table, 27 x 27, integer part", 0.5 * 729 / 2147483647.5);
+    rows[ROW_U32_POWERS] = table_error("u32 table, unsigned, powers", 0, 1);
+    rows[ROW_S32_POWERS] = table_error("u32 table, signed, powers", 1, 1);
+    rows[ROW_U32_CHEBYSHEV] = table_error("u32 table, unsigned, Chebyshev", 0, 0);
+    rows[ROW_S32_CHEBYSHEV] = table_error("u32 table, signed, Chebyshev", 1, 0);
+    rows[ROW_S32_DECODED] = decoded_error("u32 table, signed, (T+1)/2, then powers");
+    rows[ROW_LEVEL_CHEBYSHEV] = table_error("the same table, Chebyshev, at level 4", 1, 0);
+    rows[ROW_LEVEL_DECODED] = decoded_error("the same, (T+1)/2, then powers, at level 4");
+    add_levels(&rows[ROW_LEVEL_CHEBYSHEV]);
+    add_levels(&rows[ROW_LEVEL_DECODED]);
+}
+
+// By row and vector.
+static void print_proofs(double proven[ROWS][VECTORS])
+{
+    budget rows[ROWS];
+    fill_rows(rows);
+    for (int i = 0; i < ROWS; i++) {
+        const double unit = i == ROW_AMPLIFICATION || i == ROW_AMPLIFICATION_POWERS ? 1e9 : 1;
         printf("\n%s\n", rows[i].name);
         for (int v = 0; v < VECTORS; v++) {
-            const double alpha = safe_alpha(vectors[v].moments, vectors[v].even, &rows[i]);
-            printf("    %-22s %.3g\n", vectors[v].name, i < 2 ? alpha * 1e9 : alpha);
+            proven[i][v] = safe_alpha(vectors[v].moments, vectors[v].even, &rows[i]);
+            printf("    %-22s %.3g\n", vectors[v].name, unit * proven[i][v]);
         }
     }
     printf("\nscale: a sum of weights that is 1+s instead of 1 costs alpha = s times\n");
@@ -302,12 +353,18 @@ enum {
     S32_POWERS,
     U32_CHEBYSHEV,
     S32_CHEBYSHEV,
+    S32_DECODED,
     FORMATS
 };
-static const char *const format_names[FORMATS] = {
-    "float32, stored once",           "float32, averaged in float32", "16 bit, one rounding",
-    "16 bit, three roundings",        "u32 table, unsigned, powers",  "u32 table, signed, powers",
-    "u32 table, unsigned, Chebyshev", "u32 table, signed, Chebyshev"};
+static const char *const format_names[FORMATS] = {"float32, stored once",
+                                                  "float32, averaged in float32",
+                                                  "16 bit, one rounding",
+                                                  "16 bit, three roundings",
+                                                  "u32 table, unsigned, powers",
+                                                  "u32 table, signed, powers",
+                                                  "u32 table, unsigned, Chebyshev",
+                                                  "u32 table, signed, Chebyshev",
+                                                  "u32 table, signed, (T+1)/2, then powers"};
 
 // What reaches the bias: powers b[1..6] or Chebyshev values T[1..6], in float32.
 typedef struct received {
@@ -367,9 +424,11 @@ static float rectangle(const patch *p, int k, int i, int j, int is_signed, doubl
     return (float)sum;
 }
 
+// powers: 0 leaves Chebyshev values, 1 turns them into powers, 2 does that as mssm_map_moments
+// does.
 static received table_query(const patch *p, int is_signed, int powers)
 {
-    const double scale = floor((is_signed ? 2147483647.0 : 4294967295.0) / 729);
+    const double scale = is_signed ? 2945788 : floor(4294967295.0 / 729);
     const float a = p->weight_x[0], b = p->weight_x[p->side - 1];
     const float c = p->weight_y[0], d = p->weight_y[p->side - 1];
     const float area = (a + (float)(p->side - 2) + b) * (c + (float)(p->side - 2) + d);
@@ -391,6 +450,13 @@ static received table_query(const patch *p, int is_signed, int powers)
     r.chebyshev = !powers;
     memcpy(r.x, T, sizeof T);
     if (!powers) return r;
+    if (powers == 2) {
+        mssm_moments6 q;
+        for (int k = 0; k < 6; k++) q.b[k] = 0.5f + 0.5f * T[k + 1];
+        q = mssm_moments6_decode(q);
+        memcpy(r.x + 1, q.b, sizeof q.b);
+        return r;
+    }
     r.x[2] = 0.5f * (1 + T[2]);
     r.x[3] = 0.25f * (3 * T[1] + T[3]);
     r.x[4] = 0.125f * (3 + 4 * T[2] + T[4]);
@@ -442,8 +508,10 @@ static received receive(const patch *p, int format)
     memset(&r, 0, sizeof r);
     if (format == FLOAT_AVERAGED) return float_average(p);
     if (format >= U32_POWERS) {
-        return table_query(p, format == S32_POWERS || format == S32_CHEBYSHEV,
-                           format == U32_POWERS || format == S32_POWERS);
+        return table_query(p, format != U32_POWERS && format != U32_CHEBYSHEV,
+                           format == S32_DECODED                          ? 2
+                           : format == U32_POWERS || format == S32_POWERS ? 1
+                                                                          : 0);
     }
     const int is_float = format == FLOAT_STORED;
     // Three roundings can all fall the same way: as one of three times the size.
@@ -459,8 +527,8 @@ static received receive(const patch *p, int format)
 // Is the matrix of the biased float32 values positive definite? Exact but for quad precision.
 static int is_valid(int m, const received *r, const double even[3], float alpha)
 {
-    const double powers[7] = {1, 0, even[0], 0, even[1], 0, even[2]};
-    double star[7] = {1, 0, 0, 0, 0, 0, 0};
+    const quad powers[7] = {1, 0, (quad)even[0], 0, (quad)even[1], 0, (quad)even[2]};
+    quad star[7] = {1, 0, 0, 0, 0, 0, 0};
     if (r->chebyshev)
         chebyshev_of_powers(m, powers, 1, star);
     else
@@ -492,10 +560,9 @@ static double needed_alpha(int m, const received *r, const double even[3], doubl
     return alpha;
 }
 
-static void print_samples(int patches)
+static void print_samples(int patches, uint64_t seed, double needed[FORMATS][VECTORS])
 {
-    static double needed[FORMATS][VECTORS];
-    uint64_t state = 2026;
+    uint64_t state = seed;
     for (int f = 0; f < FORMATS; f++) {
         for (int v = 0; v < VECTORS; v++) needed[f][v] = 1e-9;
     }
@@ -515,9 +582,52 @@ static void print_samples(int patches)
     }
 }
 
+// ---- the constants of the header -----------------------------------------------------------
+
+typedef struct constant {
+    const char *name;
+    float value;
+    int vector, row, format; // what proves it and what samples it
+} constant;
+
+static const constant constants[] = {
+    {"MSSM_BIAS4_FLOAT32", MSSM_BIAS4_FLOAT32, 2, ROW_FLOAT_AVERAGED, FLOAT_AVERAGED},
+    {"MSSM_BIAS6_FLOAT32", MSSM_BIAS6_FLOAT32, 5, ROW_FLOAT_AVERAGED, FLOAT_AVERAGED},
+    {"MSSM_BIAS4_UNORM16", MSSM_BIAS4_UNORM16, 3, ROW_SIXTEEN_ONE, SIXTEEN_ONE},
+    {"MSSM_BIAS6_UNORM16", MSSM_BIAS6_UNORM16, 6, ROW_SIXTEEN_ONE, SIXTEEN_ONE},
+    {"MSSM_BIAS4_UNORM16_FILTERED", MSSM_BIAS4_UNORM16_FILTERED, 3, ROW_SIXTEEN_THREE,
+     SIXTEEN_THREE},
+    {"MSSM_BIAS6_UNORM16_FILTERED", MSSM_BIAS6_UNORM16_FILTERED, 6, ROW_SIXTEEN_THREE,
+     SIXTEEN_THREE},
+    {"MSSM_BIAS4_TABLE", MSSM_BIAS4_TABLE, 3, ROW_S32_CHEBYSHEV, S32_CHEBYSHEV},
+    {"MSSM_BIAS6_TABLE", MSSM_BIAS6_TABLE, 6, ROW_S32_CHEBYSHEV, S32_CHEBYSHEV},
+    {"MSSM_BIAS4_DECODED", MSSM_BIAS4_DECODED, 2, ROW_S32_DECODED, S32_DECODED},
+    {"MSSM_BIAS6_DECODED", MSSM_BIAS6_DECODED, 5, ROW_S32_DECODED, S32_DECODED}};
+
+// The table that mssm.h quotes. Returns how many of its constants are too small.
+static int check_constants(double proven[ROWS][VECTORS], double needed[FORMATS][VECTORS])
+{
+    int bad = 0;
+    printf("\n%-28s %10s %10s %10s   even moments of the vector\n", "constant", "in mssm.h",
+           "proven", "sampled");
+    for (size_t i = 0; i < sizeof constants / sizeof *constants; i++) {
+        const constant *c = constants + i;
+        const double proof = proven[c->row][c->vector], sample = needed[c->format][c->vector];
+        const int low = (double)c->value < proof || (double)c->value < sample;
+        bad += low;
+        printf("%-28s %10.4g %10.4g %10.4g   %s%s\n", c->name, (double)c->value, proof, sample,
+               vectors[c->vector].name + 3, low ? "   TOO SMALL" : "");
+    }
+    return bad;
+}
+
 int main(int argc, char **argv)
 {
-    print_proofs();
-    print_samples(argc > 1 ? atoi(argv[1]) : 30000);
-    return 0;
+    static double proven[ROWS][VECTORS], needed[FORMATS][VECTORS];
+    print_proofs(proven);
+    print_samples(argc > 1 ? atoi(argv[1]) : 30000,
+                  argc > 2 ? strtoull(argv[2], NULL, 0) : UINT64_C(2026), needed);
+    const int bad = check_constants(proven, needed);
+    if (bad) printf("%d constants of mssm.h are below what is safe\n", bad);
+    return bad > 0;
 }

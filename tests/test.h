@@ -40,6 +40,7 @@ double test_range(uint64_t *state, double low, double high);   // [low,high)
 
 // One array per subject, ended by a null name.
 extern const test_case moments_tests[];
+extern const test_case cases_tests[];
 extern const test_case map_tests[];
 extern const test_case visibility_tests[];
 extern const test_case lightprobe_tests[];
