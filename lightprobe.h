@@ -81,7 +81,7 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_NULL,     // a pointer that must be given is null
     LIGHTPROBE_ERROR_SIDE,     // side below 1 or above LIGHTPROBE_MAX_SIDE
     LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4
-    LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, above LIGHTPROBE_MAX_LIGHTS
+    LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, or above the largest number
     LIGHTPROBE_ERROR_SETTINGS, // tolerance or min_share negative or not finite, or an unknown mode
     LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
     LIGHTPROBE_ERROR_MEMORY,   // LIGHTPROBE_MALLOC gave none
@@ -96,6 +96,7 @@ const char *lightprobe_result_string(lightprobe_result result);
 
 #define LIGHTPROBE_MAX_SIDE 8192
 #define LIGHTPROBE_MAX_LIGHTS 4096
+#define LIGHTPROBE_GL_MAX_LIGHTS 1024 // as many as one work group divides on every driver
 #define LIGHTPROBE_DEFAULT_LIGHTS 32
 #define LIGHTPROBE_DEFAULT_TOLERANCE 0.01f // one disc of 11 degrees around its centre
 
@@ -212,10 +213,10 @@ typedef struct lightprobe_gl lightprobe_gl;
 typedef struct lightprobe_gl_desc {
     lightprobe_gl_loader load;
     int side;       // of the faces; 0: 128. A texture is read at the mip level of this side
-    int max_lights; // these three as in lightprobe_settings
+    int max_lights; // these three as in lightprobe_settings, but at most LIGHTPROBE_GL_MAX_LIGHTS
     float tolerance;
     float min_share;
-    int first_texture_unit; // this one, and five shader storage bindings from first_buffer_binding
+    int first_texture_unit; // this one, and six shader storage bindings from first_buffer_binding
     int first_buffer_binding; // on, are used inside lightprobe_gl_update and then put back
     void (*log)(void *user, const char *message); // told why a call failed, shader logs; or NULL
     void *user;
@@ -284,9 +285,16 @@ extern "C" {
 // ------------------------------------------------------------------------------------------------
 
 // What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and
-// is quoted by `make glsl` into lightprobe__glsl_text further down.
+// is quoted by `make glsl` into the texts further down, one for every program that needs it. So
+// structs go in and out by value, and these names stand for what the two languages call differently.
 #define LIGHTPROBE_SHARED static inline
-#define LIGHTPROBE_PRECISE // in GLSL: nothing may be fused, decisions are the same bit for bit
+#define LIGHTPROBE_PRECISE // in GLSL: nothing may be fused or reordered
+#define LIGHTPROBE_INOUT   // in GLSL: what the function changes,
+#define LIGHTPROBE_OUT     // or makes
+#define LIGHTPROBE_FLOAT(x) ((float)(x))
+#define LIGHTPROBE_INT(x) ((int)(x))
+typedef float lightprobe_vec3[3], lightprobe_vec4[4];
+typedef double lightprobe_dvec3[3];
 
 // [glsl begin]
 
@@ -410,67 +418,89 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 
 // Sums over texels are kept as float and this much too small, so that a probe full of FLT_MAX
 // (4 pi FLT_MAX in all) does not overflow; a power of two costs no digit.
-#define LIGHTPROBE__SCALE 0.0625f
+#define LIGHTPROBE_SCALE 0.0625f
 // A probe whose luminance sums to less counts as black: squares of shares would underflow.
-#define LIGHTPROBE__BLACK 1e-30f
+#define LIGHTPROBE_BLACK 1e-30f
 
-#define LIGHTPROBE__TILE_LEVEL 2 // a tile has 4 x 4 texels
+#define LIGHTPROBE_TILE_LEVEL 2 // a tile has 4 x 4 texels
 #define LIGHTPROBE__LEVELS 14    // level 13 of the largest side is one cell
 // Leaves to make so many lights from: enough that few lights have a choice. Four times as many take
 // a tenth off the error of 32 lights and double the time.
 #define LIGHTPROBE__LEAVES(lights) ((lights) + 200)
 // Room to divide all cells of the same error or none, so that a turned probe gives the same leaves.
-#define LIGHTPROBE__MORE_LEAVES 96
-#define LIGHTPROBE__ROUNDS 2 // of Lloyd's iteration; more change the error of 32 lights by 2%
+#define LIGHTPROBE_MORE_LEAVES 96
+#define LIGHTPROBE_ROUNDS 2 // of Lloyd's iteration; more change the error of 32 lights by 2%
 // One e-fold of radiance counts as much as so many radians. Without it (0) a small sun comes out
 // with the haze around it: 3.9 degrees wide instead of 0.9 at 32 lights in city_sun.
-#define LIGHTPROBE__TONE 0.1f
-#define LIGHTPROBE__BINS 8     // places for a cut, over so many standard deviations to both sides
-#define LIGHTPROBE__REACH 2.0f // of the mean
-#define LIGHTPROBE__NEAR 6     // clusters that a leaf may move to
+#define LIGHTPROBE_TONE 0.1f
+#define LIGHTPROBE_BINS 8     // places for a cut, over so many standard deviations to both sides
+#define LIGHTPROBE_REACH 2.0f // of the mean
+#define LIGHTPROBE_NEAR 6     // clusters that a leaf may move to
+
+// [glsl begin work]
 
 // Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the
 // face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).
-typedef struct lightprobe__cell {
-    float flux[4], vector[4];
-} lightprobe__cell;
+typedef struct lightprobe_cell {
+    lightprobe_vec4 flux, vector;
+} lightprobe_cell;
 
 // A cell that is not divided further. Leaves tile the sphere; clusters of them become lights.
-typedef struct lightprobe__leaf {
-    float flux[3], solid_angle, luminance;
-    float direction[3], strength; // vector irradiance = strength * direction
-    float tone;                   // LIGHTPROBE__TONE times the logarithm of radiance over its mean
+typedef struct lightprobe_leaf {
+    lightprobe_vec3 flux;
+    float solid_angle;
+    lightprobe_vec3 direction; // vector irradiance = strength * direction
+    float strength, luminance;
+    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean
     int face, level, x, y, cluster;
-} lightprobe__leaf;
+} lightprobe_leaf;
 
-typedef struct lightprobe__cluster {
-    float vector[3], luminance, tones, tones2; // sums; of luminance times tone, times its square
-    float centre[3], tone;                     // means
-    float axis[3], threshold;                  // the best plane to split it, or the best tone
+// Sums over leaves: of luminance, of it times direction, tone and squared tone.
+typedef struct lightprobe_sum {
+    lightprobe_vec3 vector;
+    float luminance, tones, tones2;
+    int count;
+} lightprobe_sum;
+
+// The plane, or the tone, at which a cluster is split best. Along the axis lie LIGHTPROBE_BINS bins
+// of width 1 / scale from low on.
+typedef struct lightprobe_axis {
+    lightprobe_vec3 direction;
+    float threshold, low, scale;
     int by_tone;
-    int planned;
-    int first, count; // its leaves in lightprobe__work.order
-    int nearby[LIGHTPROBE__NEAR], near_count;
-    int id, changed;
-} lightprobe__cluster;
+} lightprobe_axis;
 
+typedef struct lightprobe_cluster {
+    lightprobe_sum sum;
+    lightprobe_vec3 centre; // means
+    float tone;
+    lightprobe_axis axis;
+    int planned, changed, id;
+    int first; // of sum.count leaves in order[]
+    int nearby[LIGHTPROBE_NEAR], near_count;
+} lightprobe_cluster;
+// [glsl end]
+
+// [glsl begin lights]
 // What a light is made from.
-typedef struct lightprobe__region {
-    double flux[3], vector[3], luminance, solid_angle;
+typedef struct lightprobe_region {
+    lightprobe_dvec3 flux, vector;
+    double luminance, solid_angle;
     double second[6]; // luminance times d d^T: xx yy zz xy yz zx
-} lightprobe__region;
+} lightprobe_region;
+// [glsl end]
 
 typedef struct lightprobe__work {
     const lightprobe_cube *cube;
     int side, half, tiles, top, max_lights, max_leaves;
     float *omega, *weight; // of the texels of a quarter face: solid angle, that over the distance
     float *band;           // weights of the texels in a row of tiles
-    lightprobe__cell *cells[LIGHTPROBE__LEVELS]; // of tiles and larger squares
-    lightprobe__leaf *leaves;
+    lightprobe_cell *cells[LIGHTPROBE__LEVELS]; // of tiles and larger squares
+    lightprobe_leaf *leaves;
     int *heap, *order;
-    lightprobe__cluster *clusters;
+    lightprobe_cluster *clusters;
     float *gains; // what the best split of each cluster takes off the error, or a bound on it
-    lightprobe__region *regions;
+    lightprobe_region *regions;
     int heap_count, leaf_count, cluster_count, repaired;
     double total[3];
     float mean; // luminance of 1 sr
@@ -494,30 +524,30 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
     size_t used = 0;
     w->side = side;
     w->half = (side + 1) / 2;
-    w->tiles = lightprobe__level_side(side, LIGHTPROBE__TILE_LEVEL);
+    w->tiles = lightprobe__level_side(side, LIGHTPROBE_TILE_LEVEL);
     w->max_lights = max_lights;
-    w->max_leaves = LIGHTPROBE__LEAVES(max_lights) + LIGHTPROBE__MORE_LEAVES;
+    w->max_leaves = LIGHTPROBE__LEAVES(max_lights) + LIGHTPROBE_MORE_LEAVES;
     const size_t quarter = (size_t)w->half * (size_t)w->half, tiles = (size_t)w->tiles;
     const size_t leaves = (size_t)w->max_leaves, lights = (size_t)max_lights;
     w->omega = (float *)lightprobe__take(base, &used, quarter * sizeof(float));
     w->weight = (float *)lightprobe__take(base, &used, quarter * sizeof(float));
     w->band = (float *)lightprobe__take(base, &used, tiles * (4 * 24 + 12 + 1) * sizeof(float));
-    for (int level = LIGHTPROBE__TILE_LEVEL;; level++) {
+    for (int level = LIGHTPROBE_TILE_LEVEL;; level++) {
         const size_t n = (size_t)lightprobe__level_side(side, level);
         w->cells[level] =
-            (lightprobe__cell *)lightprobe__take(base, &used, 6 * n * n * sizeof(lightprobe__cell));
+            (lightprobe_cell *)lightprobe__take(base, &used, 6 * n * n * sizeof(lightprobe_cell));
         w->top = level;
         if (n == 1) break;
     }
     w->leaves =
-        (lightprobe__leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe__leaf));
+        (lightprobe_leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe_leaf));
     w->heap = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->order = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->clusters =
-        (lightprobe__cluster *)lightprobe__take(base, &used, lights * sizeof(lightprobe__cluster));
+        (lightprobe_cluster *)lightprobe__take(base, &used, lights * sizeof(lightprobe_cluster));
     w->gains = (float *)lightprobe__take(base, &used, lights * sizeof(float));
     w->regions =
-        (lightprobe__region *)lightprobe__take(base, &used, lights * sizeof(lightprobe__region));
+        (lightprobe_region *)lightprobe__take(base, &used, lights * sizeof(lightprobe_region));
     return used;
 }
 
@@ -534,30 +564,36 @@ size_t lightprobe_scratch_bytes(int side, int max_lights)
 // Small vector math
 // ------------------------------------------------------------------------------------------------
 
-static float lightprobe__luminance(const float rgb[3])
+// [glsl begin work]
+
+LIGHTPROBE_SHARED float lightprobe_luminance(const lightprobe_vec3 rgb)
 {
-    return 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
+    LIGHTPROBE_PRECISE float l = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
+    return l;
 }
 
-static float lightprobe__dot(const float a[3], const float b[3])
+LIGHTPROBE_SHARED float lightprobe_dot(const lightprobe_vec3 a, const lightprobe_vec3 b)
 {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    LIGHTPROBE_PRECISE float d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    return d;
 }
 
 // In double: squares of float neither overflow nor underflow.
-static double lightprobe__length(const float v[3])
+LIGHTPROBE_SHARED double lightprobe_length(const lightprobe_vec3 v)
 {
-    const double x = (double)v[0], y = (double)v[1], z = (double)v[2];
-    return sqrt(x * x + y * y + z * z);
+    double x = v[0], y = v[1], z = v[2];
+    LIGHTPROBE_PRECISE double square = x * x + y * y + z * z;
+    return sqrt(square);
 }
 
 // Returns the length; a null vector stays.
-static float lightprobe__normalize(float v[3])
+LIGHTPROBE_SHARED float lightprobe_normalize(LIGHTPROBE_INOUT lightprobe_vec3 v)
 {
-    const double length = lightprobe__length(v), scale = length > 0 ? 1 / length : 0;
-    for (int i = 0; i < 3; i++) v[i] = (float)((double)v[i] * scale);
-    return (float)length;
+    double size = lightprobe_length(v), scale = size > 0.0 ? 1.0 / size : 0.0;
+    for (int i = 0; i < 3; i++) v[i] = LIGHTPROBE_FLOAT(v[i] * scale);
+    return LIGHTPROBE_FLOAT(size);
 }
+// [glsl end]
 
 // Finite. Looks at the bits: with -ffast-math a comparison need not see a NaN.
 static int lightprobe__is_number(float x)
@@ -663,11 +699,29 @@ static size_t lightprobe__quarter(const lightprobe__work *w, int x, int y)
     return (size_t)dy * (size_t)w->half + (size_t)dx;
 }
 
+// [glsl begin cells]
+
 // Centre of a texel in [-1,1].
-static float lightprobe__centre(int side, int x)
+LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)
 {
-    return (float)(2 * x + 1 - side) / (float)side;
+    return LIGHTPROBE_FLOAT(2 * x + 1 - side) / LIGHTPROBE_FLOAT(side);
 }
+
+// Weights: its solid angle, and that over the distance to its centre (s, t).
+LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec3 rgb, float omega,
+                                                        float weight, float s, float t)
+{
+    LIGHTPROBE_PRECISE float m = lightprobe_luminance(rgb) * weight, ms = m * s, mt = m * t;
+    LIGHTPROBE_PRECISE lightprobe_cell texel;
+    for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;
+    texel.flux[3] = omega;
+    texel.vector[0] = m;
+    texel.vector[1] = ms;
+    texel.vector[2] = mt;
+    texel.vector[3] = 0.0f;
+    return texel;
+}
+// [glsl end]
 
 // A texel's vector irradiance is shorter than its solid angle by omega / 12, the mean half square
 // angle of a square: without it a face of one texel would count as a point (17% too long, now 0.7%
@@ -687,10 +741,10 @@ static void lightprobe__make_tables(lightprobe__work *w)
             if (w->side < 64)
                 omega = (float)lightprobe__solid_angle(first + x * h, first + y * h,
                                                        first + (x + 1) * h, first + (y + 1) * h);
-            const float weight = omega * (1 - omega * (1 / 12.0f)) * inverse * LIGHTPROBE__SCALE;
+            const float weight = omega * (1 - omega * (1 / 12.0f)) * inverse * LIGHTPROBE_SCALE;
             const size_t a = (size_t)y * (size_t)w->half + (size_t)x;
             const size_t b = (size_t)x * (size_t)w->half + (size_t)y;
-            w->omega[a] = w->omega[b] = omega * LIGHTPROBE__SCALE;
+            w->omega[a] = w->omega[b] = omega * LIGHTPROBE_SCALE;
             w->weight[a] = w->weight[b] = weight;
         }
     }
@@ -737,7 +791,7 @@ static int lightprobe__gather(const lightprobe__work *w, int face, int tx, int t
 // each: gcc -O2 keeps arrays of them in memory, at twice the time.
 static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, const float *band,
                                        ptrdiff_t stride, const float *s, const float t[2],
-                                       float omega, lightprobe__cell *cell)
+                                       float omega, lightprobe_cell *cell)
 {
     const lightprobe__four zero = lightprobe__set4(0);
     lightprobe__four f0 = zero, f1 = zero, f2 = zero, m0 = zero, m1 = zero, m2 = zero;
@@ -813,9 +867,9 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
     const float *s = w->band + 4 * stride, *omega = s + 12 * w->tiles, *band = w->band;
     const float *texels = w->cube->face[face] + 4 * ty * row + (flip ? 3 * row : 0);
     const int plain = w->cube->channels == 3 && 4 * ty + 4 <= w->side ? w->side / 4 : 0;
-    const float t[2] = {lightprobe__centre(w->side, 4 * ty + (flip ? -1 : 4)),
-                        lightprobe__centre(w->side, 4 * ty + (flip ? 0 : 3))};
-    lightprobe__cell *cell = w->cells[LIGHTPROBE__TILE_LEVEL] + (face * w->tiles + ty) * w->tiles;
+    const float t[2] = {lightprobe_centre(w->side, 4 * ty + (flip ? -1 : 4)),
+                        lightprobe_centre(w->side, 4 * ty + (flip ? 0 : 3))};
+    lightprobe_cell *cell = w->cells[LIGHTPROBE_TILE_LEVEL] + (face * w->tiles + ty) * w->tiles;
     for (int tx = 0; tx < w->tiles; tx++, cell++, texels += 12, band += 24, s += 12) {
         float copy[48];
         for (int copied = tx >= plain;; copied = 1) {
@@ -833,7 +887,7 @@ static void lightprobe__sum_tiles(lightprobe__work *w)
     const int symmetric = w->side % 4 == 0;
     float *s = w->band + 4 * 24 * w->tiles; // of the 12 floats of every tile, behind the weights
     memset(w->band, 0, (size_t)(4 * 24 + 12) * (size_t)w->tiles * sizeof(float));
-    for (int x = 0; x < 3 * w->side; x++) s[x] = lightprobe__centre(w->side, x / 3);
+    for (int x = 0; x < 3 * w->side; x++) s[x] = lightprobe_centre(w->side, x / 3);
     for (int ty = 0; ty < (symmetric ? (w->tiles + 1) / 2 : w->tiles); ty++) {
         const int mirror = w->tiles - 1 - ty;
         lightprobe__make_band(w, ty);
@@ -848,7 +902,7 @@ static void lightprobe__sum_tiles(lightprobe__work *w)
 // Cells of all sizes
 // ------------------------------------------------------------------------------------------------
 
-static void lightprobe__add_cell(lightprobe__cell *sum, const lightprobe__cell *cell)
+static void lightprobe__add_cell(lightprobe_cell *sum, const lightprobe_cell *cell)
 {
     for (int i = 0; i < 4; i++) sum->flux[i] += cell->flux[i];
     for (int i = 0; i < 4; i++) sum->vector[i] += cell->vector[i];
@@ -857,15 +911,15 @@ static void lightprobe__add_cell(lightprobe__cell *sum, const lightprobe__cell *
 // Halves the tiles again and again, up to one cell per face.
 static void lightprobe__make_pyramid(lightprobe__work *w)
 {
-    for (int level = LIGHTPROBE__TILE_LEVEL + 1; level <= w->top; level++) {
+    for (int level = LIGHTPROBE_TILE_LEVEL + 1; level <= w->top; level++) {
         const int n = lightprobe__level_side(w->side, level);
         const int m = lightprobe__level_side(w->side, level - 1);
-        lightprobe__cell *to = w->cells[level];
+        lightprobe_cell *to = w->cells[level];
         for (int row = 0; row < 6 * n; row++) {
             const int y = 2 * (row % n);
-            const lightprobe__cell *from = w->cells[level - 1] + (row / n * m + y) * m;
+            const lightprobe_cell *from = w->cells[level - 1] + (row / n * m + y) * m;
             for (int x = 0; x < m; x += 2) {
-                lightprobe__cell sum = from[x];
+                lightprobe_cell sum = from[x];
                 if (x + 1 < m) lightprobe__add_cell(&sum, from + x + 1);
                 if (y + 1 < m) lightprobe__add_cell(&sum, from + m + x);
                 if (x + 1 < m && y + 1 < m) lightprobe__add_cell(&sum, from + m + x + 1);
@@ -878,43 +932,39 @@ static void lightprobe__make_pyramid(lightprobe__work *w)
 // In double, over the cells of 8 x 8 texels.
 static float lightprobe__find_total(lightprobe__work *w)
 {
-    const int level = w->top > LIGHTPROBE__TILE_LEVEL ? LIGHTPROBE__TILE_LEVEL + 1 : w->top;
+    const int level = w->top > LIGHTPROBE_TILE_LEVEL ? LIGHTPROBE_TILE_LEVEL + 1 : w->top;
     const int n = lightprobe__level_side(w->side, level);
     for (int i = 0; i < 6 * n * n; i++)
         for (int c = 0; c < 3; c++) w->total[c] += (double)w->cells[level][i].flux[c];
     const float rgb[3] = {(float)w->total[0], (float)w->total[1], (float)w->total[2]};
-    return lightprobe__luminance(rgb);
+    return lightprobe_luminance(rgb);
 }
 
 // A cell smaller than a tile, straight from its texels.
-static lightprobe__cell lightprobe__small_cell(const lightprobe__work *w, int face, int level,
+static lightprobe_cell lightprobe__small_cell(const lightprobe__work *w, int face, int level,
                                                int cx, int cy)
 {
     const int size = 1 << level;
-    lightprobe__cell sum;
+    lightprobe_cell sum;
     memset(&sum, 0, sizeof sum);
     for (int y = size * cy; y < size * cy + size && y < w->side; y++) {
         for (int x = size * cx; x < size * cx + size && x < w->side; x++) {
             const size_t i = lightprobe__quarter(w, x, y);
-            lightprobe__cell texel;
-            lightprobe__read(lightprobe__texel(w, face, x, y), texel.flux);
-            const float m = lightprobe__luminance(texel.flux) * w->weight[i];
-            for (int c = 0; c < 3; c++) texel.flux[c] *= w->omega[i];
-            texel.vector[0] = m;
-            texel.vector[1] = m * lightprobe__centre(w->side, x);
-            texel.vector[2] = m * lightprobe__centre(w->side, y);
-            texel.flux[3] = w->omega[i];
-            texel.vector[3] = 0;
+            float rgb[3];
+            lightprobe__read(lightprobe__texel(w, face, x, y), rgb);
+            const lightprobe_cell texel =
+                lightprobe_texel_cell(rgb, w->omega[i], w->weight[i], lightprobe_centre(w->side, x),
+                                      lightprobe_centre(w->side, y));
             lightprobe__add_cell(&sum, &texel);
         }
     }
     return sum;
 }
 
-static lightprobe__cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
+static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
                                             int y)
 {
-    if (level < LIGHTPROBE__TILE_LEVEL) return lightprobe__small_cell(w, face, level, x, y);
+    if (level < LIGHTPROBE_TILE_LEVEL) return lightprobe__small_cell(w, face, level, x, y);
     const int n = lightprobe__level_side(w->side, level);
     return w->cells[level][(face * n + y) * n + x];
 }
@@ -923,17 +973,19 @@ static lightprobe__cell lightprobe__cell_at(const lightprobe__work *w, int face,
 // Leaves: the cell with the largest error is divided first
 // ------------------------------------------------------------------------------------------------
 
-static float lightprobe__leaf_error(const lightprobe__leaf *leaf)
+// [glsl begin cells]
+LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)
 {
-    return leaf->luminance - leaf->strength;
+    return leaf.luminance - leaf.strength;
 }
+// [glsl end]
 
 // Of equal errors the lower number comes first, so that any way to find it agrees (the GPU has no
 // heap).
 static int lightprobe__is_before(const lightprobe__work *w, int a, int b)
 {
-    const float ea = lightprobe__leaf_error(w->leaves + a);
-    const float eb = lightprobe__leaf_error(w->leaves + b);
+    const float ea = lightprobe_leaf_error(w->leaves[a]);
+    const float eb = lightprobe_leaf_error(w->leaves[b]);
     return ea > eb || (ea >= eb && a < b);
 }
 
@@ -964,7 +1016,7 @@ static int lightprobe__heap_pop(lightprobe__work *w)
     return top;
 }
 
-// [glsl begin lights]
+// [glsl begin work]
 
 // Natural logarithm of a ratio, kept in [1e-3, 1e6], to 1e-6. Written out: drivers round their
 // own as they like, and which leaves go together hangs on it.
@@ -976,51 +1028,71 @@ LIGHTPROBE_SHARED float lightprobe_log(float ratio)
         r = 0.5f * r;
         e = e + 1.0f;
     }
-    LIGHTPROBE_PRECISE float t = (r - 1.0f) / (r + 1.0f);
-    LIGHTPROBE_PRECISE float t2 = t * t;
+    LIGHTPROBE_PRECISE float t = (r - 1.0f) / (r + 1.0f), t2 = t * t;
     LIGHTPROBE_PRECISE float p = t2 * 0.11111111f + 0.14285714f;
     p = p * t2 + 0.2f;
     p = p * t2 + 0.33333333f;
     p = 0.69314718f * e + 2.0f * (p * t2 * t + t);
     return p;
 }
+
+// mean: luminance of 1 sr of the whole probe.
+LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, float mean)
+{
+    LIGHTPROBE_PRECISE float most = 1e6f * mean * solid_angle, unit = mean * solid_angle;
+    if (!(solid_angle > 0.0f)) return 0.0f;
+    return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);
+}
+
 // [glsl end]
 
-static float lightprobe__tone(const lightprobe__work *w, float luminance, float solid_angle)
+// [glsl begin cells]
+
+// vector: of the cell, in the world's axes. Of a black cell the direction is null.
+LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
+                                                     const lightprobe_vec3 vector, float mean)
 {
-    if (!(solid_angle > 0)) return 0;
-    const float ratio =
-        luminance < 1e6f * w->mean * solid_angle ? luminance / (w->mean * solid_angle) : 1e6f;
-    return LIGHTPROBE__TONE * lightprobe_log(ratio);
+    lightprobe_leaf leaf;
+    for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];
+    for (int i = 0; i < 3; i++) leaf.direction[i] = vector[i];
+    leaf.solid_angle = cell.flux[3];
+    leaf.luminance = lightprobe_luminance(leaf.flux);
+    leaf.strength = lightprobe_normalize(leaf.direction);
+    leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, mean);
+    return leaf;
 }
+
+// Middle of a cell on its face; 1 where it is cut off before that.
+LIGHTPROBE_SHARED float lightprobe_cell_middle(int side, int level, int x)
+{
+    float h = LIGHTPROBE_FLOAT(2 << level) / LIGHTPROBE_FLOAT(side);
+    LIGHTPROBE_PRECISE float s = (LIGHTPROBE_FLOAT(x) + 0.5f) * h - 1.0f;
+    return s < 1.0f ? s : 1.0f;
+}
+// [glsl end]
 
 static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int level, int x, int y)
 {
-    const lightprobe__cell cell = lightprobe__cell_at(w, face, level, x, y);
-    lightprobe__leaf *leaf = w->leaves + index;
-    memcpy(leaf->flux, cell.flux, sizeof leaf->flux);
-    lightprobe__to_world(face, cell.vector[0], cell.vector[1], cell.vector[2], leaf->direction);
-    leaf->solid_angle = cell.flux[3];
-    leaf->luminance = lightprobe__luminance(cell.flux);
-    leaf->strength = lightprobe__normalize(leaf->direction);
-    leaf->tone = lightprobe__tone(w, leaf->luminance, leaf->solid_angle / LIGHTPROBE__SCALE);
+    const lightprobe_cell cell = lightprobe__cell_at(w, face, level, x, y);
+    lightprobe_leaf *leaf = w->leaves + index;
+    float v[3];
+    lightprobe__to_world(face, cell.vector[0], cell.vector[1], cell.vector[2], v);
+    *leaf = lightprobe_leaf_of(cell, v, w->mean);
     leaf->face = face;
     leaf->level = level;
     leaf->x = x;
     leaf->y = y;
     leaf->cluster = 0;
-    if (!(leaf->strength > 0)) { // black, but it must belong somewhere
-        const float h = (float)(2 << level) / (float)w->side;
-        const float s = ((float)x + 0.5f) * h - 1, t = ((float)y + 0.5f) * h - 1;
-        lightprobe_texel_direction(face, s < 1 ? s : 1, t < 1 ? t : 1, leaf->direction);
-    }
+    if (!(leaf->strength > 0)) // black, but it must belong somewhere
+        lightprobe_texel_direction(face, lightprobe_cell_middle(w->side, level, x),
+                                   lightprobe_cell_middle(w->side, level, y), leaf->direction);
     if (level > 0) lightprobe__heap_push(w, index);
 }
 
 // Six faces, then down to single texels where the light is.
 static void lightprobe__make_leaves(lightprobe__work *w, float total)
 {
-    const int enough = w->max_leaves - LIGHTPROBE__MORE_LEAVES;
+    const int enough = w->max_leaves - LIGHTPROBE_MORE_LEAVES;
     float last = 0;
     w->heap_count = 0;
     w->mean = total / 12.5663706f;
@@ -1028,8 +1100,8 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
     w->leaf_count = 6;
     while (w->heap_count > 0 && w->leaf_count + 3 <= w->max_leaves) {
         const int index = lightprobe__heap_pop(w);
-        const lightprobe__leaf parent = w->leaves[index];
-        const float error = lightprobe__leaf_error(&parent);
+        const lightprobe_leaf parent = w->leaves[index];
+        const float error = lightprobe_leaf_error(parent);
         if (error <= 1e-7f * total) break; // rounding
         if (w->leaf_count >= enough && error < 0.9999f * last) break;
         last = error;
@@ -1046,54 +1118,80 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
 // Clusters: leaves that become one light, wherever the faces meet
 // ------------------------------------------------------------------------------------------------
 
-static inline void lightprobe__add_leaf(const lightprobe__leaf *leaf, lightprobe__cluster *c)
+// [glsl begin work]
+LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)
 {
-    const float tones = leaf->luminance * leaf->tone;
-    for (int i = 0; i < 3; i++) c->vector[i] += leaf->strength * leaf->direction[i];
-    c->luminance += leaf->luminance;
-    c->tones += tones;
-    c->tones2 += tones * leaf->tone;
-    c->count++;
+    lightprobe_sum s;
+    s.vector[0] = s.vector[1] = s.vector[2] = s.luminance = s.tones = s.tones2 = 0.0f;
+    s.count = 0;
+    return s;
 }
 
-static void lightprobe__clear_cluster(lightprobe__cluster *c)
+LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_leaf(lightprobe_sum sum, lightprobe_leaf leaf)
 {
-    c->vector[0] = c->vector[1] = c->vector[2] = c->luminance = c->tones = c->tones2 = 0;
-    c->count = 0;
+    LIGHTPROBE_PRECISE lightprobe_sum s = sum;
+    LIGHTPROBE_PRECISE float tones = leaf.luminance * leaf.tone;
+    for (int i = 0; i < 3; i++) s.vector[i] += leaf.strength * leaf.direction[i];
+    s.luminance += leaf.luminance;
+    s.tones += tones;
+    s.tones2 += tones * leaf.tone;
+    s.count++;
+    return s;
+}
+
+LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)
+{
+    for (int i = 0; i < 3; i++) a.vector[i] += b.vector[i];
+    a.luminance += b.luminance;
+    a.tones += b.tones;
+    a.tones2 += b.tones2;
+    a.count += b.count;
+    return a;
 }
 
 // Half the distance between directions squared is 1 - cosine; so is half that between tones.
-static inline float lightprobe__nearness(const float a[3], float tone_a, const float b[3],
-                                         float tone_b)
+LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_a,
+                                            const lightprobe_vec3 b, float tone_b)
 {
-    return lightprobe__dot(a, b) - 0.5f * (tone_a - tone_b) * (tone_a - tone_b);
+    LIGHTPROBE_PRECISE float apart = tone_a - tone_b;
+    LIGHTPROBE_PRECISE float n = lightprobe_dot(a, b) - 0.5f * apart * apart;
+    return n;
 }
 
 // What stats.error adds up: the variance of direction.
-static float lightprobe__cluster_error(const lightprobe__cluster *c)
+LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)
 {
-    return c->luminance - (float)lightprobe__length(c->vector);
+    return s.luminance - LIGHTPROBE_FLOAT(lightprobe_length(s.vector));
 }
 
+// [glsl end]
+
+// [glsl begin splits]
+
 // Nothing can be gained by a split beyond the variance of direction and tone.
-static float lightprobe__gain_bound(const lightprobe__cluster *c)
+LIGHTPROBE_SHARED float lightprobe_gain_bound(lightprobe_sum s)
 {
-    const float mean2 = c->luminance > LIGHTPROBE__BLACK ? c->tones / c->luminance * c->tones : 0;
-    return lightprobe__cluster_error(c) + 0.5f * (c->tones2 - mean2);
+    LIGHTPROBE_PRECISE float mean2 =
+        s.luminance > LIGHTPROBE_BLACK ? s.tones / s.luminance * s.tones : 0.0f;
+    LIGHTPROBE_PRECISE float bound = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);
+    return bound;
 }
+// [glsl end]
 
 // Sums of all clusters from the leaves' numbers.
 static void lightprobe__sum_clusters(lightprobe__work *w)
 {
-    for (int k = 0; k < w->cluster_count; k++) lightprobe__clear_cluster(w->clusters + k);
-    for (int i = 0; i < w->leaf_count; i++)
-        lightprobe__add_leaf(w->leaves + i, w->clusters + w->leaves[i].cluster);
+    for (int k = 0; k < w->cluster_count; k++) w->clusters[k].sum = lightprobe_nothing();
+    for (int i = 0; i < w->leaf_count; i++) {
+        lightprobe_sum *sum = &w->clusters[w->leaves[i].cluster].sum;
+        *sum = lightprobe_add_leaf(*sum, w->leaves[i]);
+    }
     for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe__cluster *c = w->clusters + k;
+        lightprobe_cluster *c = w->clusters + k;
         float v[3];
-        memcpy(v, c->vector, sizeof v);
-        if (lightprobe__normalize(v) > 0) memcpy(c->centre, v, sizeof v);
-        if (c->luminance > LIGHTPROBE__BLACK) c->tone = c->tones / c->luminance;
+        memcpy(v, c->sum.vector, sizeof v);
+        if (lightprobe_normalize(v) > 0) memcpy(c->centre, v, sizeof v);
+        if (c->sum.luminance > LIGHTPROBE_BLACK) c->tone = c->sum.tones / c->sum.luminance;
     }
 }
 
@@ -1103,25 +1201,61 @@ static void lightprobe__sort_leaves(lightprobe__work *w)
     int first = 0;
     for (int k = 0; k < w->cluster_count; k++) {
         w->clusters[k].first = first;
-        first += w->clusters[k].count;
-        w->clusters[k].count = 0;
+        first += w->clusters[k].sum.count;
+        w->clusters[k].sum.count = 0;
     }
     for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe__cluster *c = w->clusters + w->leaves[i].cluster;
-        w->order[c->first + c->count++] = i;
+        lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
+        w->order[c->first + c->sum.count++] = i;
     }
+}
+
+// [glsl begin splits]
+
+// Second moments of direction (xx yy zz xy yz zx) and tone around their means.
+typedef struct lightprobe_spread {
+    float m[6], tone2;
+} lightprobe_spread;
+
+LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)
+{
+    lightprobe_spread s;
+    for (int i = 0; i < 6; i++) s.m[i] = 0.0f;
+    s.tone2 = 0.0f;
+    return s;
+}
+
+// scale: 1 over the luminance of all.
+LIGHTPROBE_SHARED lightprobe_spread
+lightprobe_add_spread(lightprobe_spread all, lightprobe_leaf leaf,
+                      const lightprobe_vec3 mean, float mean_tone, float scale)
+{
+    LIGHTPROBE_PRECISE lightprobe_spread s = all;
+    LIGHTPROBE_PRECISE float f = leaf.luminance * scale, tone = leaf.tone - mean_tone;
+    LIGHTPROBE_PRECISE float x = leaf.direction[0] - mean[0];
+    LIGHTPROBE_PRECISE float y = leaf.direction[1] - mean[1], z = leaf.direction[2] - mean[2];
+    s.m[0] += f * x * x;
+    s.m[1] += f * y * y;
+    s.m[2] += f * z * z;
+    s.m[3] += f * x * y;
+    s.m[4] += f * y * z;
+    s.m[5] += f * z * x;
+    s.tone2 += f * tone * tone;
+    return s;
 }
 
 // First eigenvector of a symmetric matrix (xx yy zz xy yz zx): three squarings leave little but it
 // (ratio of eigenvalues to the 8th power), and the longest copy of it is a column.
-static void lightprobe__eigenvector(const float matrix[6], float v[3])
+LIGHTPROBE_SHARED void lightprobe_eigenvector(const float matrix[6],
+                                              LIGHTPROBE_OUT lightprobe_vec3 v)
 {
-    float m[6];
-    memcpy(m, matrix, sizeof m);
+    LIGHTPROBE_PRECISE float m[6];
+    for (int i = 0; i < 6; i++) m[i] = matrix[i];
     for (int round = 0; round < 3; round++) {
-        const float trace = m[0] + m[1] + m[2], s = trace > 1e-18f ? 1 / trace : 0;
-        const float a = m[0] * s, b = m[1] * s, d = m[2] * s;
-        const float ab = m[3] * s, bd = m[4] * s, da = m[5] * s;
+        LIGHTPROBE_PRECISE float trace = m[0] + m[1] + m[2];
+        float s = trace > 1e-18f ? 1.0f / trace : 0.0f;
+        LIGHTPROBE_PRECISE float a = m[0] * s, b = m[1] * s, d = m[2] * s;
+        LIGHTPROBE_PRECISE float ab = m[3] * s, bd = m[4] * s, da = m[5] * s;
         m[0] = a * a + ab * ab + da * da;
         m[1] = ab * ab + b * b + bd * bd;
         m[2] = da * da + bd * bd + d * d;
@@ -1129,120 +1263,163 @@ static void lightprobe__eigenvector(const float matrix[6], float v[3])
         m[4] = ab * da + b * bd + bd * d;
         m[5] = da * a + bd * ab + d * da;
     }
-    const int k = m[0] >= m[1] ? (m[0] >= m[2] ? 0 : 2) : (m[1] >= m[2] ? 1 : 2);
+    int k = m[0] >= m[1] ? (m[0] >= m[2] ? 0 : 2) : (m[1] >= m[2] ? 1 : 2);
     v[0] = k == 0 ? m[0] : k == 1 ? m[3] : m[5];
     v[1] = k == 0 ? m[3] : k == 1 ? m[1] : m[4];
     v[2] = k == 0 ? m[5] : k == 1 ? m[4] : m[2];
-    if (!(lightprobe__normalize(v) > 0)) v[1] = 1;
+    if (!(lightprobe_normalize(v) > 0.0f)) v[1] = 1.0f;
 }
 
-// Where a leaf lies on the axis of a cluster.
-static inline float lightprobe__along(const lightprobe__cluster *c, const lightprobe__leaf *leaf)
+// The direction of the largest variance, or tone where that varies more. scale is 0 where nothing
+// does.
+LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_of(lightprobe_spread spread,
+                                                     const lightprobe_vec3 mean, float mean_tone)
 {
-    return c->by_tone ? leaf->tone : lightprobe__dot(leaf->direction, c->axis);
+    lightprobe_axis axis;
+    lightprobe_eigenvector(spread.m, axis.direction);
+    float x = axis.direction[0], y = axis.direction[1], z = axis.direction[2];
+    LIGHTPROBE_PRECISE float squares =
+        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];
+    LIGHTPROBE_PRECISE float variance =
+        fabsf(squares +
+              2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));
+    axis.by_tone = spread.tone2 > variance ? 1 : 0;
+    float middle = axis.by_tone != 0 ? mean_tone : lightprobe_dot(mean, axis.direction);
+    float deviation = sqrtf(axis.by_tone != 0 ? spread.tone2 : variance);
+    LIGHTPROBE_PRECISE float width = LIGHTPROBE_REACH * deviation;
+    LIGHTPROBE_PRECISE float low = middle - width;
+    axis.low = low;
+    axis.scale = deviation < 1e-7f ? 0.0f : LIGHTPROBE_FLOAT(LIGHTPROBE_BINS) / (2.0f * width);
+    axis.threshold = 0.0f;
+    return axis;
 }
 
-// Finds the direction of the largest variance, or that tone varies more. Returns the standard
-// deviation, and the mean along the axis.
-static float lightprobe__find_axis(const lightprobe__work *w, lightprobe__cluster *c, float *middle)
+// Where a leaf lies on an axis, and in which bin.
+LIGHTPROBE_SHARED float lightprobe_along(lightprobe_axis axis, lightprobe_leaf leaf)
 {
-    float m[6] = {0}, mean[3], tone2 = 0;
-    const float scale = c->luminance > LIGHTPROBE__BLACK ? 1 / c->luminance : 0;
-    const float mean_tone = c->tones * scale;
-    for (int i = 0; i < 3; i++) mean[i] = c->vector[i] * scale;
-    for (int k = c->first; k < c->first + c->count; k++) {
-        const lightprobe__leaf *leaf = w->leaves + w->order[k];
-        const float f = leaf->luminance * scale, x = leaf->direction[0] - mean[0];
-        const float y = leaf->direction[1] - mean[1], z = leaf->direction[2] - mean[2];
-        m[0] += f * x * x;
-        m[1] += f * y * y;
-        m[2] += f * z * z;
-        m[3] += f * x * y;
-        m[4] += f * y * z;
-        m[5] += f * z * x;
-        tone2 += f * (leaf->tone - mean_tone) * (leaf->tone - mean_tone);
-    }
-    lightprobe__eigenvector(m, c->axis);
-    const float x = c->axis[0], y = c->axis[1], z = c->axis[2];
-    const float variance = fabsf(x * x * m[0] + y * y * m[1] + z * z * m[2] +
-                                 2 * (x * y * m[3] + y * z * m[4] + z * x * m[5]));
-    c->by_tone = tone2 > variance;
-    *middle = c->by_tone ? mean_tone : lightprobe__dot(mean, c->axis);
-    return sqrtf(c->by_tone ? tone2 : variance);
+    return axis.by_tone != 0 ? leaf.tone : lightprobe_dot(leaf.direction, axis.direction);
+}
+
+LIGHTPROBE_SHARED int lightprobe_bin(lightprobe_axis axis, lightprobe_leaf leaf)
+{
+    LIGHTPROBE_PRECISE float p = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;
+    float last = LIGHTPROBE_FLOAT(LIGHTPROBE_BINS - 1);
+    return p > 0.0f ? (p < last ? LIGHTPROBE_INT(p) : LIGHTPROBE_BINS - 1) : 0;
+}
+
+LIGHTPROBE_SHARED float lightprobe_threshold(lightprobe_axis axis, int bin)
+{
+    LIGHTPROBE_PRECISE float at = axis.low + LIGHTPROBE_FLOAT(bin + 1) / axis.scale;
+    return at;
 }
 
 // What cutting off a part takes off half the variance of tone.
-static float lightprobe__tone_gain(const lightprobe__cluster *whole,
-                                   const lightprobe__cluster *part)
+LIGHTPROBE_SHARED float lightprobe_tone_gain(lightprobe_sum whole, lightprobe_sum part)
 {
-    const float rest = whole->luminance - part->luminance;
-    if (!(part->luminance > LIGHTPROBE__BLACK) || !(rest > LIGHTPROBE__BLACK)) return 0;
-    const float apart = part->tones / part->luminance - (whole->tones - part->tones) / rest;
-    return 0.5f * apart * apart * part->luminance * (rest / whole->luminance);
+    LIGHTPROBE_PRECISE float rest = whole.luminance - part.luminance;
+    if (!(part.luminance > LIGHTPROBE_BLACK) || !(rest > LIGHTPROBE_BLACK)) return 0.0f;
+    LIGHTPROBE_PRECISE float apart =
+        part.tones / part.luminance - (whole.tones - part.tones) / rest;
+    LIGHTPROBE_PRECISE float gain =
+        0.5f * apart * apart * part.luminance * (rest / whole.luminance);
+    return gain;
 }
+
+// What a cut takes off the error. size: length of the whole's vector.
+LIGHTPROBE_SHARED float lightprobe_split_gain(lightprobe_sum whole, double size,
+                                              lightprobe_sum part)
+{
+    lightprobe_vec3 rest;
+    if (part.count == 0 || part.count == whole.count) return 0.0f;
+    for (int i = 0; i < 3; i++) rest[i] = whole.vector[i] - part.vector[i];
+    LIGHTPROBE_PRECISE double apart =
+        lightprobe_length(part.vector) + lightprobe_length(rest) - size;
+    LIGHTPROBE_PRECISE float gain = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(whole, part);
+    return gain;
+}
+
+// What giving one light to two clusters adds to the error.
+LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b)
+{
+    LIGHTPROBE_PRECISE lightprobe_sum both = a;
+    for (int i = 0; i < 3; i++) both.vector[i] += b.vector[i];
+    both.luminance += b.luminance;
+    both.tones += b.tones;
+    LIGHTPROBE_PRECISE double apart =
+        lightprobe_length(a.vector) + lightprobe_length(b.vector) - lightprobe_length(both.vector);
+    LIGHTPROBE_PRECISE float cost = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(both, a);
+    return cost;
+}
+
+// For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:
+// the pair does not need it any more, 1: it gains four times what it costs, 0: no, since a light
+// that changes hands jumps. enough: the error that is tolerated.
+LIGHTPROBE_SHARED int lightprobe_pays(float error, float enough, float gain, float cost,
+                                      float total)
+{
+    LIGHTPROBE_PRECISE float more = error + cost, least = 1e-5f * total + 4.0f * cost;
+    return more < 0.8f * enough ? 2 : gain < least ? 0 : 1;
+}
+// [glsl end]
 
 // Finds where on the axis a cut takes most off the error: of BINS - 1 places, which is enough since
 // the clusters are relaxed afterwards.
-static void lightprobe__plan_split(lightprobe__work *w, lightprobe__cluster *c)
+static void lightprobe__plan_split(lightprobe__work *w, lightprobe_cluster *c)
 {
-    lightprobe__cluster bins[LIGHTPROBE__BINS], left;
-    float *best = w->gains + (c - w->clusters), middle;
+    lightprobe_sum bins[LIGHTPROBE_BINS], left = lightprobe_nothing();
+    lightprobe_spread spread = lightprobe_no_spread();
+    float *best = w->gains + (c - w->clusters), mean[3];
+    const float scale = c->sum.luminance > LIGHTPROBE_BLACK ? 1 / c->sum.luminance : 0;
+    const float mean_tone = c->sum.tones * scale;
+    const int *order = w->order + c->first;
     *best = 0;
     c->planned = 1;
-    if (c->count < 2) return;
-    const float deviation = lightprobe__find_axis(w, c, &middle);
-    if (deviation < 1e-7f) return;
-    const float width = LIGHTPROBE__REACH * deviation, scale = LIGHTPROBE__BINS / (2 * width);
-    const float low = middle - width;
-    for (int bin = 0; bin < LIGHTPROBE__BINS; bin++) lightprobe__clear_cluster(bins + bin);
-    for (int k = c->first; k < c->first + c->count; k++) {
-        const lightprobe__leaf *leaf = w->leaves + w->order[k];
-        const float p = (lightprobe__along(c, leaf) - low) * scale;
-        const int bin = p > 0 ? (p < LIGHTPROBE__BINS - 1 ? (int)p : LIGHTPROBE__BINS - 1) : 0;
-        lightprobe__add_leaf(leaf, bins + bin);
+    if (c->sum.count < 2) return;
+    for (int i = 0; i < 3; i++) mean[i] = c->sum.vector[i] * scale;
+    for (int k = 0; k < c->sum.count; k++)
+        spread = lightprobe_add_spread(spread, w->leaves[order[k]], mean, mean_tone, scale);
+    const lightprobe_axis axis = c->axis = lightprobe_axis_of(spread, mean, mean_tone);
+    if (!(axis.scale > 0)) return;
+    for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) bins[bin] = left;
+    for (int k = 0; k < c->sum.count; k++) {
+        lightprobe_sum *bin = bins + lightprobe_bin(axis, w->leaves[order[k]]);
+        *bin = lightprobe_add_leaf(*bin, w->leaves[order[k]]);
     }
-    const double whole = lightprobe__length(c->vector);
-    lightprobe__clear_cluster(&left);
-    for (int bin = 0; bin + 1 < LIGHTPROBE__BINS; bin++) {
-        float right[3];
-        for (int i = 0; i < 3; i++) left.vector[i] += bins[bin].vector[i];
-        for (int i = 0; i < 3; i++) right[i] = c->vector[i] - left.vector[i];
-        left.luminance += bins[bin].luminance;
-        left.tones += bins[bin].tones;
-        left.count += bins[bin].count;
-        if (left.count == 0 || left.count == c->count) continue;
-        const double apart = lightprobe__length(left.vector) + lightprobe__length(right) - whole;
-        const float gain = (float)apart + lightprobe__tone_gain(c, &left);
+    const double size = lightprobe_length(c->sum.vector);
+    for (int bin = 0; bin + 1 < LIGHTPROBE_BINS; bin++) {
+        left = lightprobe_add_sum(left, bins[bin]);
+        const float gain = lightprobe_split_gain(c->sum, size, left);
         if (gain <= *best) continue;
         *best = gain;
-        c->threshold = low + (float)(bin + 1) / scale;
+        c->axis.threshold = lightprobe_threshold(axis, bin);
     }
+    // But for rounding. So the order in which clusters are planned does not matter.
+    const float most = lightprobe_gain_bound(c->sum);
+    if (*best > most) *best = most;
 }
 
 // Moves the leaves behind the planned plane from one cluster to another, empty one, and sums both.
-static void lightprobe__split(lightprobe__work *w, lightprobe__cluster *c, lightprobe__cluster *d)
+static void lightprobe__split(lightprobe__work *w, lightprobe_cluster *c, lightprobe_cluster *d)
 {
-    int i = c->first, end = c->first + c->count;
+    int i = c->first, end = c->first + c->sum.count;
     const int number = (int)(d - w->clusters);
-    lightprobe__clear_cluster(c);
-    lightprobe__clear_cluster(d);
-    c->first = i;
+    c->sum = d->sum = lightprobe_nothing();
     while (i < end) {
         const int index = w->order[i];
-        lightprobe__leaf *leaf = w->leaves + index;
-        lightprobe__cluster *to = lightprobe__along(c, leaf) < c->threshold ? c : d;
-        lightprobe__add_leaf(leaf, to);
-        if (to == c) {
+        lightprobe_leaf *leaf = w->leaves + index;
+        if (lightprobe_along(c->axis, *leaf) < c->axis.threshold) {
+            c->sum = lightprobe_add_leaf(c->sum, *leaf);
             i++;
         } else {
+            d->sum = lightprobe_add_leaf(d->sum, *leaf);
             leaf->cluster = number;
             w->order[i] = w->order[--end];
             w->order[end] = index;
         }
     }
     d->first = i;
-    w->gains[c - w->clusters] = lightprobe__gain_bound(c);
-    w->gains[number] = lightprobe__gain_bound(d);
+    w->gains[c - w->clusters] = lightprobe_gain_bound(c->sum);
+    w->gains[number] = lightprobe_gain_bound(d->sum);
     c->planned = d->planned = 0;
 }
 
@@ -1264,23 +1441,23 @@ static void lightprobe__divide(lightprobe__work *w, float total, float tolerance
     float error = 0;
     for (int k = 0; k < w->cluster_count; k++) {
         w->clusters[k].planned = 0;
-        w->gains[k] = lightprobe__gain_bound(w->clusters + k);
-        error += lightprobe__cluster_error(w->clusters + k);
+        w->gains[k] = lightprobe_gain_bound(w->clusters[k].sum);
+        error += lightprobe_sum_error(w->clusters[k].sum);
     }
     while (w->cluster_count < w->max_lights && error > tolerance * total) {
         const int most = lightprobe__largest_gain(w);
         if (w->gains[most] <= 1e-7f * total) break;
-        lightprobe__cluster *best = w->clusters + most, *fresh = w->clusters + w->cluster_count;
+        lightprobe_cluster *best = w->clusters + most, *fresh = w->clusters + w->cluster_count;
         if (!best->planned) { // most small clusters never come to this, which saves half the time
             lightprobe__plan_split(w, best);
             continue;
         }
-        error -= lightprobe__cluster_error(best);
+        error -= lightprobe_sum_error(best->sum);
         w->cluster_count++;
         memset(fresh, 0, sizeof *fresh);
         fresh->id = -1;
         lightprobe__split(w, best, fresh);
-        error += lightprobe__cluster_error(best) + lightprobe__cluster_error(fresh);
+        error += lightprobe_sum_error(best->sum) + lightprobe_sum_error(fresh->sum);
     }
 }
 
@@ -1288,15 +1465,15 @@ static void lightprobe__divide(lightprobe__work *w, float total, float tolerance
 static void lightprobe__find_near(lightprobe__work *w)
 {
     for (int a = 0; a < w->cluster_count; a++) {
-        lightprobe__cluster *c = w->clusters + a;
-        float score[LIGHTPROBE__NEAR];
+        lightprobe_cluster *c = w->clusters + a;
+        float score[LIGHTPROBE_NEAR];
         int n = 0;
         for (int b = 0; b < w->cluster_count; b++) {
-            const lightprobe__cluster *d = w->clusters + b;
-            if (b == a || !(d->luminance > 0)) continue;
-            const float s = lightprobe__nearness(c->centre, c->tone, d->centre, d->tone);
-            if (n == LIGHTPROBE__NEAR && s <= score[n - 1]) continue;
-            int at = n < LIGHTPROBE__NEAR ? n++ : n - 1;
+            const lightprobe_cluster *d = w->clusters + b;
+            if (b == a || !(d->sum.luminance > 0)) continue;
+            const float s = lightprobe_nearness(c->centre, c->tone, d->centre, d->tone);
+            if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;
+            int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;
             for (; at > 0 && score[at - 1] < s; at--) {
                 score[at] = score[at - 1];
                 c->nearby[at] = c->nearby[at - 1];
@@ -1315,13 +1492,13 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
     for (int round = 0; round < rounds; round++) {
         int moved = 0;
         for (int i = 0; i < w->leaf_count; i++) {
-            lightprobe__leaf *leaf = w->leaves + i;
-            const lightprobe__cluster *own = w->clusters + leaf->cluster;
-            float best = lightprobe__nearness(leaf->direction, leaf->tone, own->centre, own->tone);
+            lightprobe_leaf *leaf = w->leaves + i;
+            const lightprobe_cluster *own = w->clusters + leaf->cluster;
+            float best = lightprobe_nearness(leaf->direction, leaf->tone, own->centre, own->tone);
             for (int k = 0; k < own->near_count; k++) {
-                const lightprobe__cluster *c = w->clusters + own->nearby[k];
+                const lightprobe_cluster *c = w->clusters + own->nearby[k];
                 const float s =
-                    lightprobe__nearness(leaf->direction, leaf->tone, c->centre, c->tone);
+                    lightprobe_nearness(leaf->direction, leaf->tone, c->centre, c->tone);
                 if (s <= best) continue;
                 best = s;
                 leaf->cluster = own->nearby[k];
@@ -1339,21 +1516,15 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
 {
     float least = FLT_MAX;
     for (int a = 0; a < w->cluster_count; a++) {
-        const lightprobe__cluster *c = w->clusters + a;
+        const lightprobe_cluster *c = w->clusters + a;
         if (c->changed || a == not_this) continue;
         for (int k = 0; k < c->near_count; k++) {
-            const lightprobe__cluster *d = w->clusters + c->nearby[k];
+            const lightprobe_cluster *d = w->clusters + c->nearby[k];
             if (d->changed || c->nearby[k] == not_this) continue;
-            lightprobe__cluster sum;
-            for (int i = 0; i < 3; i++) sum.vector[i] = c->vector[i] + d->vector[i];
-            sum.luminance = c->luminance + d->luminance;
-            sum.tones = c->tones + d->tones;
-            const double apart = lightprobe__length(c->vector) + lightprobe__length(d->vector);
-            const float cost =
-                (float)(apart - lightprobe__length(sum.vector)) + lightprobe__tone_gain(&sum, c);
+            const float cost = lightprobe_merge_cost(c->sum, d->sum);
             if (cost >= least) continue;
             least = cost;
-            const int brighter = c->luminance >= d->luminance; // keeps its id
+            const int brighter = c->sum.luminance >= d->sum.luminance; // keeps its id
             pair[0] = brighter ? a : c->nearby[k];
             pair[1] = brighter ? c->nearby[k] : a;
         }
@@ -1364,12 +1535,13 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
 // Gives the leaves of b to a, and those of a third cluster behind its planned plane to b.
 static void lightprobe__swap(lightprobe__work *w, const int pair[2], int from)
 {
-    lightprobe__cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
-    lightprobe__cluster *c = w->clusters + from;
-    for (int k = b->first; k < b->first + b->count; k++) w->leaves[w->order[k]].cluster = pair[0];
-    for (int k = c->first; k < c->first + c->count; k++) {
-        lightprobe__leaf *leaf = w->leaves + w->order[k];
-        if (lightprobe__along(c, leaf) >= c->threshold) leaf->cluster = pair[1];
+    lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
+    lightprobe_cluster *c = w->clusters + from;
+    const int *order = w->order;
+    for (int k = 0; k < b->sum.count; k++) w->leaves[order[b->first + k]].cluster = pair[0];
+    for (int k = 0; k < c->sum.count; k++) {
+        lightprobe_leaf *leaf = w->leaves + order[c->first + k];
+        if (lightprobe_along(c->axis, *leaf) >= c->axis.threshold) leaf->cluster = pair[1];
     }
     a->changed = b->changed = c->changed = 1;
     w->gains[pair[0]] = w->gains[pair[1]] = w->gains[from] = 0;
@@ -1377,8 +1549,7 @@ static void lightprobe__swap(lightprobe__work *w, const int pair[2], int from)
 }
 
 // For a moving probe: takes lights from where two do little more than one does, and spends them
-// where one is not enough. Only where that gains four times what it costs: a light that changes
-// hands jumps. A light that the tolerance can spare by a margin is not spent again.
+// where one is not enough. A light that the tolerance can spare by a margin is not spent again.
 static void lightprobe__respend(lightprobe__work *w, float total, float tolerance)
 {
     float error = 0;
@@ -1386,16 +1557,16 @@ static void lightprobe__respend(lightprobe__work *w, float total, float toleranc
     for (int k = 0; k < w->cluster_count; k++) {
         w->clusters[k].changed = 0;
         lightprobe__plan_split(w, w->clusters + k);
-        error += lightprobe__cluster_error(w->clusters + k);
+        error += lightprobe_sum_error(w->clusters[k].sum);
     }
     for (int swaps = w->cluster_count / 4; swaps >= 0; swaps--) {
         const int most = lightprobe__largest_gain(w);
         int pair[2] = {0, 0};
         const float cost = lightprobe__cheapest_merge(w, most, pair);
-        const int spare = error + cost < 0.8f * tolerance * total;
-        if (cost >= FLT_MAX || (!spare && w->gains[most] < 1e-5f * total + 4 * cost)) break;
-        if (spare) w->clusters[most].count = 0; // nothing to split off
-        error += cost;                          // at most: what the swap gains is not counted
+        const int pays = lightprobe_pays(error, tolerance * total, w->gains[most], cost, total);
+        if (cost >= FLT_MAX || !pays) break;
+        if (pays == 2) w->clusters[most].sum.count = 0; // nothing to split off
+        error += cost; // at most: what the swap gains is not counted
         lightprobe__swap(w, pair, most);
     }
     lightprobe__sum_clusters(w);
@@ -1407,14 +1578,14 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
 {
     w->cluster_count = 0;
     for (int i = 0; i < count && w->cluster_count < w->max_lights; i++) {
-        lightprobe__cluster *c = w->clusters + w->cluster_count;
+        lightprobe_cluster *c = w->clusters + w->cluster_count;
         const float *d = previous[i].direction;
         memset(c, 0, sizeof *c);
         if (!lightprobe__is_number(d[0] + d[1] + d[2])) continue;
         memcpy(c->centre, d, sizeof c->centre);
-        if (!(lightprobe__normalize(c->centre) > 0)) continue;
-        const float luminance = lightprobe__luminance(previous[i].irradiance) * LIGHTPROBE__SCALE;
-        c->tone = lightprobe__tone(w, luminance, previous[i].solid_angle);
+        if (!(lightprobe_normalize(c->centre) > 0)) continue;
+        const float luminance = lightprobe_luminance(previous[i].irradiance) * LIGHTPROBE_SCALE;
+        c->tone = lightprobe_tone(luminance, previous[i].solid_angle, w->mean);
         c->id = previous[i].id;
         w->cluster_count++;
     }
@@ -1424,11 +1595,11 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         w->cluster_count = 1;
     }
     for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe__leaf *leaf = w->leaves + i;
+        lightprobe_leaf *leaf = w->leaves + i;
         float best = -FLT_MAX;
         for (int k = 0; k < w->cluster_count; k++) {
-            const lightprobe__cluster *c = w->clusters + k;
-            const float s = lightprobe__nearness(leaf->direction, leaf->tone, c->centre, c->tone);
+            const lightprobe_cluster *c = w->clusters + k;
+            const float s = lightprobe_nearness(leaf->direction, leaf->tone, c->centre, c->tone);
             if (s <= best) continue;
             best = s;
             leaf->cluster = k;
@@ -1442,84 +1613,115 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
 // Lights
 // ------------------------------------------------------------------------------------------------
 
+// [glsl begin lights]
+LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)
+{
+    lightprobe_region r;
+    for (int i = 0; i < 3; i++) r.flux[i] = r.vector[i] = r.second[i] = r.second[3 + i] = 0.0;
+    r.luminance = r.solid_angle = 0.0;
+    return r;
+}
+
 // Adds a leaf whose light is spread evenly around its mean direction: the spread is known from the
 // length of the vector irradiance, only its shape is not.
-static void lightprobe__add_to_region(const lightprobe__leaf *leaf, lightprobe__region *r)
+LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region region,
+                                                          lightprobe_leaf leaf)
 {
-    const double f = (double)leaf->luminance, mean = f > 0 ? (double)leaf->strength / f : 0;
-    const double spread = 0.5 * f * (1 - mean * mean), along = f * mean * mean - spread;
-    const double d[3] = {(double)leaf->direction[0], (double)leaf->direction[1],
-                         (double)leaf->direction[2]};
+    LIGHTPROBE_PRECISE lightprobe_region r = region;
+    LIGHTPROBE_PRECISE double f = leaf.luminance, mean = f > 0.0 ? leaf.strength / f : 0.0;
+    LIGHTPROBE_PRECISE double spread = 0.5 * f * (1.0 - mean * mean);
+    LIGHTPROBE_PRECISE double along = f * mean * mean - spread;
     for (int i = 0; i < 3; i++) {
-        r->flux[i] += (double)leaf->flux[i];
-        r->vector[i] += f * mean * d[i];
-        r->second[i] += along * d[i] * d[i] + spread;
-        r->second[3 + i] += along * d[i] * d[(i + 1) % 3];
+        double d = leaf.direction[i], e = leaf.direction[(i + 1) % 3];
+        r.flux[i] += leaf.flux[i];
+        r.vector[i] += f * mean * d;
+        r.second[i] += along * d * d + spread;
+        r.second[3 + i] += along * d * e;
     }
-    r->luminance += f;
-    r->solid_angle += (double)leaf->solid_angle;
+    r.luminance += f;
+    r.solid_angle += leaf.solid_angle;
+    return r;
 }
 
 // a^T M b
-static double lightprobe__form(const double m[6], const double a[3], const double b[3])
+LIGHTPROBE_SHARED double lightprobe_form(const double m[6], const lightprobe_dvec3 a,
+                                         const lightprobe_dvec3 b)
 {
-    return a[0] * (m[0] * b[0] + m[3] * b[1] + m[5] * b[2]) +
-           a[1] * (m[3] * b[0] + m[1] * b[1] + m[4] * b[2]) +
-           a[2] * (m[5] * b[0] + m[4] * b[1] + m[2] * b[2]);
+    LIGHTPROBE_PRECISE double x = a[0] * (m[0] * b[0] + m[3] * b[1] + m[5] * b[2]);
+    LIGHTPROBE_PRECISE double y = a[1] * (m[3] * b[0] + m[1] * b[1] + m[4] * b[2]);
+    LIGHTPROBE_PRECISE double z = a[2] * (m[5] * b[0] + m[4] * b[1] + m[2] * b[2]);
+    return x + y + z;
 }
 
-static float lightprobe__to_float(double x)
+LIGHTPROBE_SHARED float lightprobe_clamp(double x)
 {
-    const double most = (double)FLT_MAX;
-    return x > most ? FLT_MAX : x < -most ? -FLT_MAX : (float)x;
+    return x > FLT_MAX ? FLT_MAX : x < -FLT_MAX ? -FLT_MAX : LIGHTPROBE_FLOAT(x);
 }
 
 // Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /
 // 3). The variance is that of the sine of the angle.
-static float lightprobe__half_size(double variance)
+LIGHTPROBE_SHARED float lightprobe_half_size(double variance)
 {
-    const double sine2 = 3 * variance;
-    return sine2 < 16.0 / 17 ? (float)sqrt(sine2 > 0 ? sine2 / (1 - sine2) : 0) : 4.0f;
+    LIGHTPROBE_PRECISE double sine2 = 3.0 * variance, rest = 1.0 - sine2;
+    if (17.0 * sine2 >= 16.0) return 4.0f;
+    return LIGHTPROBE_FLOAT(sqrt(sine2 > 0.0 ? sine2 / rest : 0.0));
 }
 
 // Two unit vectors that make a right-handed frame (e, f, d).
-static void lightprobe__frame(const double d[3], double e[3], double f[3])
+LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_dvec3 d, LIGHTPROBE_OUT lightprobe_dvec3 e,
+                                        LIGHTPROBE_OUT lightprobe_dvec3 f)
 {
-    const double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
-    const int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);
-    const double scale = 1 / sqrt(1 - d[k] * d[k]);
-    for (int i = 0; i < 3; i++) e[i] = ((i == k) - d[k] * d[i]) * scale;
-    for (int i = 0; i < 3; i++)
-        f[i] = d[(i + 1) % 3] * e[(i + 2) % 3] - d[(i + 2) % 3] * e[(i + 1) % 3];
+    double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
+    int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);
+    LIGHTPROBE_PRECISE double dk = d[k], scale = 1.0 / sqrt(1.0 - dk * dk);
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_PRECISE double across = (i == k ? 1.0 : 0.0) - dk * d[i];
+        e[i] = across * scale;
+    }
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, l = (i + 2) % 3;
+        LIGHTPROBE_PRECISE double cross = d[j] * e[l] - d[l] * e[j];
+        f[i] = cross;
+    }
 }
 
-static void lightprobe__make_light(const lightprobe__region *r, lightprobe_light *light)
+LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
 {
-    const double length = sqrt(r->vector[0] * r->vector[0] + r->vector[1] * r->vector[1] +
-                               r->vector[2] * r->vector[2]);
-    double d[3] = {0, 1, 0}, e[3], f[3]; // light from all around has no direction: any will do
-    for (int i = 0; i < 3; i++)
-        if (length > 1e-9 * r->luminance) d[i] = r->vector[i] / length;
-    lightprobe__frame(d, e, f);
-    // Principal axes of the second moments in the plane across d.
-    const double a = lightprobe__form(r->second, e, e), b = lightprobe__form(r->second, e, f);
-    const double c = lightprobe__form(r->second, f, f), middle = 0.5 * (a + c);
-    const double wide = sqrt(0.25 * (a - c) * (a - c) + b * b);
-    const double cos2 = wide > 0 ? 0.5 * (a - c) / wide : 1; // of twice the angle from e to u
-    const double cosine = sqrt(0.5 * (1 + cos2)), sine = (b < 0 ? -1 : 1) * sqrt(0.5 * (1 - cos2));
-    for (int i = 0; i < 3; i++) {
-        light->direction[i] = (float)d[i];
-        light->axis_u[i] = (float)(cosine * e[i] + sine * f[i]);
-        light->axis_v[i] = (float)(cosine * f[i] - sine * e[i]);
-        light->irradiance[i] = lightprobe__to_float(r->flux[i] / (double)LIGHTPROBE__SCALE);
+    LIGHTPROBE_PRECISE double square =
+        r.vector[0] * r.vector[0] + r.vector[1] * r.vector[1] + r.vector[2] * r.vector[2];
+    double size = sqrt(square);
+    LIGHTPROBE_PRECISE lightprobe_dvec3 d, e, f;
+    for (int i = 0; i < 3; i++) { // light from all around has no direction: any will do
+        d[i] = i == 1 ? 1.0 : 0.0;
+        if (1e9 * size > r.luminance) d[i] = r.vector[i] / size;
     }
-    light->tan_half_u = lightprobe__half_size((middle + wide) / r->luminance);
-    light->tan_half_v = lightprobe__half_size((middle - wide) / r->luminance);
-    light->solid_angle = (float)(r->solid_angle / (double)LIGHTPROBE__SCALE);
+    lightprobe_frame(d, e, f);
+    // Principal axes of the second moments in the plane across d.
+    double a = lightprobe_form(r.second, e, e), b = lightprobe_form(r.second, e, f);
+    double c = lightprobe_form(r.second, f, f);
+    LIGHTPROBE_PRECISE double middle = 0.5 * (a + c), half_apart = 0.5 * (a - c);
+    LIGHTPROBE_PRECISE double wide = sqrt(0.25 * (a - c) * (a - c) + b * b);
+    double cos2 = wide > 0.0 ? half_apart / wide : 1.0; // of twice the angle from e to u
+    LIGHTPROBE_PRECISE double cosine = sqrt(0.5 * (1.0 + cos2));
+    LIGHTPROBE_PRECISE double sine = (b < 0.0 ? -1.0 : 1.0) * sqrt(0.5 * (1.0 - cos2));
     // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.
-    const double cos_alpha = 2 * length / r->luminance - 1;
-    light->cos_alpha = cos_alpha < 1 ? (float)cos_alpha : 1;
+    LIGHTPROBE_PRECISE double cos_alpha = 2.0 * size / r.luminance - 1.0;
+    lightprobe_light light;
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_PRECISE double u = cosine * e[i] + sine * f[i], v = cosine * f[i] - sine * e[i];
+        light.direction[i] = LIGHTPROBE_FLOAT(d[i]);
+        light.axis_u[i] = LIGHTPROBE_FLOAT(u);
+        light.axis_v[i] = LIGHTPROBE_FLOAT(v);
+        light.irradiance[i] = lightprobe_clamp(r.flux[i] / LIGHTPROBE_SCALE);
+    }
+    light.tan_half_u = lightprobe_half_size((middle + wide) / r.luminance);
+    light.tan_half_v = lightprobe_half_size((middle - wide) / r.luminance);
+    light.solid_angle = LIGHTPROBE_FLOAT(r.solid_angle / LIGHTPROBE_SCALE);
+    light.cos_alpha = cos_alpha < 1.0 ? LIGHTPROBE_FLOAT(cos_alpha) : 1.0f;
+    light.id = -1;
+    return light;
 }
+// [glsl end]
 
 // ------------------------------------------------------------------------------------------------
 // The paper's way: median cut (image-based lighting paper, sections 3.1 and 4.1)
@@ -1538,7 +1740,7 @@ static double lightprobe__texel_flux(const lightprobe__work *w, int face, int x,
     lightprobe__read(lightprobe__texel(w, face, x, y), rgb);
     const float omega = w->omega[lightprobe__quarter(w, x, y)];
     for (int i = 0; flux && i < 3; i++) flux[i] += (double)(rgb[i] * omega);
-    return (double)(lightprobe__luminance(rgb) * omega);
+    return (double)(lightprobe_luminance(rgb) * omega);
 }
 
 // Cuts across the longer side where the luminance is halved; 0 for a single texel. The sums of the
@@ -1604,8 +1806,8 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     for (int y = r->y0; y < r->y1; y++) {
         for (int x = r->x0; x < r->x1; x++) {
             const double l = lightprobe__texel_flux(w, r->face, x, y, flux);
-            const double s = (double)lightprobe__centre(w->side, x);
-            const double t = (double)lightprobe__centre(w->side, y);
+            const double s = (double)lightprobe_centre(w->side, x);
+            const double t = (double)lightprobe_centre(w->side, y);
             const double d = l / sqrt(1 + s * s + t * t);
             f += l;
             m[0] += l * s;
@@ -1629,13 +1831,13 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     for (int i = 0; i < 2; i++) {
         float *axis = i ? light->axis_v : light->axis_u;
         const float *side = lightprobe__axes[r->face][1 + i];
-        const float along = lightprobe__dot(side, light->direction);
+        const float along = lightprobe_dot(side, light->direction);
         for (int k = 0; k < 3; k++) axis[k] = side[k] - along * light->direction[k];
-        const double half = size[i] * (double)lightprobe__normalize(axis) / distance;
+        const double half = size[i] * (double)lightprobe_normalize(axis) / distance;
         *(i ? &light->tan_half_v : &light->tan_half_u) = (float)(half < 4 ? half : 4);
     }
     for (int i = 0; i < 3; i++)
-        light->irradiance[i] = lightprobe__to_float(flux[i] / (double)LIGHTPROBE__SCALE);
+        light->irradiance[i] = lightprobe_clamp(flux[i] / (double)LIGHTPROBE_SCALE);
     const double h = 2.0 / w->side;
     light->solid_angle =
         (float)lightprobe__solid_angle(r->x0 * h - 1, r->y0 * h - 1, r->x1 * h - 1, r->y1 * h - 1);
@@ -1656,9 +1858,11 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated, float lea
                                     lightprobe_light *out)
 {
     int count = 0, next_id = 0;
-    memset(w->regions, 0, (size_t)w->cluster_count * sizeof *w->regions);
-    for (int i = 0; i < w->leaf_count; i++)
-        lightprobe__add_to_region(w->leaves + i, w->regions + w->leaves[i].cluster);
+    for (int k = 0; k < w->cluster_count; k++) w->regions[k] = lightprobe_no_region();
+    for (int i = 0; i < w->leaf_count; i++) {
+        lightprobe_region *region = w->regions + w->leaves[i].cluster;
+        *region = lightprobe_add_region(*region, w->leaves[i]);
+    }
     for (int k = 0; k < w->cluster_count; k++) {
         if (!(w->regions[k].luminance > 0) || w->regions[k].luminance < (double)least) continue;
         int at = count++;
@@ -1672,7 +1876,7 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated, float lea
         if (w->clusters[k].id >= next_id && w->clusters[k].id < INT_MAX - LIGHTPROBE_MAX_LIGHTS)
             next_id = w->clusters[k].id + 1;
     for (int i = 0; i < count; i++) {
-        lightprobe__make_light(w->regions + w->order[i], out + i);
+        out[i] = lightprobe_light_of(w->regions[w->order[i]]);
         out[i].id = w->clusters[w->order[i]].id;
         if (out[i].id < 0) out[i].id = next_id++;
     }
@@ -1691,9 +1895,9 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
     lightprobe__find_near(w);
     // The start from previous lights was a round already; one a frame keeps the steps small.
     if (animated) lightprobe__respend(w, total, settings->tolerance);
-    else lightprobe__relax(w, LIGHTPROBE__ROUNDS);
+    else lightprobe__relax(w, LIGHTPROBE_ROUNDS);
     *error = 0;
-    for (int k = 0; k < w->cluster_count; k++) *error += lightprobe__cluster_error(w->clusters + k);
+    for (int k = 0; k < w->cluster_count; k++) *error += lightprobe_sum_error(w->clusters[k].sum);
     *error /= total;
     return lightprobe__write_lights(w, animated, settings->min_share * total, lights);
 }
@@ -1778,18 +1982,18 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     const float total = lightprobe__find_total(&work);
     float error = 0;
     int count = 0;  // a black probe has no lights
-    if (total >= LIGHTPROBE__BLACK) {
+    if (total >= LIGHTPROBE_BLACK) {
         count = (s.mode == LIGHTPROBE_MEDIAN_CUT ? lightprobe__paper : lightprobe__best)(
             &work, &s, total, lights, &error);
     }
     *light_count = count;
     if (!stats) return LIGHTPROBE_OK;
     for (int i = 0; i < 3; i++) {
-        const double all = work.total[i] / (double)LIGHTPROBE__SCALE;
+        const double all = work.total[i] / (double)LIGHTPROBE_SCALE;
         double carried = 0;
         for (int k = 0; k < count; k++) carried += (double)lights[k].irradiance[i];
-        stats->total[i] = lightprobe__to_float(all);
-        stats->residual[i] = lightprobe__to_float(all - carried);
+        stats->total[i] = lightprobe_clamp(all);
+        stats->residual[i] = lightprobe_clamp(all - carried);
     }
     stats->error = error > 0 ? error : 0;
     stats->lights = count;
@@ -1809,7 +2013,7 @@ const char *lightprobe_result_string(lightprobe_result result)
     case LIGHTPROBE_ERROR_CHANNELS:
         return "lightprobe: texels must have 3 or 4 channels";
     case LIGHTPROBE_ERROR_LIGHTS:
-        return "lightprobe: max_lights and previous_count must be 0 to 4096";
+        return "lightprobe: max_lights and previous_count must be 0 to 4096, in OpenGL 0 to 1024";
     case LIGHTPROBE_ERROR_SETTINGS:
         return "lightprobe: tolerance and min_share must be 0 or more, mode one of lightprobe_mode";
     case LIGHTPROBE_ERROR_SCRATCH:
@@ -1954,6 +2158,7 @@ typedef unsigned char lightprobe__glboolean;
     X(void, CreateBuffers, (int, unsigned *))                                                \
     X(void, DeleteBuffers, (int, const unsigned *))                                          \
     X(void, NamedBufferStorage, (unsigned, ptrdiff_t, const void *, unsigned))               \
+    X(void, NamedBufferSubData, (unsigned, ptrdiff_t, ptrdiff_t, const void *))              \
     X(void, CopyNamedBufferSubData, (unsigned, unsigned, ptrdiff_t, ptrdiff_t, ptrdiff_t))   \
     X(void *, MapNamedBufferRange, (unsigned, ptrdiff_t, ptrdiff_t, unsigned))               \
     X(void, BindBuffer, (lightprobe__glenum, unsigned))                                      \
@@ -1973,7 +2178,6 @@ typedef unsigned char lightprobe__glboolean;
     X(void, GetProgramInfoLog, (unsigned, int, int *, char *))                               \
     X(void, UseProgram, (unsigned))                                                          \
     X(void, ProgramUniform1i, (unsigned, int, int))                                          \
-    X(void, ProgramUniform1f, (unsigned, int, float))                                        \
     X(void, DispatchCompute, (unsigned, unsigned, unsigned))                                 \
     X(void, MemoryBarrier, (unsigned))                                                       \
     X(void *, FenceSync, (lightprobe__glenum, unsigned))                                     \
@@ -2007,6 +2211,7 @@ enum {
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING = 0x90D3,
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START = 0x90D4,
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE = 0x90D5,
+    LIGHTPROBE__GL_DYNAMIC_STORAGE = 0x0100,
     LIGHTPROBE__GL_MAP_READ = 0x0001 | 0x0040 | 0x0080, // persistent, coherent
     LIGHTPROBE__GL_COMPUTE_SHADER = 0x91B9,
     LIGHTPROBE__GL_COMPILE_STATUS = 0x8B81,
@@ -2031,27 +2236,29 @@ typedef struct lightprobe__gl_functions {
 
 enum {
     LIGHTPROBE__TILES,
-    LIGHTPROBE__HALVE,
-    LIGHTPROBE__LEAF,
-    LIGHTPROBE__START,
-    LIGHTPROBE__DIVIDE,
+    LIGHTPROBE__DIVIDE_FACES,
     LIGHTPROBE__GATHER,
+    LIGHTPROBE__DIVIDE,
     LIGHTPROBE__RESPEND,
     LIGHTPROBE__WRITE,
     LIGHTPROBE__PROGRAMS
 };
-// In the order of their bindings, which start with the previous lights and end with the work; both
-// lights are of one buffer. The last is mapped and not bound.
+// Stages of LIGHTPROBE__GATHER. Behind them come further rounds of relaxation.
+enum { LIGHTPROBE__START, LIGHTPROBE__START_AGAIN, LIGHTPROBE__FIND_NEAR, LIGHTPROBE__RELAX };
 enum {
-    LIGHTPROBE__LIGHTS,
-    LIGHTPROBE__TABLES,
-    LIGHTPROBE__PYRAMID,
+    LIGHTPROBE__LIGHTS, // of so many updates
     LIGHTPROBE__WORK,
     LIGHTPROBE__MAPPED,
     LIGHTPROBE__BUFFERS,
-    LIGHTPROBE__BINDINGS = 5,
-    LIGHTPROBE__SLOTS = 3 // lights of so many updates are kept
+    LIGHTPROBE__PARTS = 4,    // of the work: numbers, leaves, clusters, cells
+    LIGHTPROBE__BINDINGS = 6, // previous lights, parts of the work, new lights
+    LIGHTPROBE__SLOTS = 3     // lights of so many updates are kept
 };
+// Threads of a work group. llvmpipe ends a thread's loops, without a word, after 65535 rounds of
+// them all together. So many threads stay below that with 1024 lights, and the division, of which
+// each step hangs on the one before, is cut into several dispatches.
+#define LIGHTPROBE__GROUP 128
+#define LIGHTPROBE__MAX_ROUNDS 60000
 
 // As in GLSL.
 typedef struct lightprobe__gl_light {
@@ -2069,8 +2276,9 @@ struct lightprobe_gl {
     lightprobe_gl_desc desc;
     lightprobe__gl_functions f;
     unsigned program[LIGHTPROBE__PROGRAMS], buffer[LIGHTPROBE__BUFFERS], sampler;
-    int first_cell[LIGHTPROBE__LEVELS], top;
-    size_t slot_bytes;
+    int first_cell[LIGHTPROBE__LEVELS], cells, top;
+    int splits; // that one dispatch may do
+    size_t slot_bytes, part_bytes[LIGHTPROBE__PARTS];
     const char *mapped;
     void *fence[LIGHTPROBE__SLOTS];
     unsigned updates; // so many were made; the lights of number n are in slot n % SLOTS
@@ -2104,33 +2312,116 @@ static const char lightprobe__glsl_lights[] =
     "    lightprobe_light lightprobe_lights[];\n"
     "};\n"
     "\n"
+    "#ifndef LIGHTPROBE_LIGHTS_ONLY\n"
     "// Irradiance of a surface with this normal from one light, nothing standing in between.\n"
     "vec3 lightprobe_irradiance(int light, vec3 normal)\n"
     "{\n"
     "    lightprobe_light l = lightprobe_lights[light];\n"
     "    float cos_theta = dot(l.direction, normal);\n"
     "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
-    "}\n";
+    "}\n"
+    "#endif\n";
 
 // What the C half goes by, too. `precise` keeps GLSL compilers from fusing and reordering.
 #define LIGHTPROBE__TEXT(x) LIGHTPROBE__TEXT_OF(x)
 #define LIGHTPROBE__TEXT_OF(x) #x
-#define LIGHTPROBE__DEFINE(name) "#define " #name " " LIGHTPROBE__TEXT(LIGHTPROBE__##name) "\n"
+#define LIGHTPROBE__DEFINE(name) "#define " #name " " LIGHTPROBE__TEXT(name) "\n"
 // clang-format off
-static const char lightprobe__glsl_numbers[] =
-    LIGHTPROBE__DEFINE(SCALE)
-    LIGHTPROBE__DEFINE(BLACK)
-    LIGHTPROBE__DEFINE(TILE_LEVEL)
-    LIGHTPROBE__DEFINE(MORE_LEAVES)
-    LIGHTPROBE__DEFINE(ROUNDS)
-    LIGHTPROBE__DEFINE(TONE)
-    LIGHTPROBE__DEFINE(BINS)
-    LIGHTPROBE__DEFINE(REACH)
-    LIGHTPROBE__DEFINE(NEAR)
-    "#define GROUP 128\n"
+static const char lightprobe__glsl_shared[] =
+    LIGHTPROBE__DEFINE(LIGHTPROBE_SCALE)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_BLACK)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_MORE_LEAVES)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_TONE)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_BINS)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_REACH)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_NEAR)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_TILE_LEVEL)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_MAX_LIGHTS)
+    "#define GROUP " LIGHTPROBE__TEXT(LIGHTPROBE__GROUP) "\n"
+    "const int START = 0, START_AGAIN = 1, NEAR = 2, RELAX = 3;\n"
     "#define LIGHTPROBE_SHARED\n"
     "#define LIGHTPROBE_PRECISE precise\n"
-    // [glsl text begin lights] made by "make glsl", do not edit
+    "#define LIGHTPROBE_INOUT inout\n"
+    "#define LIGHTPROBE_OUT out\n"
+    "#define LIGHTPROBE_FLOAT float\n"
+    "#define LIGHTPROBE_INT int\n"
+    "#define FLT_MAX 3.402823466e38\n"
+    "#define lightprobe_vec3 vec3\n"
+    "#define lightprobe_vec4 vec4\n"
+    "#define lightprobe_dvec3 dvec3\n"
+    "#define sqrtf sqrt\n"
+    "#define fabsf abs\n"
+    "#define fabs abs\n"
+    // [glsl text begin work] made by "make glsl", do not edit
+    "// Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the\n"
+    "// face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).\n"
+    "struct lightprobe_cell {\n"
+    "    lightprobe_vec4 flux, vector;\n"
+    "};\n"
+    "\n"
+    "// A cell that is not divided further. Leaves tile the sphere; clusters of them become lights.\n"
+    "struct lightprobe_leaf {\n"
+    "    lightprobe_vec3 flux;\n"
+    "    float solid_angle;\n"
+    "    lightprobe_vec3 direction; // vector irradiance = strength * direction\n"
+    "    float strength, luminance;\n"
+    "    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean\n"
+    "    int face, level, x, y, cluster;\n"
+    "};\n"
+    "\n"
+    "// Sums over leaves: of luminance, of it times direction, tone and squared tone.\n"
+    "struct lightprobe_sum {\n"
+    "    lightprobe_vec3 vector;\n"
+    "    float luminance, tones, tones2;\n"
+    "    int count;\n"
+    "};\n"
+    "\n"
+    "// The plane, or the tone, at which a cluster is split best. Along the axis lie LIGHTPROBE_BINS bins\n"
+    "// of width 1 / scale from low on.\n"
+    "struct lightprobe_axis {\n"
+    "    lightprobe_vec3 direction;\n"
+    "    float threshold, low, scale;\n"
+    "    int by_tone;\n"
+    "};\n"
+    "\n"
+    "struct lightprobe_cluster {\n"
+    "    lightprobe_sum sum;\n"
+    "    lightprobe_vec3 centre; // means\n"
+    "    float tone;\n"
+    "    lightprobe_axis axis;\n"
+    "    int planned, changed, id;\n"
+    "    int first; // of sum.count leaves in order[]\n"
+    "    int nearby[LIGHTPROBE_NEAR], near_count;\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_luminance(const lightprobe_vec3 rgb)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float l = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];\n"
+    "    return l;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_dot(const lightprobe_vec3 a, const lightprobe_vec3 b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];\n"
+    "    return d;\n"
+    "}\n"
+    "\n"
+    "// In double: squares of float neither overflow nor underflow.\n"
+    "LIGHTPROBE_SHARED double lightprobe_length(const lightprobe_vec3 v)\n"
+    "{\n"
+    "    double x = v[0], y = v[1], z = v[2];\n"
+    "    LIGHTPROBE_PRECISE double square = x * x + y * y + z * z;\n"
+    "    return sqrt(square);\n"
+    "}\n"
+    "\n"
+    "// Returns the length; a null vector stays.\n"
+    "LIGHTPROBE_SHARED float lightprobe_normalize(LIGHTPROBE_INOUT lightprobe_vec3 v)\n"
+    "{\n"
+    "    double size = lightprobe_length(v), scale = size > 0.0 ? 1.0 / size : 0.0;\n"
+    "    for (int i = 0; i < 3; i++) v[i] = LIGHTPROBE_FLOAT(v[i] * scale);\n"
+    "    return LIGHTPROBE_FLOAT(size);\n"
+    "}\n"
+    "\n"
     "// Natural logarithm of a ratio, kept in [1e-3, 1e6], to 1e-6. Written out: drivers round their\n"
     "// own as they like, and which leaves go together hangs on it.\n"
     "LIGHTPROBE_SHARED float lightprobe_log(float ratio)\n"
@@ -2141,182 +2432,96 @@ static const char lightprobe__glsl_numbers[] =
     "        r = 0.5f * r;\n"
     "        e = e + 1.0f;\n"
     "    }\n"
-    "    LIGHTPROBE_PRECISE float t = (r - 1.0f) / (r + 1.0f);\n"
-    "    LIGHTPROBE_PRECISE float t2 = t * t;\n"
+    "    LIGHTPROBE_PRECISE float t = (r - 1.0f) / (r + 1.0f), t2 = t * t;\n"
     "    LIGHTPROBE_PRECISE float p = t2 * 0.11111111f + 0.14285714f;\n"
     "    p = p * t2 + 0.2f;\n"
     "    p = p * t2 + 0.33333333f;\n"
     "    p = 0.69314718f * e + 2.0f * (p * t2 * t + t);\n"
     "    return p;\n"
     "}\n"
+    "\n"
+    "// mean: luminance of 1 sr of the whole probe.\n"
+    "LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, float mean)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float most = 1e6f * mean * solid_angle, unit = mean * solid_angle;\n"
+    "    if (!(solid_angle > 0.0f)) return 0.0f;\n"
+    "    return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)\n"
+    "{\n"
+    "    lightprobe_sum s;\n"
+    "    s.vector[0] = s.vector[1] = s.vector[2] = s.luminance = s.tones = s.tones2 = 0.0f;\n"
+    "    s.count = 0;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_leaf(lightprobe_sum sum, lightprobe_leaf leaf)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_sum s = sum;\n"
+    "    LIGHTPROBE_PRECISE float tones = leaf.luminance * leaf.tone;\n"
+    "    for (int i = 0; i < 3; i++) s.vector[i] += leaf.strength * leaf.direction[i];\n"
+    "    s.luminance += leaf.luminance;\n"
+    "    s.tones += tones;\n"
+    "    s.tones2 += tones * leaf.tone;\n"
+    "    s.count++;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)\n"
+    "{\n"
+    "    for (int i = 0; i < 3; i++) a.vector[i] += b.vector[i];\n"
+    "    a.luminance += b.luminance;\n"
+    "    a.tones += b.tones;\n"
+    "    a.tones2 += b.tones2;\n"
+    "    a.count += b.count;\n"
+    "    return a;\n"
+    "}\n"
+    "\n"
+    "// Half the distance between directions squared is 1 - cosine; so is half that between tones.\n"
+    "LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_a,\n"
+    "                                            const lightprobe_vec3 b, float tone_b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float apart = tone_a - tone_b;\n"
+    "    LIGHTPROBE_PRECISE float n = lightprobe_dot(a, b) - 0.5f * apart * apart;\n"
+    "    return n;\n"
+    "}\n"
+    "\n"
+    "// What stats.error adds up: the variance of direction.\n"
+    "LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)\n"
+    "{\n"
+    "    return s.luminance - LIGHTPROBE_FLOAT(lightprobe_length(s.vector));\n"
+    "}\n"
     // [glsl text end]
     "";
-// clang-format on
 
-// Texels, their weights and the cells: of all three programs.
-static const char lightprobe__glsl_cells[] =
-    "struct cell {\n"
-    "    vec4 flux, vector;\n"
-    "};\n"
-    "layout(std430, binding = LIGHTPROBE_BINDING + 1) buffer tables {\n"
-    "    int repaired;\n"
-    "    float weights[]; // of the texels of a quarter face: all omegas, then all weights\n"
-    "};\n"
-    "layout(std430, binding = LIGHTPROBE_BINDING + 2) buffer pyramid {\n"
-    "    cell cells[];\n"
-    "};\n"
-    "layout(binding = LIGHTPROBE_UNIT) uniform samplerCube probe;\n"
-    "layout(location = 14) uniform float mip;\n"
-    "\n"
-    "int level_side(int level)\n"
-    "{\n"
-    "    return (SIDE + (1 << level) - 1) >> level;\n"
-    "}\n"
-    "vec2 weight_of(int x, int y)\n"
-    "{\n"
-    "    const int quarter = (SIDE + 1) / 2;\n"
-    "    int i = abs(2 * y + 1 - SIDE) / 2 * quarter + abs(2 * x + 1 - SIDE) / 2;\n"
-    "    return vec2(weights[i], weights[quarter * quarter + i]);\n"
-    "}\n"
-    "float centre_of(int x)\n"
-    "{\n"
-    "    return float(2 * x + 1 - SIDE) / float(SIDE);\n"
-    "}\n"
-    "vec3 to_world(int face, float m, float s, float t)\n"
-    "{\n"
-    "    if (face < 2) return face == 0 ? vec3(m, -t, -s) : vec3(-m, -t, s);\n"
-    "    if (face < 4) return face == 2 ? vec3(s, m, t) : vec3(s, -m, -t);\n"
-    "    return face == 4 ? vec3(s, -t, m) : vec3(-s, -t, -m);\n"
-    "}\n"
-    "// 1 is added to bad where a channel is negative, NaN or infinite; it counts as 0.\n"
-    "vec3 read_texel(int face, int x, int y, inout int bad)\n"
-    "{\n"
-    "    vec3 rgb = textureLod(probe, to_world(face, 1.0, centre_of(x), centre_of(y)), mip).rgb;\n"
-    "    uvec3 bits = floatBitsToUint(rgb);\n"
-    "    bvec3 fine = lessThan(bits, uvec3(0x7f800000u));\n"
-    "    bad += all(bvec3(fine.x || bits.x == 0x80000000u, fine.y || bits.y == 0x80000000u,\n"
-    "                     fine.z || bits.z == 0x80000000u)) ? 0 : 1;\n"
-    "    return mix(vec3(0.0), rgb, fine);\n"
-    "}\n";
-
-// lightprobe__sum_tiles: one thread a tile.
-static const char lightprobe__glsl_tiles[] =
-    "layout(local_size_x = 8, local_size_y = 8) in;\n"
-    "void main()\n"
-    "{\n"
-    "    ivec3 p = ivec3(gl_GlobalInvocationID);\n"
-    "    if (p.x >= TILES || p.y >= TILES) return;\n"
-    "    bool flip = SIDE % 4 == 0 && p.y >= (TILES + 1) / 2; // as the CPU takes its bands\n"
-    "    precise float f[12], m[12], n[12], l[4], k[4], omega = 0.0;\n"
-    "    int bad = 0;\n"
-    "    for (int j = 0; j < 12; j++) f[j] = m[j] = n[j] = 0.0;\n"
-    "    for (int row = 0; row < 4; row++) {\n"
-    "        int y = 4 * p.y + (flip ? 3 - row : row);\n"
-    "        for (int j = 0; j < 12; j++) {\n"
-    "            int x = 4 * p.x + j / 3;\n"
-    "            if (x < SIDE && y < SIDE) {\n"
-    "                int unused = 0;\n"
-    "                vec2 w = weight_of(x, y);\n"
-    "                vec3 rgb = read_texel(p.z, x, y, unused);\n"
-    "                if (j % 3 == 0) bad += unused;\n"
-    "                precise float by =\n"
-    "                        (j % 3 == 0 ? 0.2126 : j % 3 == 1 ? 0.7152 : 0.0722) * w.y;\n"
-    "                f[j] = f[j] + rgb[j % 3] * w.x;\n"
-    "                m[j] = m[j] + rgb[j % 3] * by;\n"
-    "            }\n"
-    "            n[j] = n[j] + m[j];\n"
-    "        }\n"
-    "        // From the middle to both sides.\n"
-    "        int nearest = min(abs(8 * p.x + 1 - SIDE), abs(8 * p.x + 7 - SIDE)) / 2;\n"
-    "        if (SIDE - 1 >= 8 * p.x && SIDE - 1 <= 8 * p.x + 7) nearest = 0;\n"
-    "        for (int d = nearest; d < nearest + 4 && y < SIDE; d++) {\n"
-    "            int x = SIDE / 2 + d, mirror = SIDE - 1 - x;\n"
-    "            if (x < SIDE && x >> 2 == p.x) omega = omega + weight_of(x, y).x;\n"
-    "            if (mirror >= 0 && mirror != x && mirror >> 2 == p.x)\n"
-    "                omega = omega + weight_of(mirror, y).x;\n"
-    "        }\n"
-    "    }\n"
-    "    cell c;\n"
-    "    c.flux = vec4((f[0] + f[3]) + (f[6] + f[9]), (f[1] + f[4]) + (f[7] + f[10]),\n"
-    "                  (f[2] + f[5]) + (f[8] + f[11]), omega);\n"
-    "    precise float v[3];\n"
-    "    for (int i = 0; i < 4; i++) l[i] = (m[i] + m[4 + i]) + m[8 + i];\n"
-    "    v[0] = (l[0] + l[1]) + (l[2] + l[3]);\n"
-    "    for (int j = 0; j < 12; j++) {\n"
-    "        int x = 4 * p.x + j / 3;\n"
-    "        m[j] = x < SIDE ? m[j] * centre_of(x) : 0.0;\n"
-    "    }\n"
-    "    for (int i = 0; i < 4; i++) l[i] = (m[i] + m[4 + i]) + m[8 + i];\n"
-    "    v[1] = (l[0] + l[1]) + (l[2] + l[3]);\n"
-    "    for (int i = 0; i < 4; i++) k[i] = (n[i] + n[4 + i]) + n[8 + i];\n"
-    "    precise float rows = (k[0] + k[1]) + (k[2] + k[3]);\n"
-    "    precise float t0 = centre_of(4 * p.y + (flip ? -1 : 4)), t1 = centre_of(4 * p.y +\n"
-    "            (flip ? 0 : 3));\n"
-    "    v[2] = t0 * v[0] + (t1 - t0) * rows;\n"
-    "    c.vector = vec4(v[0], v[1], v[2], 0.0);\n"
-    "    cells[first_cell[2] + (p.z * TILES + p.y) * TILES + p.x] = c;\n"
-    "    if (bad > 0) atomicAdd(repaired, bad);\n"
-    "}\n";
-
-// lightprobe__make_pyramid: one level.
-static const char lightprobe__glsl_halve[] =
-    "layout(local_size_x = 8, local_size_y = 8) in;\n"
-    "layout(location = 15) uniform int level;\n"
-    "void main()\n"
-    "{\n"
-    "    ivec3 p = ivec3(gl_GlobalInvocationID);\n"
-    "    int n = level_side(level), m = level_side(level - 1), x = 2 * p.x, y = 2 * p.y;\n"
-    "    if (p.x >= n || p.y >= n) return;\n"
-    "    int from = first_cell[level - 1] + (p.z * m + y) * m + x;\n"
-    "    precise vec4 flux = cells[from].flux, vector = cells[from].vector;\n"
-    "    for (int i = 1; i < 4; i++) {\n"
-    "        if (x + i % 2 >= m || y + i / 2 >= m) continue;\n"
-    "        flux = flux + cells[from + i / 2 * m + i % 2].flux;\n"
-    "        vector = vector + cells[from + i / 2 * m + i % 2].vector;\n"
-    "    }\n"
-    "    cells[first_cell[level] + (p.z * n + p.y) * n + p.x] = cell(flux, vector);\n"
-    "}\n";
-
-// What follows is one work group each, one after the other: lightprobe__best under the same names.
-// Sums run over the leaves in their order, one thread a cluster, so that they are the CPU's. What
-// hangs on the step before it is done by one thread. Several programs, since llvmpipe takes half a
-// minute to compile them as one.
+// What the kernels have in common. All but the sums over tiles are one work group, one after the
+// other: lightprobe__best under the same names. Sums run over the leaves in their order, one thread
+// a cluster, so that they are the CPU's. Several programs, since llvmpipe takes half a minute to
+// compile them as one.
 static const char lightprobe__glsl_work[] =
-    "layout(local_size_x = GROUP) in;\n"
-    "layout(location = 15) uniform int again; // go on from the lights of the previous update\n"
-    "\n"
-    "struct leaf {\n"
-    "    vec3 flux; float solid_angle;\n"
-    "    vec3 direction; float strength;\n"
-    "    float luminance, tone;\n"
-    "    int face, level, x, y, cluster, unused;\n"
-    "};\n"
-    "struct cluster {\n"
-    "    vec3 vector; float luminance;\n"
-    "    vec3 centre; float tone;\n"
-    "    vec3 axis; float threshold;\n"
-    "    float tones, tones2, gain;\n"
-    "    int by_tone, planned, first, count, id, changed, near_count, near[NEAR];\n"
-    "};\n"
-    "layout(std430, binding = LIGHTPROBE_BINDING + 3) coherent buffer work {\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING + 1) coherent buffer numbers {\n"
+    "    int repaired;\n"
+    "    float weights[2 * HALF * HALF]; // of the texels of a quarter face: all omegas, then all weights\n"
     "    dvec3 sum_of_all;\n"
-    "    float total, mean;\n"
-    "    int leaf_count, cluster_count;\n"
-    "    leaf leaves[LEAVES];\n"
-    "    cluster clusters[LIGHTS];\n"
     "    double bright[LIGHTS];\n"
-    "    int order[LEAVES], rank[LIGHTS];\n"
+    "    float total, mean, error_left, gains[LIGHTS], errors[LIGHTS];\n"
+    "    int leaf_count, cluster_count, going_on, rank[LIGHTS], order[LEAVES];\n"
     "};\n"
+    "// Without a number of elements: Mesa lists every member of every element, which took it seconds.\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING + 2) coherent buffer all_leaves {\n"
+    "    lightprobe_leaf leaves[];\n"
+    "};\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING + 3) coherent buffer all_clusters {\n"
+    "    lightprobe_cluster clusters[];\n"
+    "};\n"
+    "layout(location = 0) uniform int stage; // the mip level, or what is to be done\n"
     "int lane = int(gl_LocalInvocationIndex);\n"
     "\n"
-    "// Whether there are lights to go on from, and whether there is any light.\n"
-    "bool goes_on()\n"
+    "// n, but the compiler does not know: unrolled reads of buffers take llvmpipe seconds to compile.\n"
+    "int rolled(int n)\n"
     "{\n"
-    "    return again != 0 && lightprobe_count > 0;\n"
-    "}\n"
-    "bool is_black()\n"
-    "{\n"
-    "    return !(total >= BLACK);\n"
+    "    return stage < 0 ? 0 : n;\n"
     "}\n"
     "void sync()\n"
     "{\n"
@@ -2324,452 +2529,348 @@ static const char lightprobe__glsl_work[] =
     "    memoryBarrierShared();\n"
     "    barrier();\n"
     "}\n"
-    "float luminance_of(vec3 rgb)\n"
+    "bool is_black()\n"
     "{\n"
-    "    precise float l = 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z;\n"
-    "    return l;\n"
-    "}\n"
-    "float dot_of(vec3 a, vec3 b)\n"
-    "{\n"
-    "    precise float d = a.x * b.x + a.y * b.y + a.z * b.z;\n"
-    "    return d;\n"
-    "}\n"
-    "double length_of(vec3 v)\n"
-    "{\n"
-    "    precise double x = double(v.x), y = double(v.y), z = double(v.z);\n"
-    "    precise double l = sqrt(x * x + y * y + z * z);\n"
-    "    return l;\n"
-    "}\n"
-    "float normalize_it(inout vec3 v)\n"
-    "{\n"
-    "    precise double l = length_of(v), scale = l > 0.0lf ? 1.0lf / l : 0.0lf;\n"
-    "    precise dvec3 d = dvec3(v) * scale;\n"
-    "    v = vec3(d);\n"
-    "    return float(l);\n"
-    "}\n"
-    "float tone_of(float luminance, float solid_angle)\n"
-    "{\n"
-    "    if (!(solid_angle > 0.0)) return 0.0;\n"
-    "    precise float unit = mean * solid_angle, most = 1e6 * mean * solid_angle;\n"
-    "    precise float t = TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6);\n"
-    "    return t;\n"
+    "    return !(total >= LIGHTPROBE_BLACK);\n"
     "}\n"
     "shared float values[GROUP];\n"
     "shared int places[GROUP];\n"
-    "// Index of the largest of all values, the lowest of equals; -1 where all indices are.\n"
+    "// Place of the largest value of all lanes, of equals the lowest; a place below 0 does not count.\n"
+    "// Few barriers: each costs llvmpipe much compile time. One must come before the next call.\n"
+    "bool is_larger(int a, float value, int place)\n"
+    "{\n"
+    "    if (places[a] < 0 || place < 0) return place < 0;\n"
+    "    return values[a] > value || (values[a] == value && places[a] < place);\n"
+    "}\n"
     "int largest(float value, int place, out float top)\n"
     "{\n"
     "    values[lane] = value;\n"
     "    places[lane] = place;\n"
     "    sync();\n"
-    "    for (int step = GROUP / 2; step > 0; step /= 2) {\n"
-    "        if (lane < step) {\n"
-    "            float a = values[lane], b = values[lane + step];\n"
-    "            int i = places[lane], j = places[lane + step];\n"
-    "            if (j >= 0 && (i < 0 || b > a || (b == a && j < i))) {\n"
-    "                values[lane] = b;\n"
-    "                places[lane] = j;\n"
-    "            }\n"
-    "        }\n"
-    "        sync();\n"
+    "    for (int i = lane + 8; lane < 8 && i < GROUP; i += 8) {\n"
+    "        if (is_larger(lane, values[i], places[i])) continue;\n"
+    "        values[lane] = values[i];\n"
+    "        places[lane] = places[i];\n"
     "    }\n"
-    "    top = values[0];\n"
-    "    int at = places[0];\n"
     "    sync();\n"
-    "    return at;\n"
+    "    int at = 0;\n"
+    "    for (int i = 1; i < rolled(8); i++)\n"
+    "        if (!is_larger(at, values[i], places[i])) at = i;\n"
+    "    top = values[at];\n"
+    "    return places[at];\n"
+    "}\n";
+
+// Texels, and cells of all sizes.
+static const char lightprobe__glsl_cells[] =
+    // [glsl text begin cells] made by "make glsl", do not edit
+    "// Centre of a texel in [-1,1].\n"
+    "LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)\n"
+    "{\n"
+    "    return LIGHTPROBE_FLOAT(2 * x + 1 - side) / LIGHTPROBE_FLOAT(side);\n"
     "}\n"
-    "struct sum {\n"
-    "    vec3 vector;\n"
-    "    float luminance, tones, tones2;\n"
-    "    int count;\n"
+    "\n"
+    "// Weights: its solid angle, and that over the distance to its centre (s, t).\n"
+    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec3 rgb, float omega,\n"
+    "                                                        float weight, float s, float t)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float m = lightprobe_luminance(rgb) * weight, ms = m * s, mt = m * t;\n"
+    "    LIGHTPROBE_PRECISE lightprobe_cell texel;\n"
+    "    for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;\n"
+    "    texel.flux[3] = omega;\n"
+    "    texel.vector[0] = m;\n"
+    "    texel.vector[1] = ms;\n"
+    "    texel.vector[2] = mt;\n"
+    "    texel.vector[3] = 0.0f;\n"
+    "    return texel;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)\n"
+    "{\n"
+    "    return leaf.luminance - leaf.strength;\n"
+    "}\n"
+    "\n"
+    "// vector: of the cell, in the world's axes. Of a black cell the direction is null.\n"
+    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,\n"
+    "                                                     const lightprobe_vec3 vector, float mean)\n"
+    "{\n"
+    "    lightprobe_leaf leaf;\n"
+    "    for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];\n"
+    "    for (int i = 0; i < 3; i++) leaf.direction[i] = vector[i];\n"
+    "    leaf.solid_angle = cell.flux[3];\n"
+    "    leaf.luminance = lightprobe_luminance(leaf.flux);\n"
+    "    leaf.strength = lightprobe_normalize(leaf.direction);\n"
+    "    leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, mean);\n"
+    "    return leaf;\n"
+    "}\n"
+    "\n"
+    "// Middle of a cell on its face; 1 where it is cut off before that.\n"
+    "LIGHTPROBE_SHARED float lightprobe_cell_middle(int side, int level, int x)\n"
+    "{\n"
+    "    float h = LIGHTPROBE_FLOAT(2 << level) / LIGHTPROBE_FLOAT(side);\n"
+    "    LIGHTPROBE_PRECISE float s = (LIGHTPROBE_FLOAT(x) + 0.5f) * h - 1.0f;\n"
+    "    return s < 1.0f ? s : 1.0f;\n"
+    "}\n"
+    // [glsl text end]
+    "layout(std430, binding = LIGHTPROBE_BINDING + 4) coherent buffer all_cells {\n"
+    "    lightprobe_cell cells[];\n"
     "};\n"
-    "const sum nothing = sum(vec3(0.0), 0.0, 0.0, 0.0, 0);\n"
-    "void add_leaf(int i, inout sum s)\n"
+    "layout(binding = LIGHTPROBE_UNIT) uniform samplerCube probe;\n"
+    "\n"
+    "int level_side(int level)\n"
     "{\n"
-    "    precise float tones = leaves[i].luminance * leaves[i].tone;\n"
-    "    precise vec3 vector = s.vector + leaves[i].strength * leaves[i].direction;\n"
-    "    precise float luminance = s.luminance + leaves[i].luminance, all = s.tones + tones;\n"
-    "    precise float tones2 = s.tones2 + tones * leaves[i].tone;\n"
-    "    s = sum(vector, luminance, all, tones2, s.count + 1);\n"
+    "    return (SIDE + (1 << level) - 1) >> level;\n"
     "}\n"
-    "void put_sum(int k, sum s)\n"
+    "int cell_index(int level, int face, int x, int y)\n"
     "{\n"
-    "    clusters[k].vector = s.vector;\n"
-    "    clusters[k].luminance = s.luminance;\n"
-    "    clusters[k].tones = s.tones;\n"
-    "    clusters[k].tones2 = s.tones2;\n"
-    "    clusters[k].count = s.count;\n"
+    "    int n = level_side(level);\n"
+    "    return first_cell[level] + (face * n + y) * n + x;\n"
     "}\n"
-    "void clear_cluster(int k)\n"
+    "// A cell from the (up to) four of the level below.\n"
+    "void halve(int level, int face, int x, int y)\n"
     "{\n"
-    "    clusters[k].centre = vec3(0.0);\n"
-    "    clusters[k].tone = 0.0;\n"
-    "    clusters[k].near_count = clusters[k].changed = 0;\n"
-    "    clusters[k].id = -1;\n"
-    "}\n"
-    "float nearness(vec3 a, float tone_a, vec3 b, float tone_b)\n"
-    "{\n"
-    "    precise float n = dot_of(a, b) - 0.5 * (tone_a - tone_b) * (tone_a - tone_b);\n"
-    "    return n;\n"
-    "}\n"
-    "float cluster_error(int k)\n"
-    "{\n"
-    "    precise float e = clusters[k].luminance - float(length_of(clusters[k].vector));\n"
-    "    return e;\n"
-    "}\n"
-    "void sum_clusters()\n"
-    "{\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
-    "        sum s = nothing;\n"
-    "        for (int i = 0; i < leaf_count; i++) if (leaves[i].cluster == k) add_leaf(i, s);\n"
-    "        put_sum(k, s);\n"
-    "        vec3 v = s.vector;\n"
-    "        if (normalize_it(v) > 0.0) clusters[k].centre = v;\n"
-    "        precise float tone = s.tones / s.luminance;\n"
-    "        if (s.luminance > BLACK) clusters[k].tone = tone;\n"
+    "    int m = level_side(level - 1), from = cell_index(level - 1, face, 2 * x, 2 * y);\n"
+    "    precise lightprobe_cell sum = cells[from];\n"
+    "    for (int i = 1; i < rolled(4); i++) {\n"
+    "        if (2 * x + i % 2 >= m || 2 * y + i / 2 >= m) continue;\n"
+    "        sum.flux += cells[from + i / 2 * m + i % 2].flux;\n"
+    "        sum.vector += cells[from + i / 2 * m + i % 2].vector;\n"
     "    }\n"
-    "    sync();\n"
+    "    cells[cell_index(level, face, x, y)] = sum;\n"
     "}\n"
-    "void sort_leaves()\n"
+    "vec3 to_world(int face, float m, float s, float t)\n"
     "{\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
-    "        int at = 0;\n"
-    "        for (int j = 0; j < k; j++) at += clusters[j].count;\n"
-    "        clusters[k].first = at;\n"
-    "        for (int i = 0; i < leaf_count; i++) if (leaves[i].cluster == k) order[at++] = i;\n"
+    "    if (face < 2) return face == 0 ? vec3(m, -t, -s) : vec3(-m, -t, s);\n"
+    "    if (face < 4) return face == 2 ? vec3(s, m, t) : vec3(s, -m, -t);\n"
+    "    return face == 4 ? vec3(s, -t, m) : vec3(-s, -t, -m);\n"
+    "}\n"
+    "vec2 weights_of(int x, int y)\n"
+    "{\n"
+    "    int i = abs(2 * y + 1 - SIDE) / 2 * HALF + abs(2 * x + 1 - SIDE) / 2;\n"
+    "    return vec2(weights[i], weights[HALF * HALF + i]);\n"
+    "}\n"
+    "// 1 is added to bad where a channel is negative, NaN or infinite; it counts as 0.\n"
+    "vec3 read_texel(int face, int x, int y, inout int bad)\n"
+    "{\n"
+    "    vec3 to = to_world(face, 1.0, lightprobe_centre(SIDE, x), lightprobe_centre(SIDE, y));\n"
+    "    vec3 rgb = textureLod(probe, to, float(stage)).rgb;\n"
+    "    uvec3 bits = floatBitsToUint(rgb);\n"
+    "    bvec3 good = lessThan(bits, uvec3(0x7f800000u)), minus_0 = equal(bits, uvec3(0x80000000u));\n"
+    "    for (int i = 0; i < 3; i++) if (!good[i]) rgb[i] = 0.0;\n"
+    "    bad += all(bvec3(uvec3(good) | uvec3(minus_0))) ? 0 : 1;\n"
+    "    return rgb;\n"
+    "}\n";
+
+// lightprobe__sum_tiles, one thread a tile, and three levels of cells above.
+static const char lightprobe__glsl_tiles[] =
+    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "\n"
+    "float sum_12(vec3 c[4]) // in the order of the CPU's registers of four floats\n"
+    "{\n"
+    "    precise vec4 s = vec4(c[0], c[1].r) + vec4(c[1].gb, c[2].rg) + vec4(c[2].b, c[3]);\n"
+    "    precise float all = (s.x + s.y) + (s.z + s.w);\n"
+    "    return all;\n"
+    "}\n"
+    "// Solid angle of a row of a tile, added from the middle of the face to both sides.\n"
+    "void add_omegas(int tile, int y, inout float omega)\n"
+    "{\n"
+    "    int from = min(abs(8 * tile + 1 - SIDE), abs(8 * tile + 7 - SIDE)) / 2;\n"
+    "    if (SIDE - 1 >= 8 * tile && SIDE - 1 <= 8 * tile + 7) from = 0;\n"
+    "    for (int d = from; d < from + rolled(4); d++) {\n"
+    "        int x = SIDE / 2 + d, mirror = SIDE - 1 - x;\n"
+    "        if (x < SIDE && x >> 2 == tile) omega += weights_of(x, y).x;\n"
+    "        if (mirror >= 0 && mirror != x && mirror >> 2 == tile) omega += weights_of(mirror, y).x;\n"
     "    }\n"
-    "    sync();\n"
+    "}\n"
+    "void sum_tile(ivec3 p)\n"
+    "{\n"
+    "    bool flip = SIDE % 4 == 0 && p.y >= (TILES + 1) / 2; // as the CPU takes its bands\n"
+    "    precise vec3 f[4], m[4], n[4];\n"
+    "    precise float omega = 0.0;\n"
+    "    int bad = 0;\n"
+    "    for (int j = 0; j < 4; j++) f[j] = m[j] = n[j] = vec3(0.0);\n"
+    "    for (int row = 0; row < rolled(4); row++) {\n"
+    "        int y = 4 * p.y + (flip ? 3 - row : row);\n"
+    "        for (int j = 0; j < 4; j++) {\n"
+    "            int x = 4 * p.x + j;\n"
+    "            if (x < SIDE && y < SIDE) {\n"
+    "                vec2 w = weights_of(x, y);\n"
+    "                vec3 rgb = read_texel(p.z, x, y, bad);\n"
+    "                f[j] += rgb * w.x;\n"
+    "                m[j] += rgb * (vec3(0.2126, 0.7152, 0.0722) * w.y);\n"
+    "            }\n"
+    "            n[j] += m[j];\n"
+    "        }\n"
+    "        if (y < SIDE) add_omegas(p.x, y, omega);\n"
+    "    }\n"
+    "    float t0 = lightprobe_centre(SIDE, 4 * p.y + (flip ? -1 : 4));\n"
+    "    float t1 = lightprobe_centre(SIDE, 4 * p.y + (flip ? 0 : 3));\n"
+    "    precise vec3 flux = (f[0] + f[1]) + (f[2] + f[3]), v;\n"
+    "    v[0] = sum_12(m);\n"
+    "    v[2] = t0 * v[0] + (t1 - t0) * sum_12(n);\n"
+    "    for (int j = 0; j < 4; j++) {\n"
+    "        int x = 4 * p.x + j;\n"
+    "        m[j] *= x < SIDE ? lightprobe_centre(SIDE, x) : 0.0;\n"
+    "    }\n"
+    "    v[1] = sum_12(m);\n"
+    "    cells[cell_index(LIGHTPROBE_TILE_LEVEL, p.z, p.x, p.y)] = lightprobe_cell(vec4(flux, omega), vec4(v, 0.0));\n"
+    "    if (bad > 0) atomicAdd(repaired, bad);\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    ivec3 p = ivec3(gl_GlobalInvocationID), group = ivec3(gl_WorkGroupID), l = p - 8 * group;\n"
+    "    if (p.x < TILES && p.y < TILES) sum_tile(p);\n"
+    "    for (int up = 1; up <= min(TOP - LIGHTPROBE_TILE_LEVEL, 3); up++) {\n"
+    "        int n = level_side(LIGHTPROBE_TILE_LEVEL + up), side = 8 >> up, x = side * group.x + l.x;\n"
+    "        int y = side * group.y + l.y;\n"
+    "        sync();\n"
+    "        if (l.x < side && l.y < side && x < n && y < n) halve(LIGHTPROBE_TILE_LEVEL + up, p.z, x, y);\n"
+    "    }\n"
     "}\n";
 
 static const char lightprobe__glsl_leaves[] =
+    "layout(local_size_x = GROUP) in;\n"
     "shared precise dvec3 sums[GROUP];\n"
     "\n"
     "void find_total()\n"
     "{\n"
-    "    int level = min(TOP, TILE_LEVEL + 1), n = level_side(level);\n"
-    "    precise dvec3 all = dvec3(0.0lf);\n"
-    "    for (int i = lane; i < 6 * n * n; i += GROUP)\n"
-    "        all = all + dvec3(cells[first_cell[level] + i].flux.rgb);\n"
+    "    int level = min(TOP, LIGHTPROBE_TILE_LEVEL + 1), n = level_side(level);\n"
+    "    precise dvec3 all = dvec3(0.0);\n"
+    "    for (int i = lane; i < 6 * n * n; i += GROUP) all += cells[first_cell[level] + i].flux.rgb;\n"
     "    sums[lane] = all;\n"
     "    sync();\n"
-    "    for (int step = GROUP / 2; step > 0; step /= 2) {\n"
-    "        if (lane < step) sums[lane] = sums[lane] + sums[lane + step];\n"
-    "        sync();\n"
-    "    }\n"
     "    if (lane == 0) {\n"
-    "        sum_of_all = sums[0];\n"
-    "        precise float t = luminance_of(vec3(sums[0])), m = t / 12.5663706;\n"
-    "        total = t;\n"
-    "        mean = m;\n"
+    "        for (int i = 1; i < GROUP; i++) all += sums[i];\n"
+    "        sum_of_all = all;\n"
+    "        total = lightprobe_luminance(vec3(all));\n"
+    "        mean = total / 12.5663706;\n"
     "    }\n"
     "    sync();\n"
     "}\n"
-    "cell cell_at(int face, int level, int cx, int cy)\n"
+    "lightprobe_cell cell_at(int face, int level, int cx, int cy)\n"
     "{\n"
-    "    int n = level_side(level), size = 1 << level, bad = 0;\n"
-    "    if (level >= TILE_LEVEL) return cells[first_cell[level] + (face * n + cy) * n + cx];\n"
-    "    precise vec4 flux = vec4(0.0), vector = vec4(0.0);\n"
-    "    for (int y = size * cy; y < size * cy + size && y < SIDE; y++) {\n"
-    "        for (int x = size * cx; x < size * cx + size && x < SIDE; x++) {\n"
-    "            vec2 w = weight_of(x, y);\n"
-    "            vec3 rgb = read_texel(face, x, y, bad);\n"
-    "            precise float m = luminance_of(rgb) * w.y;\n"
-    "            flux = flux + vec4(rgb * w.x, w.x);\n"
-    "            vector = vector + vec4(m, m * centre_of(x), m * centre_of(y), 0.0);\n"
-    "        }\n"
+    "    if (level >= LIGHTPROBE_TILE_LEVEL) return cells[cell_index(level, face, cx, cy)];\n"
+    "    int size = 1 << level, bad = 0;\n"
+    "    precise lightprobe_cell sum = lightprobe_cell(vec4(0.0), vec4(0.0));\n"
+    "    for (int i = 0; i < size * size; i++) {\n"
+    "        int x = size * cx + i % size, y = size * cy + i / size;\n"
+    "        if (x >= SIDE || y >= SIDE) continue;\n"
+    "        vec2 w = weights_of(x, y);\n"
+    "        lightprobe_cell texel =\n"
+    "            lightprobe_texel_cell(read_texel(face, x, y, bad), w.x, w.y, lightprobe_centre(SIDE, x),\n"
+    "                                  lightprobe_centre(SIDE, y));\n"
+    "        sum.flux += texel.flux;\n"
+    "        sum.vector += texel.vector;\n"
     "    }\n"
-    "    return cell(flux, vector);\n"
-    "}\n"
-    "float leaf_error(int i)\n"
-    "{\n"
-    "    precise float e = leaves[i].luminance - leaves[i].strength;\n"
-    "    return e;\n"
+    "    return sum;\n"
     "}\n"
     "void set_leaf(int i, int face, int level, int x, int y)\n"
     "{\n"
-    "    cell c = cell_at(face, level, x, y);\n"
-    "    leaf l;\n"
-    "    l.flux = c.flux.rgb;\n"
-    "    l.direction = to_world(face, c.vector.x, c.vector.y, c.vector.z);\n"
-    "    l.solid_angle = c.flux.w;\n"
-    "    l.luminance = luminance_of(c.flux.rgb);\n"
-    "    l.strength = normalize_it(l.direction);\n"
-    "    l.tone = tone_of(l.luminance, l.solid_angle / SCALE);\n"
-    "    l.face = face;\n"
-    "    l.level = level;\n"
-    "    l.x = x;\n"
-    "    l.y = y;\n"
-    "    l.cluster = 0;\n"
-    "    if (!(l.strength > 0.0)) {\n"
-    "        precise float h = float(2 << level) / float(SIDE);\n"
-    "        precise float s = (float(x) + 0.5) * h - 1.0, t = (float(y) + 0.5) * h - 1.0;\n"
-    "        s = min(s, 1.0);\n"
-    "        t = min(t, 1.0);\n"
+    "    lightprobe_cell cell = cell_at(face, level, x, y);\n"
+    "    vec3 vector = to_world(face, cell.vector.x, cell.vector.y, cell.vector.z);\n"
+    "    lightprobe_leaf leaf = lightprobe_leaf_of(cell, vector, mean);\n"
+    "    leaf.face = face;\n"
+    "    leaf.level = level;\n"
+    "    leaf.x = x;\n"
+    "    leaf.y = y;\n"
+    "    leaf.cluster = 0;\n"
+    "    if (!(leaf.strength > 0.0)) {\n"
+    "        float s = lightprobe_cell_middle(SIDE, level, x), t = lightprobe_cell_middle(SIDE, level, y);\n"
     "        precise float scale = 1.0 / sqrt(1.0 + s * s + t * t);\n"
-    "        l.direction = to_world(face, scale, scale * s, scale * t);\n"
+    "        leaf.direction = to_world(face, scale, scale * s, scale * t);\n"
     "    }\n"
-    "    leaves[i] = l;\n"
+    "    leaves[i] = leaf;\n"
     "}\n"
+    "// Six faces, then again and again the parts of a leaf, the first of them in its place.\n"
     "void make_leaves()\n"
     "{\n"
+    "    int count = 6, face = lane, level = TOP, x = 0, y = 0, place = lane < 6 ? lane : -1;\n"
     "    float last = 0.0;\n"
-    "    int count = 6;\n"
-    "    if (lane < 6) set_leaf(lane, lane, TOP, 0, 0);\n"
-    "    sync();\n"
-    "    while (count + 3 <= LEAVES) {\n"
+    "    for (;;) {\n"
+    "        if (place >= 0) set_leaf(place, face, level, x, y);\n"
+    "        sync();\n"
     "        float best = 0.0, top;\n"
     "        int at = -1;\n"
     "        for (int i = lane; i < count; i += GROUP) {\n"
-    "            float e = leaf_error(i);\n"
+    "            float e = lightprobe_leaf_error(leaves[i]);\n"
     "            if (leaves[i].level == 0 || (at >= 0 && e <= best)) continue;\n"
     "            best = e;\n"
     "            at = i;\n"
     "        }\n"
     "        at = largest(best, at, top);\n"
-    "        if (at < 0 || top <= 1e-7 * total) break;\n"
-    "        if (count >= LEAVES - MORE_LEAVES && top < 0.9999 * last) break;\n"
+    "        if (at < 0 || top <= 1e-7 * total || count + 3 > LEAVES) break;\n"
+    "        if (count >= LEAVES - LIGHTPROBE_MORE_LEAVES && top < 0.9999 * last) break;\n"
     "        last = top;\n"
-    "        int face = leaves[at].face, level = leaves[at].level - 1, n = level_side(level);\n"
-    "        int x0 = 2 * leaves[at].x, y0 = 2 * leaves[at].y, mine = -1;\n"
-    "        sync();\n"
+    "        face = leaves[at].face;\n"
+    "        level = leaves[at].level - 1;\n"
+    "        x = 2 * leaves[at].x + lane % 2;\n"
+    "        y = 2 * leaves[at].y + lane / 2;\n"
+    "        place = -1;\n"
+    "        int n = level_side(level), x0 = x - lane % 2, y0 = y - lane / 2;\n"
     "        for (int k = 0; k < 4; k++) {\n"
     "            if (x0 + k % 2 >= n || y0 + k / 2 >= n) continue;\n"
-    "            int place = k > 0 ? count++ : at;\n"
-    "            if (lane == k) mine = place;\n"
+    "            if (lane == k) place = k == 0 ? at : count;\n"
+    "            if (k > 0) count++;\n"
     "        }\n"
-    "        if (mine >= 0) set_leaf(mine, face, level, x0 + lane % 2, y0 + lane / 2);\n"
     "        sync();\n"
     "    }\n"
     "    if (lane == 0) leaf_count = count;\n"
     "}\n"
     "void main()\n"
     "{\n"
+    "    for (int level = LIGHTPROBE_TILE_LEVEL + 4; level <= TOP; level++) {\n"
+    "        int n = level_side(level);\n"
+    "        for (int i = lane; i < 6 * n * n; i += GROUP) halve(level, i / (n * n), i % n, i / n % n);\n"
+    "        sync();\n"
+    "    }\n"
     "    find_total();\n"
     "    if (!is_black()) make_leaves();\n"
     "}\n";
 
-static const char lightprobe__glsl_start[] =
-    "// One cluster of everything, or those of the previous lights.\n"
-    "void main()\n"
-    "{\n"
-    "    if (is_black()) return;\n"
-    "    int count = goes_on() ? min(lightprobe_count, LIGHTS) : 0;\n"
-    "    if (lane == 0) cluster_count = max(count, 1);\n"
-    "    for (int k = lane; k < max(count, 1); k += GROUP) {\n"
-    "        clear_cluster(k);\n"
-    "        if (k >= count) break;\n"
-    "        vec3 centre = lightprobe_lights[k].direction;\n"
-    "        normalize_it(centre);\n"
-    "        precise float luminance = luminance_of(lightprobe_lights[k].irradiance) * SCALE;\n"
-    "        clusters[k].centre = centre;\n"
-    "        clusters[k].tone = tone_of(luminance, lightprobe_lights[k].solid_angle);\n"
-    "        clusters[k].id = lightprobe_lights[k].id;\n"
-    "    }\n"
-    "    sync();\n"
-    "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
-    "        float best = -3.402823466e38;\n"
-    "        for (int k = 0; k < cluster_count; k++) {\n"
-    "            float s = nearness(leaves[i].direction, leaves[i].tone, clusters[k].centre,\n"
-    "                               clusters[k].tone);\n"
-    "            if (s <= best) continue;\n"
-    "            best = s;\n"
-    "            leaves[i].cluster = k;\n"
-    "        }\n"
-    "    }\n"
-    "    sync();\n"
-    "    sum_clusters();\n"
-    "    sort_leaves();\n"
-    "}\n";
-
-static const char lightprobe__glsl_plan[] =
-    "vec3 eigenvector(float m[6])\n"
-    "{\n"
-    "    for (int round = 0; round < 3; round++) {\n"
-    "        precise float trace = m[0] + m[1] + m[2], s = trace > 1e-18 ? 1.0 / trace : 0.0;\n"
-    "        precise float a = m[0] * s, b = m[1] * s, d = m[2] * s;\n"
-    "        precise float ab = m[3] * s, bd = m[4] * s, da = m[5] * s, n[6];\n"
-    "        n[0] = a * a + ab * ab + da * da;\n"
-    "        n[1] = ab * ab + b * b + bd * bd;\n"
-    "        n[2] = da * da + bd * bd + d * d;\n"
-    "        n[3] = a * ab + ab * b + da * bd;\n"
-    "        n[4] = ab * da + b * bd + bd * d;\n"
-    "        n[5] = da * a + bd * ab + d * da;\n"
-    "        m = n;\n"
-    "    }\n"
-    "    int k = m[0] >= m[1] ? (m[0] >= m[2] ? 0 : 2) : (m[1] >= m[2] ? 1 : 2);\n"
-    "    vec3 v = k == 0 ? vec3(m[0], m[3], m[5]) : k == 1 ? vec3(m[3], m[1], m[4])\n"
-    "                                                     : vec3(m[5], m[4], m[2]);\n"
-    "    if (!(normalize_it(v) > 0.0)) v.y = 1.0;\n"
-    "    return v;\n"
-    "}\n"
-    "float along(int k, int i)\n"
-    "{\n"
-    "    return clusters[k].by_tone != 0 ? leaves[i].tone\n"
-    "                                    : dot_of(leaves[i].direction, clusters[k].axis);\n"
-    "}\n"
-    "float find_axis(int k, out float middle)\n"
-    "{\n"
-    "    precise float m[6], tone2 = 0.0, mean_tone;\n"
-    "    precise float scale =\n"
-    "            clusters[k].luminance > BLACK ? 1.0 / clusters[k].luminance : 0.0;\n"
-    "    precise vec3 centre = clusters[k].vector * scale;\n"
-    "    int end = clusters[k].first + clusters[k].count;\n"
-    "    mean_tone = clusters[k].tones * scale;\n"
-    "    for (int i = 0; i < 6; i++) m[i] = 0.0;\n"
-    "    for (int at = clusters[k].first; at < end; at++) {\n"
-    "        int i = order[at];\n"
-    "        precise float f = leaves[i].luminance * scale, tone = leaves[i].tone - mean_tone;\n"
-    "        precise vec3 d = leaves[i].direction - centre;\n"
-    "        m[0] = m[0] + f * d.x * d.x;\n"
-    "        m[1] = m[1] + f * d.y * d.y;\n"
-    "        m[2] = m[2] + f * d.z * d.z;\n"
-    "        m[3] = m[3] + f * d.x * d.y;\n"
-    "        m[4] = m[4] + f * d.y * d.z;\n"
-    "        m[5] = m[5] + f * d.z * d.x;\n"
-    "        tone2 = tone2 + f * tone * tone;\n"
-    "    }\n"
-    "    vec3 axis = eigenvector(m);\n"
-    "    precise float x = axis.x, y = axis.y, z = axis.z;\n"
-    "    precise float variance = abs(x * x * m[0] + y * y * m[1] + z * z * m[2] +\n"
-    "                                 2.0 * (x * y * m[3] + y * z * m[4] + z * x * m[5]));\n"
-    "    bool by_tone = tone2 > variance;\n"
-    "    clusters[k].axis = axis;\n"
-    "    clusters[k].by_tone = by_tone ? 1 : 0;\n"
-    "    middle = by_tone ? mean_tone : dot_of(centre, axis);\n"
-    "    return sqrt(by_tone ? tone2 : variance);\n"
-    "}\n"
-    "float tone_gain(float luminance, float tones, float part, float part_tones)\n"
-    "{\n"
-    "    precise float rest = luminance - part;\n"
-    "    if (!(part > BLACK) || !(rest > BLACK)) return 0.0;\n"
-    "    precise float apart = part_tones / part - (tones - part_tones) / rest;\n"
-    "    precise float g = 0.5 * apart * apart * part * (rest / luminance);\n"
-    "    return g;\n"
-    "}\n"
-    "void plan_split(int k)\n"
-    "{\n"
-    "    sum bins[BINS], left = nothing;\n"
-    "    float best = 0.0, middle;\n"
-    "    clusters[k].gain = 0.0;\n"
-    "    clusters[k].planned = 1;\n"
-    "    int count = clusters[k].count, first = clusters[k].first;\n"
-    "    if (count < 2) return;\n"
-    "    precise float deviation = find_axis(k, middle);\n"
-    "    if (deviation < 1e-7) return;\n"
-    "    precise float width = REACH * deviation, scale = float(BINS) / (2.0 * width), low =\n"
-    "            middle - width;\n"
-    "    for (int bin = 0; bin < BINS; bin++) bins[bin] = nothing;\n"
-    "    for (int at = first; at < first + count; at++) {\n"
-    "        precise float p = (along(k, order[at]) - low) * scale;\n"
-    "        add_leaf(order[at], bins[int(clamp(p, 0.0, float(BINS - 1)))]);\n"
-    "    }\n"
-    "    vec3 all = clusters[k].vector;\n"
-    "    precise double whole = length_of(all);\n"
-    "    for (int bin = 0; bin + 1 < BINS; bin++) {\n"
-    "        precise vec3 near_part = left.vector + bins[bin].vector, far_part =\n"
-    "                all - near_part;\n"
-    "        precise float luminance = left.luminance + bins[bin].luminance;\n"
-    "        precise float tones = left.tones + bins[bin].tones;\n"
-    "        left = sum(near_part, luminance, tones, 0.0, left.count + bins[bin].count);\n"
-    "        if (left.count == 0 || left.count == count) continue;\n"
-    "        precise double apart = length_of(near_part) + length_of(far_part) - whole;\n"
-    "        precise float gain = float(apart) + tone_gain(clusters[k].luminance,\n"
-    "                clusters[k].tones,\n"
-    "                                                      luminance, tones);\n"
-    "        if (gain <= best) continue;\n"
-    "        best = gain;\n"
-    "        precise float threshold = low + float(bin + 1) / scale;\n"
-    "        clusters[k].threshold = threshold;\n"
-    "    }\n"
-    "    clusters[k].gain = best;\n"
-    "}\n"
-    "int largest_gain(int count, out float top)\n"
-    "{\n"
-    "    float best = 0.0;\n"
-    "    int at = -1;\n"
-    "    for (int k = lane; k < count; k += GROUP) {\n"
-    "        if (at >= 0 && clusters[k].gain <= best) continue;\n"
-    "        best = clusters[k].gain;\n"
-    "        at = k;\n"
-    "    }\n"
-    "    return largest(best, at, top);\n"
-    "}\n";
-
-static const char lightprobe__glsl_divide[] =
-    "layout(location = 16) uniform float tolerance;\n"
-    "float gain_bound(int k)\n"
-    "{\n"
-    "    precise float tones = clusters[k].tones, luminance = clusters[k].luminance;\n"
-    "    precise float mean2 = luminance > BLACK ? tones / luminance * tones : 0.0;\n"
-    "    precise float g = cluster_error(k) + 0.5 * (clusters[k].tones2 - mean2);\n"
-    "    return g;\n"
-    "}\n"
-    "void split_cluster(int k, int fresh)\n"
-    "{\n"
-    "    int i = clusters[k].first, end = i + clusters[k].count;\n"
-    "    sum near_part = nothing, far_part = nothing;\n"
-    "    while (i < end) {\n"
-    "        int index = order[i];\n"
-    "        if (along(k, index) < clusters[k].threshold) {\n"
-    "            add_leaf(index, near_part);\n"
-    "            i++;\n"
-    "        } else {\n"
-    "            add_leaf(index, far_part);\n"
-    "            leaves[index].cluster = fresh;\n"
-    "            order[i] = order[--end];\n"
-    "            order[end] = index;\n"
-    "        }\n"
-    "    }\n"
-    "    put_sum(k, near_part);\n"
-    "    put_sum(fresh, far_part);\n"
-    "    clusters[fresh].first = i;\n"
-    "    clusters[k].gain = gain_bound(k);\n"
-    "    clusters[fresh].gain = gain_bound(fresh);\n"
-    "    clusters[k].planned = clusters[fresh].planned = 0;\n"
-    "}\n"
-    "void main()\n"
-    "{\n"
-    "    if (is_black()) return;\n"
-    "    precise float left = 0.0;\n"
-    "    int count = cluster_count;\n"
-    "    for (int k = lane; k < count; k += GROUP) {\n"
-    "        clusters[k].planned = 0;\n"
-    "        clusters[k].gain = gain_bound(k);\n"
-    "    }\n"
-    "    sync();\n"
-    "    for (int k = 0; k < count; k++) left = left + cluster_error(k);\n"
-    "    while (count < LIGHTS && left > tolerance * total) {\n"
-    "        float top;\n"
-    "        int most = largest_gain(count, top);\n"
-    "        if (top <= 1e-7 * total) break;\n"
-    "        bool planned = clusters[most].planned != 0;\n"
-    "        if (planned) left = left - cluster_error(most);\n"
-    "        sync();\n"
-    "        if (lane == 0 && !planned) plan_split(most);\n"
-    "        if (lane == 0 && planned) {\n"
-    "            clear_cluster(count);\n"
-    "            split_cluster(most, count);\n"
-    "        }\n"
-    "        sync();\n"
-    "        if (!planned) continue;\n"
-    "        left = left + (cluster_error(most) + cluster_error(count));\n"
-    "        count++;\n"
-    "    }\n"
-    "    if (lane == 0) cluster_count = count;\n"
-    "}\n";
-
+// Which leaf belongs to which cluster, and sums over them: lightprobe__start, __find_near, __relax.
 static const char lightprobe__glsl_gather[] =
-    "// Lloyd's iteration; that nothing has moved need not be known.\n"
-    "void relax()\n"
+    "layout(local_size_x = GROUP) in;\n"
+    "\n"
+    "// One cluster of everything, or those of the previous lights.\n"
+    "void start()\n"
+    "{\n"
+    "    int count = stage == START_AGAIN ? min(lightprobe_count, LIGHTS) : 0;\n"
+    "    for (int k = lane; k < LIGHTS; k += GROUP) {\n"
+    "        vec3 centre = vec3(0.0);\n"
+    "        float tone = 0.0;\n"
+    "        int id = -1;\n"
+    "        if (k < count) {\n"
+    "            lightprobe_light light = lightprobe_lights[k];\n"
+    "            float luminance = lightprobe_luminance(light.irradiance) * LIGHTPROBE_SCALE;\n"
+    "            centre = light.direction;\n"
+    "            lightprobe_normalize(centre);\n"
+    "            tone = lightprobe_tone(luminance, light.solid_angle, mean);\n"
+    "            id = light.id;\n"
+    "        }\n"
+    "        clusters[k].centre = centre;\n"
+    "        clusters[k].tone = tone;\n"
+    "        clusters[k].id = id;\n"
+    "    }\n"
+    "    if (lane == 0) {\n"
+    "        cluster_count = max(count, 1);\n"
+    "        going_on = count;\n"
+    "    }\n"
+    "    sync();\n"
+    "}\n"
+    "float nearness_to(int leaf, int k)\n"
+    "{\n"
+    "    return lightprobe_nearness(leaves[leaf].direction, leaves[leaf].tone, clusters[k].centre,\n"
+    "                               clusters[k].tone);\n"
+    "}\n"
+    "// Every leaf goes to the nearest cluster: of all, or of its own one's neighbours.\n"
+    "void move_leaves(bool of_all)\n"
     "{\n"
     "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
     "        int own = leaves[i].cluster, to = own;\n"
-    "        float best = nearness(leaves[i].direction, leaves[i].tone, clusters[own].centre,\n"
-    "                              clusters[own].tone);\n"
-    "        for (int n = 0; n < clusters[own].near_count; n++) {\n"
-    "            int k = clusters[own].near[n];\n"
-    "            float s = nearness(leaves[i].direction, leaves[i].tone, clusters[k].centre,\n"
-    "                               clusters[k].tone);\n"
+    "        int n = of_all ? cluster_count : clusters[own].near_count;\n"
+    "        float best = of_all ? -FLT_MAX : nearness_to(i, own);\n"
+    "        for (int j = 0; j < n; j++) {\n"
+    "            int k = of_all ? j : clusters[own].nearby[j];\n"
+    "            float s = nearness_to(i, k);\n"
     "            if (s <= best) continue;\n"
     "            best = s;\n"
     "            to = k;\n"
@@ -2778,259 +2879,587 @@ static const char lightprobe__glsl_gather[] =
     "    }\n"
     "    sync();\n"
     "}\n"
-    "void find_near()\n"
+    "// Sorts the leaves by cluster on the way.\n"
+    "void sum_clusters()\n"
     "{\n"
-    "    for (int a = lane; a < cluster_count; a += GROUP) {\n"
-    "        float score[NEAR];\n"
-    "        int found[NEAR], n = 0;\n"
-    "        for (int b = 0; b < cluster_count; b++) {\n"
-    "            if (b == a || !(clusters[b].luminance > 0.0)) continue;\n"
-    "            float s = nearness(clusters[a].centre, clusters[a].tone, clusters[b].centre,\n"
-    "                               clusters[b].tone);\n"
-    "            if (n == NEAR && s <= score[NEAR - 1]) continue;\n"
-    "            int at = n < NEAR ? n++ : NEAR - 1;\n"
-    "            for (; at > 0; at--) {\n"
-    "                if (score[at - 1] >= s) break;\n"
-    "                score[at] = score[at - 1];\n"
-    "                found[at] = found[at - 1];\n"
-    "            }\n"
-    "            score[at] = s;\n"
-    "            found[at] = b;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        lightprobe_sum sum = lightprobe_nothing();\n"
+    "        int at = 0;\n"
+    "        for (int i = 0; i < leaf_count; i++) at += leaves[i].cluster < k ? 1 : 0;\n"
+    "        clusters[k].first = at;\n"
+    "        for (int i = 0; i < leaf_count; i++) {\n"
+    "            if (leaves[i].cluster != k) continue;\n"
+    "            sum = lightprobe_add_leaf(sum, leaves[i]);\n"
+    "            order[at++] = i;\n"
     "        }\n"
-    "        for (int i = 0; i < n; i++) clusters[a].near[i] = found[i];\n"
-    "        clusters[a].near_count = n;\n"
+    "        clusters[k].sum = sum;\n"
+    "        errors[k] = lightprobe_sum_error(sum);\n"
+    "        vec3 v = sum.vector;\n"
+    "        if (lightprobe_normalize(v) > 0.0) clusters[k].centre = v;\n"
+    "        if (sum.luminance > LIGHTPROBE_BLACK) clusters[k].tone = sum.tones / sum.luminance;\n"
     "    }\n"
+    "    sync();\n"
+    "}\n"
+    "void find_near(int a)\n"
+    "{\n"
+    "    float score[LIGHTPROBE_NEAR];\n"
+    "    int n = 0;\n"
+    "    for (int b = 0; b < cluster_count; b++) {\n"
+    "        if (b == a || !(clusters[b].sum.luminance > 0.0)) continue;\n"
+    "        float s = lightprobe_nearness(clusters[a].centre, clusters[a].tone, clusters[b].centre,\n"
+    "                                      clusters[b].tone);\n"
+    "        if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;\n"
+    "        int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;\n"
+    "        for (; at > 0; at--) {\n"
+    "            if (score[at - 1] >= s) break;\n"
+    "            score[at] = score[at - 1];\n"
+    "            clusters[a].nearby[at] = clusters[a].nearby[at - 1];\n"
+    "        }\n"
+    "        score[at] = s;\n"
+    "        clusters[a].nearby[at] = b;\n"
+    "    }\n"
+    "    clusters[a].near_count = n;\n"
     "}\n"
     "void main()\n"
     "{\n"
-    "    if (is_black()) return;\n"
-    "    int rounds = goes_on() || again == 2 ? 0 : ROUNDS; // 2: have been done\n"
-    "    for (int round = 0; round <= rounds; round++) {\n"
-    "        if (round > 0) relax();\n"
-    "        sum_clusters();\n"
-    "        if (round == 0) find_near();\n"
-    "        sync();\n"
+    "    if (is_black() || (going_on > 0 && stage > RELAX)) return;\n"
+    "    if (stage < NEAR) start();\n"
+    "    if (stage < NEAR || (stage > NEAR && going_on == 0)) move_leaves(stage < NEAR);\n"
+    "    sum_clusters();\n"
+    "    for (int a = lane; stage == NEAR && a < cluster_count; a += GROUP) find_near(a);\n"
+    "}\n";
+
+// lightprobe__plan_split for several clusters at once, each by as many lanes as there are bins.
+static const char lightprobe__glsl_plan[] =
+    // [glsl text begin splits] made by "make glsl", do not edit
+    "\n"
+    "// Nothing can be gained by a split beyond the variance of direction and tone.\n"
+    "LIGHTPROBE_SHARED float lightprobe_gain_bound(lightprobe_sum s)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float mean2 =\n"
+    "        s.luminance > LIGHTPROBE_BLACK ? s.tones / s.luminance * s.tones : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float bound = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);\n"
+    "    return bound;\n"
+    "}\n"
+    "\n"
+    "// Second moments of direction (xx yy zz xy yz zx) and tone around their means.\n"
+    "struct lightprobe_spread {\n"
+    "    float m[6], tone2;\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)\n"
+    "{\n"
+    "    lightprobe_spread s;\n"
+    "    for (int i = 0; i < 6; i++) s.m[i] = 0.0f;\n"
+    "    s.tone2 = 0.0f;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "// scale: 1 over the luminance of all.\n"
+    "LIGHTPROBE_SHARED lightprobe_spread\n"
+    "lightprobe_add_spread(lightprobe_spread all, lightprobe_leaf leaf,\n"
+    "                      const lightprobe_vec3 mean, float mean_tone, float scale)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_spread s = all;\n"
+    "    LIGHTPROBE_PRECISE float f = leaf.luminance * scale, tone = leaf.tone - mean_tone;\n"
+    "    LIGHTPROBE_PRECISE float x = leaf.direction[0] - mean[0];\n"
+    "    LIGHTPROBE_PRECISE float y = leaf.direction[1] - mean[1], z = leaf.direction[2] - mean[2];\n"
+    "    s.m[0] += f * x * x;\n"
+    "    s.m[1] += f * y * y;\n"
+    "    s.m[2] += f * z * z;\n"
+    "    s.m[3] += f * x * y;\n"
+    "    s.m[4] += f * y * z;\n"
+    "    s.m[5] += f * z * x;\n"
+    "    s.tone2 += f * tone * tone;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "// First eigenvector of a symmetric matrix (xx yy zz xy yz zx): three squarings leave little but it\n"
+    "// (ratio of eigenvalues to the 8th power), and the longest copy of it is a column.\n"
+    "LIGHTPROBE_SHARED void lightprobe_eigenvector(const float matrix[6],\n"
+    "                                              LIGHTPROBE_OUT lightprobe_vec3 v)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float m[6];\n"
+    "    for (int i = 0; i < 6; i++) m[i] = matrix[i];\n"
+    "    for (int round = 0; round < 3; round++) {\n"
+    "        LIGHTPROBE_PRECISE float trace = m[0] + m[1] + m[2];\n"
+    "        float s = trace > 1e-18f ? 1.0f / trace : 0.0f;\n"
+    "        LIGHTPROBE_PRECISE float a = m[0] * s, b = m[1] * s, d = m[2] * s;\n"
+    "        LIGHTPROBE_PRECISE float ab = m[3] * s, bd = m[4] * s, da = m[5] * s;\n"
+    "        m[0] = a * a + ab * ab + da * da;\n"
+    "        m[1] = ab * ab + b * b + bd * bd;\n"
+    "        m[2] = da * da + bd * bd + d * d;\n"
+    "        m[3] = a * ab + ab * b + da * bd;\n"
+    "        m[4] = ab * da + b * bd + bd * d;\n"
+    "        m[5] = da * a + bd * ab + d * da;\n"
     "    }\n"
+    "    int k = m[0] >= m[1] ? (m[0] >= m[2] ? 0 : 2) : (m[1] >= m[2] ? 1 : 2);\n"
+    "    v[0] = k == 0 ? m[0] : k == 1 ? m[3] : m[5];\n"
+    "    v[1] = k == 0 ? m[3] : k == 1 ? m[1] : m[4];\n"
+    "    v[2] = k == 0 ? m[5] : k == 1 ? m[4] : m[2];\n"
+    "    if (!(lightprobe_normalize(v) > 0.0f)) v[1] = 1.0f;\n"
+    "}\n"
+    "\n"
+    "// The direction of the largest variance, or tone where that varies more. scale is 0 where nothing\n"
+    "// does.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_of(lightprobe_spread spread,\n"
+    "                                                     const lightprobe_vec3 mean, float mean_tone)\n"
+    "{\n"
+    "    lightprobe_axis axis;\n"
+    "    lightprobe_eigenvector(spread.m, axis.direction);\n"
+    "    float x = axis.direction[0], y = axis.direction[1], z = axis.direction[2];\n"
+    "    LIGHTPROBE_PRECISE float squares =\n"
+    "        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];\n"
+    "    LIGHTPROBE_PRECISE float variance =\n"
+    "        fabsf(squares +\n"
+    "              2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));\n"
+    "    axis.by_tone = spread.tone2 > variance ? 1 : 0;\n"
+    "    float middle = axis.by_tone != 0 ? mean_tone : lightprobe_dot(mean, axis.direction);\n"
+    "    float deviation = sqrtf(axis.by_tone != 0 ? spread.tone2 : variance);\n"
+    "    LIGHTPROBE_PRECISE float width = LIGHTPROBE_REACH * deviation;\n"
+    "    LIGHTPROBE_PRECISE float low = middle - width;\n"
+    "    axis.low = low;\n"
+    "    axis.scale = deviation < 1e-7f ? 0.0f : LIGHTPROBE_FLOAT(LIGHTPROBE_BINS) / (2.0f * width);\n"
+    "    axis.threshold = 0.0f;\n"
+    "    return axis;\n"
+    "}\n"
+    "\n"
+    "// Where a leaf lies on an axis, and in which bin.\n"
+    "LIGHTPROBE_SHARED float lightprobe_along(lightprobe_axis axis, lightprobe_leaf leaf)\n"
+    "{\n"
+    "    return axis.by_tone != 0 ? leaf.tone : lightprobe_dot(leaf.direction, axis.direction);\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED int lightprobe_bin(lightprobe_axis axis, lightprobe_leaf leaf)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float p = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;\n"
+    "    float last = LIGHTPROBE_FLOAT(LIGHTPROBE_BINS - 1);\n"
+    "    return p > 0.0f ? (p < last ? LIGHTPROBE_INT(p) : LIGHTPROBE_BINS - 1) : 0;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_threshold(lightprobe_axis axis, int bin)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float at = axis.low + LIGHTPROBE_FLOAT(bin + 1) / axis.scale;\n"
+    "    return at;\n"
+    "}\n"
+    "\n"
+    "// What cutting off a part takes off half the variance of tone.\n"
+    "LIGHTPROBE_SHARED float lightprobe_tone_gain(lightprobe_sum whole, lightprobe_sum part)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float rest = whole.luminance - part.luminance;\n"
+    "    if (!(part.luminance > LIGHTPROBE_BLACK) || !(rest > LIGHTPROBE_BLACK)) return 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float apart =\n"
+    "        part.tones / part.luminance - (whole.tones - part.tones) / rest;\n"
+    "    LIGHTPROBE_PRECISE float gain =\n"
+    "        0.5f * apart * apart * part.luminance * (rest / whole.luminance);\n"
+    "    return gain;\n"
+    "}\n"
+    "\n"
+    "// What a cut takes off the error. size: length of the whole's vector.\n"
+    "LIGHTPROBE_SHARED float lightprobe_split_gain(lightprobe_sum whole, double size,\n"
+    "                                              lightprobe_sum part)\n"
+    "{\n"
+    "    lightprobe_vec3 rest;\n"
+    "    if (part.count == 0 || part.count == whole.count) return 0.0f;\n"
+    "    for (int i = 0; i < 3; i++) rest[i] = whole.vector[i] - part.vector[i];\n"
+    "    LIGHTPROBE_PRECISE double apart =\n"
+    "        lightprobe_length(part.vector) + lightprobe_length(rest) - size;\n"
+    "    LIGHTPROBE_PRECISE float gain = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(whole, part);\n"
+    "    return gain;\n"
+    "}\n"
+    "\n"
+    "// What giving one light to two clusters adds to the error.\n"
+    "LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_sum both = a;\n"
+    "    for (int i = 0; i < 3; i++) both.vector[i] += b.vector[i];\n"
+    "    both.luminance += b.luminance;\n"
+    "    both.tones += b.tones;\n"
+    "    LIGHTPROBE_PRECISE double apart =\n"
+    "        lightprobe_length(a.vector) + lightprobe_length(b.vector) - lightprobe_length(both.vector);\n"
+    "    LIGHTPROBE_PRECISE float cost = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(both, a);\n"
+    "    return cost;\n"
+    "}\n"
+    "\n"
+    "// For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:\n"
+    "// the pair does not need it any more, 1: it gains four times what it costs, 0: no, since a light\n"
+    "// that changes hands jumps. enough: the error that is tolerated.\n"
+    "LIGHTPROBE_SHARED int lightprobe_pays(float error, float enough, float gain, float cost,\n"
+    "                                      float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float more = error + cost, least = 1e-5f * total + 4.0f * cost;\n"
+    "    return more < 0.8f * enough ? 2 : gain < least ? 0 : 1;\n"
+    "}\n"
+    // [glsl text end]
+    "layout(local_size_x = GROUP) in;\n"
+    "shared lightprobe_sum bins[GROUP];\n"
+    "\n"
+    "// k: the cluster of these lanes, or -1: then they only keep step.\n"
+    "void plan_split(int k)\n"
+    "{\n"
+    "    int bin = lane % LIGHTPROBE_BINS;\n"
+    "    lightprobe_sum whole = lightprobe_nothing(), own = whole, left = whole;\n"
+    "    if (k >= 0) whole = clusters[k].sum;\n"
+    "    int first = k >= 0 ? clusters[k].first : 0, end = first + whole.count;\n"
+    "    float scale = whole.luminance > LIGHTPROBE_BLACK ? 1.0 / whole.luminance : 0.0;\n"
+    "    precise float mean_tone = whole.tones * scale;\n"
+    "    precise vec3 mean = whole.vector * scale;\n"
+    "    lightprobe_spread spread = lightprobe_no_spread();\n"
+    "    for (int at = first; at < end; at++)\n"
+    "        spread = lightprobe_add_spread(spread, leaves[order[at]], mean, mean_tone, scale);\n"
+    "    lightprobe_axis axis = lightprobe_axis_of(spread, mean, mean_tone);\n"
+    "    bool good = whole.count > 1 && axis.scale > 0.0;\n"
+    "    for (int at = first; good && at < end; at++) {\n"
+    "        lightprobe_leaf leaf = leaves[order[at]];\n"
+    "        if (lightprobe_bin(axis, leaf) == bin) own = lightprobe_add_leaf(own, leaf);\n"
+    "    }\n"
+    "    bins[lane] = own;\n"
+    "    sync();\n"
+    "    for (int i = lane - bin; i <= lane; i++) left = lightprobe_add_sum(left, bins[i]);\n"
+    "    values[lane] = good ? lightprobe_split_gain(whole, lightprobe_length(whole.vector), left) : 0.0;\n"
+    "    sync();\n"
+    "    float best = 0.0;\n"
+    "    for (int i = 0; bin == 0 && i < rolled(LIGHTPROBE_BINS - 1); i++) {\n"
+    "        if (values[lane + i] <= best) continue;\n"
+    "        best = values[lane + i];\n"
+    "        axis.threshold = lightprobe_threshold(axis, i);\n"
+    "    }\n"
+    "    if (bin == 0 && k >= 0) {\n"
+    "        clusters[k].axis = axis;\n"
+    "        gains[k] = good ? min(best, lightprobe_gain_bound(whole)) : 0.0;\n"
+    "    }\n"
+    "    sync();\n"
+    "}\n"
+    "int largest_gain(int count, out float top)\n"
+    "{\n"
+    "    int at = -1;\n"
+    "    for (int k = lane; k < count; k += GROUP)\n"
+    "        if (at < 0 || gains[k] > gains[at]) at = k;\n"
+    "    return largest(at < 0 ? 0.0 : gains[at], at, top);\n"
+    "}\n";
+
+static const char lightprobe__glsl_divide[] =
+    "void split_cluster(int k, int fresh)\n"
+    "{\n"
+    "    int i = clusters[k].first, end = i + clusters[k].sum.count;\n"
+    "    lightprobe_sum near_part = lightprobe_nothing(), far_part = near_part;\n"
+    "    lightprobe_axis axis = clusters[k].axis;\n"
+    "    while (i < end) {\n"
+    "        int index = order[i];\n"
+    "        lightprobe_leaf leaf = leaves[index];\n"
+    "        bool beyond = !(lightprobe_along(axis, leaf) < axis.threshold);\n"
+    "        lightprobe_sum sum = near_part;\n"
+    "        if (beyond) sum = far_part;\n"
+    "        sum = lightprobe_add_leaf(sum, leaf);\n"
+    "        if (!beyond) {\n"
+    "            near_part = sum;\n"
+    "            i++;\n"
+    "        } else {\n"
+    "            far_part = sum;\n"
+    "            leaves[index].cluster = fresh;\n"
+    "            order[i] = order[--end];\n"
+    "            order[end] = index;\n"
+    "        }\n"
+    "    }\n"
+    "    clusters[k].sum = near_part;\n"
+    "    clusters[fresh].sum = far_part;\n"
+    "    float a = lightprobe_sum_error(near_part), b = lightprobe_sum_error(far_part);\n"
+    "    precise float left = error_left - errors[k];\n"
+    "    error_left = left + (a + b);\n"
+    "    errors[k] = a;\n"
+    "    errors[fresh] = b;\n"
+    "    clusters[fresh].first = i;\n"
+    "}\n"
+    "// Plans all clusters, then the two parts of each split; where the CPU plans as late as it can, the\n"
+    "// same ones come first.\n"
+    "void main()\n"
+    "{\n"
+    "    if (is_black()) return;\n"
+    "    int count = cluster_count, most = 0, todo = stage == 0 ? count : 0;\n"
+    "    if (lane == 0 && stage == 0) {\n"
+    "        precise float all = 0.0;\n"
+    "        for (int k = 0; k < count; k++) all += errors[k];\n"
+    "        error_left = all;\n"
+    "    }\n"
+    "    sync();\n"
+    "    for (int splits = 0; count < LIGHTS && error_left > TOLERANCE * total; splits++) {\n"
+    "        float top;\n"
+    "        for (int first = 0; first < todo; first += GROUP / LIGHTPROBE_BINS) {\n"
+    "            int at = first + lane / LIGHTPROBE_BINS;\n"
+    "            plan_split(at >= todo ? -1 : splits == 0 ? at : at == 0 ? most : count - 1);\n"
+    "        }\n"
+    "        most = largest_gain(count, top);\n"
+    "        if (splits == SPLITS || top <= 1e-7 * total) break;\n"
+    "        if (lane == 0) split_cluster(most, count);\n"
+    "        sync();\n"
+    "        count++;\n"
+    "        todo = 2;\n"
+    "    }\n"
+    "    if (lane == 0) cluster_count = count;\n"
     "}\n";
 
 static const char lightprobe__glsl_respend[] =
-    "layout(location = 16) uniform float tolerance;\n"
-    "shared ivec2 cheapest;\n"
-    "// Of the clusters of this lane; at: the first of the two, or -1.\n"
-    "float cheapest_merge(int not_this, out ivec2 pair, out int at)\n"
+    "shared ivec2 pairs[GROUP];\n"
+    "\n"
+    "// Of the clusters of this lane; returns the first of the two, or -1.\n"
+    "int cheapest_merge(int not_this, out float least)\n"
     "{\n"
-    "    const float most = 3.402823466e38;\n"
-    "    float least = most;\n"
-    "    at = -1;\n"
+    "    int at = -1;\n"
+    "    least = FLT_MAX;\n"
     "    for (int a = lane; a < cluster_count; a += GROUP) {\n"
     "        if (clusters[a].changed != 0 || a == not_this) continue;\n"
+    "        lightprobe_sum sum = clusters[a].sum;\n"
     "        for (int n = 0; n < clusters[a].near_count; n++) {\n"
-    "            int b = clusters[a].near[n];\n"
+    "            int b = clusters[a].nearby[n];\n"
     "            if (clusters[b].changed != 0 || b == not_this) continue;\n"
-    "            precise vec3 vector = clusters[a].vector + clusters[b].vector;\n"
-    "            precise float luminance = clusters[a].luminance + clusters[b].luminance;\n"
-    "            precise float tones = clusters[a].tones + clusters[b].tones;\n"
-    "            precise double apart = length_of(clusters[a].vector) +\n"
-    "                    length_of(clusters[b].vector);\n"
-    "            precise double gone = apart - length_of(vector);\n"
-    "            precise float cost = float(gone) + tone_gain(luminance, tones,\n"
-    "                    clusters[a].luminance,\n"
-    "                                                         clusters[a].tones);\n"
+    "            lightprobe_sum other = clusters[b].sum;\n"
+    "            float cost = lightprobe_merge_cost(sum, other);\n"
     "            if (cost >= least) continue;\n"
     "            least = cost;\n"
     "            at = a;\n"
-    "            pair = clusters[a].luminance >= clusters[b].luminance ? ivec2(a, b) : ivec2(b,\n"
-    "                    a);\n"
+    "            pairs[lane] = sum.luminance >= other.luminance ? ivec2(a, b) : ivec2(b, a);\n"
     "        }\n"
     "    }\n"
-    "    return least;\n"
+    "    return at;\n"
     "}\n"
     "void swap_clusters(ivec2 pair, int from)\n"
     "{\n"
-    "    int first = clusters[pair.y].first, end = first + clusters[pair.y].count;\n"
+    "    int first = clusters[pair.y].first, end = first + clusters[pair.y].sum.count;\n"
     "    for (int at = first; at < end; at++) leaves[order[at]].cluster = pair.x;\n"
     "    first = clusters[from].first;\n"
-    "    end = first + clusters[from].count;\n"
+    "    end = first + clusters[from].sum.count;\n"
+    "    lightprobe_axis axis = clusters[from].axis;\n"
     "    for (int at = first; at < end; at++)\n"
-    "        if (along(from, order[at]) >= clusters[from].threshold)\n"
+    "        if (lightprobe_along(axis, leaves[order[at]]) >= axis.threshold)\n"
     "            leaves[order[at]].cluster = pair.y;\n"
     "    clusters[pair.x].changed = clusters[pair.y].changed = clusters[from].changed = 1;\n"
-    "    clusters[pair.x].gain = clusters[pair.y].gain = clusters[from].gain = 0.0;\n"
+    "    gains[pair.x] = gains[pair.y] = gains[from] = 0.0;\n"
     "    clusters[pair.y].id = -1;\n"
     "}\n"
     "void main()\n"
     "{\n"
-    "    if (is_black() || !goes_on()) return;\n"
-    "    sort_leaves();\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
-    "        clusters[k].changed = 0;\n"
-    "        plan_split(k);\n"
+    "    if (is_black() || going_on == 0) return;\n"
+    "    precise float error = 0.0;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) clusters[k].changed = 0;\n"
+    "    for (int first = 0; first < cluster_count; first += GROUP / LIGHTPROBE_BINS) {\n"
+    "        int at = first + lane / LIGHTPROBE_BINS;\n"
+    "        plan_split(at < cluster_count ? at : -1);\n"
     "    }\n"
-    "    sync();\n"
-    "    precise float all = 0.0;\n"
-    "    for (int k = 0; k < cluster_count; k++) all = all + cluster_error(k);\n"
+    "    for (int k = 0; k < cluster_count; k++) error += errors[k];\n"
     "    for (int swaps = cluster_count / 4; swaps >= 0; swaps--) {\n"
-    "        float gain, top;\n"
-    "        int most = largest_gain(cluster_count, gain), at;\n"
-    "        ivec2 pair = ivec2(0);\n"
-    "        float least = cheapest_merge(most, pair, at);\n"
-    "        int first = largest(-least, at, top);\n"
-    "        if (first < 0) break;\n"
-    "        if (at == first) cheapest = pair;\n"
+    "        float gain, top, least;\n"
+    "        int most = largest_gain(cluster_count, gain);\n"
+    "        int at = cheapest_merge(most, least);\n"
     "        sync();\n"
-    "        precise float cost = -top, more = all + cost;\n"
-    "        precise float limit = 1e-5 * total + 4.0 * cost, enough = 0.8 * tolerance * total;\n"
-    "        bool spare = more < enough;\n"
-    "        if (!spare && gain < limit) break;\n"
+    "        int first = largest(-least, at, top);\n"
+    "        int pays = lightprobe_pays(error, TOLERANCE * total, gain, -top, total);\n"
+    "        if (first < 0 || pays == 0) break;\n"
+    "        error -= top;\n"
     "        if (lane == 0) {\n"
-    "            if (spare) clusters[most].count = 0;\n"
-    "            swap_clusters(cheapest, most);\n"
+    "            if (pays == 2) clusters[most].sum.count = 0;\n"
+    "            swap_clusters(pairs[first % GROUP], most);\n"
     "        }\n"
-    "        all = more;\n"
     "        sync();\n"
     "    }\n"
     "}\n";
 
 static const char lightprobe__glsl_write[] =
-    "layout(location = 16) uniform float min_share;\n"
-    "layout(std430, binding = LIGHTPROBE_BINDING + 4) coherent buffer result {\n"
+    // [glsl text begin lights] made by "make glsl", do not edit
+    "// What a light is made from.\n"
+    "struct lightprobe_region {\n"
+    "    lightprobe_dvec3 flux, vector;\n"
+    "    double luminance, solid_angle;\n"
+    "    double second[6]; // luminance times d d^T: xx yy zz xy yz zx\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)\n"
+    "{\n"
+    "    lightprobe_region r;\n"
+    "    for (int i = 0; i < 3; i++) r.flux[i] = r.vector[i] = r.second[i] = r.second[3 + i] = 0.0;\n"
+    "    r.luminance = r.solid_angle = 0.0;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// Adds a leaf whose light is spread evenly around its mean direction: the spread is known from the\n"
+    "// length of the vector irradiance, only its shape is not.\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region region,\n"
+    "                                                          lightprobe_leaf leaf)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_region r = region;\n"
+    "    LIGHTPROBE_PRECISE double f = leaf.luminance, mean = f > 0.0 ? leaf.strength / f : 0.0;\n"
+    "    LIGHTPROBE_PRECISE double spread = 0.5 * f * (1.0 - mean * mean);\n"
+    "    LIGHTPROBE_PRECISE double along = f * mean * mean - spread;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        double d = leaf.direction[i], e = leaf.direction[(i + 1) % 3];\n"
+    "        r.flux[i] += leaf.flux[i];\n"
+    "        r.vector[i] += f * mean * d;\n"
+    "        r.second[i] += along * d * d + spread;\n"
+    "        r.second[3 + i] += along * d * e;\n"
+    "    }\n"
+    "    r.luminance += f;\n"
+    "    r.solid_angle += leaf.solid_angle;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// a^T M b\n"
+    "LIGHTPROBE_SHARED double lightprobe_form(const double m[6], const lightprobe_dvec3 a,\n"
+    "                                         const lightprobe_dvec3 b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE double x = a[0] * (m[0] * b[0] + m[3] * b[1] + m[5] * b[2]);\n"
+    "    LIGHTPROBE_PRECISE double y = a[1] * (m[3] * b[0] + m[1] * b[1] + m[4] * b[2]);\n"
+    "    LIGHTPROBE_PRECISE double z = a[2] * (m[5] * b[0] + m[4] * b[1] + m[2] * b[2]);\n"
+    "    return x + y + z;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_clamp(double x)\n"
+    "{\n"
+    "    return x > FLT_MAX ? FLT_MAX : x < -FLT_MAX ? -FLT_MAX : LIGHTPROBE_FLOAT(x);\n"
+    "}\n"
+    "\n"
+    "// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /\n"
+    "// 3). The variance is that of the sine of the angle.\n"
+    "LIGHTPROBE_SHARED float lightprobe_half_size(double variance)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE double sine2 = 3.0 * variance, rest = 1.0 - sine2;\n"
+    "    if (17.0 * sine2 >= 16.0) return 4.0f;\n"
+    "    return LIGHTPROBE_FLOAT(sqrt(sine2 > 0.0 ? sine2 / rest : 0.0));\n"
+    "}\n"
+    "\n"
+    "// Two unit vectors that make a right-handed frame (e, f, d).\n"
+    "LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_dvec3 d, LIGHTPROBE_OUT lightprobe_dvec3 e,\n"
+    "                                        LIGHTPROBE_OUT lightprobe_dvec3 f)\n"
+    "{\n"
+    "    double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);\n"
+    "    int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);\n"
+    "    LIGHTPROBE_PRECISE double dk = d[k], scale = 1.0 / sqrt(1.0 - dk * dk);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE double across = (i == k ? 1.0 : 0.0) - dk * d[i];\n"
+    "        e[i] = across * scale;\n"
+    "    }\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3, l = (i + 2) % 3;\n"
+    "        LIGHTPROBE_PRECISE double cross = d[j] * e[l] - d[l] * e[j];\n"
+    "        f[i] = cross;\n"
+    "    }\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE double square =\n"
+    "        r.vector[0] * r.vector[0] + r.vector[1] * r.vector[1] + r.vector[2] * r.vector[2];\n"
+    "    double size = sqrt(square);\n"
+    "    LIGHTPROBE_PRECISE lightprobe_dvec3 d, e, f;\n"
+    "    for (int i = 0; i < 3; i++) { // light from all around has no direction: any will do\n"
+    "        d[i] = i == 1 ? 1.0 : 0.0;\n"
+    "        if (1e9 * size > r.luminance) d[i] = r.vector[i] / size;\n"
+    "    }\n"
+    "    lightprobe_frame(d, e, f);\n"
+    "    // Principal axes of the second moments in the plane across d.\n"
+    "    double a = lightprobe_form(r.second, e, e), b = lightprobe_form(r.second, e, f);\n"
+    "    double c = lightprobe_form(r.second, f, f);\n"
+    "    LIGHTPROBE_PRECISE double middle = 0.5 * (a + c), half_apart = 0.5 * (a - c);\n"
+    "    LIGHTPROBE_PRECISE double wide = sqrt(0.25 * (a - c) * (a - c) + b * b);\n"
+    "    double cos2 = wide > 0.0 ? half_apart / wide : 1.0; // of twice the angle from e to u\n"
+    "    LIGHTPROBE_PRECISE double cosine = sqrt(0.5 * (1.0 + cos2));\n"
+    "    LIGHTPROBE_PRECISE double sine = (b < 0.0 ? -1.0 : 1.0) * sqrt(0.5 * (1.0 - cos2));\n"
+    "    // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.\n"
+    "    LIGHTPROBE_PRECISE double cos_alpha = 2.0 * size / r.luminance - 1.0;\n"
+    "    lightprobe_light light;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE double u = cosine * e[i] + sine * f[i], v = cosine * f[i] - sine * e[i];\n"
+    "        light.direction[i] = LIGHTPROBE_FLOAT(d[i]);\n"
+    "        light.axis_u[i] = LIGHTPROBE_FLOAT(u);\n"
+    "        light.axis_v[i] = LIGHTPROBE_FLOAT(v);\n"
+    "        light.irradiance[i] = lightprobe_clamp(r.flux[i] / LIGHTPROBE_SCALE);\n"
+    "    }\n"
+    "    light.tan_half_u = lightprobe_half_size((middle + wide) / r.luminance);\n"
+    "    light.tan_half_v = lightprobe_half_size((middle - wide) / r.luminance);\n"
+    "    light.solid_angle = LIGHTPROBE_FLOAT(r.solid_angle / LIGHTPROBE_SCALE);\n"
+    "    light.cos_alpha = cos_alpha < 1.0 ? LIGHTPROBE_FLOAT(cos_alpha) : 1.0f;\n"
+    "    light.id = -1;\n"
+    "    return light;\n"
+    "}\n"
+    // [glsl text end]
+    "layout(local_size_x = GROUP) in;\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING + 5) coherent buffer result {\n"
     "    int count, repaired_texels;\n"
     "    float error;\n"
     "    vec4 total, residual;\n"
     "    lightprobe_light lights[];\n"
     "} made;\n"
-    "struct region {\n"
-    "    dvec3 flux, vector, squares, products;\n"
-    "    double luminance, solid_angle;\n"
-    "};\n"
-    "void add_to_region(int i, inout region r)\n"
-    "{\n"
-    "    precise double f = double(leaves[i].luminance), m =\n"
-    "            f > 0.0lf ? double(leaves[i].strength) / f : 0.0lf;\n"
-    "    precise double spread = 0.5lf * f * (1.0lf - m * m), by = f * m * m - spread, fm =\n"
-    "            f * m;\n"
-    "    precise dvec3 d = dvec3(leaves[i].direction), bd = by * d;\n"
-    "    precise dvec3 flux = r.flux + dvec3(leaves[i].flux), vector = r.vector + fm * d;\n"
-    "    precise dvec3 squares = r.squares + (bd * d + spread), products = r.products +\n"
-    "            bd * d.yzx;\n"
-    "    precise double luminance = r.luminance + f;\n"
-    "    precise double solid_angle = r.solid_angle + double(leaves[i].solid_angle);\n"
-    "    r = region(flux, vector, squares, products, luminance, solid_angle);\n"
-    "}\n"
-    "double form(region r, dvec3 a, dvec3 b)\n"
-    "{\n"
-    "    dvec3 s = r.squares, p = r.products; // xx yy zz, xy yz zx\n"
-    "    precise double f = a.x * (s.x * b.x + p.x * b.y + p.z * b.z) +\n"
-    "                       a.y * (p.x * b.x + s.y * b.y + p.y * b.z) +\n"
-    "                       a.z * (p.z * b.x + p.y * b.y + s.z * b.z);\n"
-    "    return f;\n"
-    "}\n"
+    "\n"
     "vec4 rgb_of(dvec3 sum)\n"
     "{\n"
-    "    const double most = 3.4028234663852885981e38lf;\n"
-    "    precise dvec3 rgb = sum / double(SCALE);\n"
-    "    return vec4(vec3(clamp(rgb, -most, most)), 0.0);\n"
+    "    dvec3 rgb = sum / LIGHTPROBE_SCALE;\n"
+    "    return vec4(lightprobe_clamp(rgb.x), lightprobe_clamp(rgb.y), lightprobe_clamp(rgb.z), 0.0);\n"
     "}\n"
-    "float half_size(double variance)\n"
+    "void write_light(int i, int k, int id)\n"
     "{\n"
-    "    precise double sine2 = 3.0lf * variance;\n"
-    "    precise double tan2 = sine2 > 0.0lf ? sine2 / (1.0lf - sine2) : 0.0lf;\n"
-    "    return sine2 < 16.0lf / 17.0lf ? float(sqrt(tan2)) : 4.0;\n"
+    "    lightprobe_region region = lightprobe_no_region();\n"
+    "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
+    "    for (int at = first; at < end; at++)\n"
+    "        region = lightprobe_add_region(region, leaves[order[at]]);\n"
+    "    lightprobe_light light = lightprobe_light_of(region);\n"
+    "    light.id = id;\n"
+    "    made.lights[i] = light;\n"
     "}\n"
-    "void frame_of(dvec3 d, out dvec3 e, out dvec3 f)\n"
+    "// Luminance of those that are bright enough, else 0.\n"
+    "void find_bright(int k)\n"
     "{\n"
-    "    double x = abs(d.x), y = abs(d.y), z = abs(d.z);\n"
-    "    int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);\n"
-    "    double dk = k == 0 ? d.x : k == 1 ? d.y : d.z;\n"
-    "    precise double scale = 1.0lf / sqrt(1.0lf - dk * dk);\n"
-    "    dvec3 unit = dvec3(k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0);\n"
-    "    precise dvec3 a = (unit - dk * d) * scale;\n"
-    "    precise dvec3 b = dvec3(d.y * a.z - d.z * a.y, d.z * a.x - d.x * a.z,\n"
-    "            d.x * a.y - d.y * a.x);\n"
-    "    e = a;\n"
-    "    f = b;\n"
+    "    double luminance = 0.0;\n"
+    "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
+    "    for (int at = first; at < end; at++) luminance += leaves[order[at]].luminance;\n"
+    "    bright[k] = luminance >= double(MIN_SHARE * total) ? luminance : 0.0;\n"
     "}\n"
-    "void write_light(int i, region r)\n"
+    "// Brightest first unless they go on from previous ones.\n"
+    "void find_rank(int k)\n"
     "{\n"
-    "    precise double l = sqrt(r.vector.x * r.vector.x + r.vector.y * r.vector.y +\n"
-    "                            r.vector.z * r.vector.z);\n"
-    "    precise dvec3 d = dvec3(0.0lf, 1.0lf, 0.0lf), e, f;\n"
-    "    if (l > 1e-9lf * r.luminance) d = r.vector / l;\n"
-    "    frame_of(d, e, f);\n"
-    "    precise double a = form(r, e, e), b = form(r, e, f), c = form(r, f, f), middle =\n"
-    "            0.5lf * (a + c);\n"
-    "    precise double wide = sqrt(0.25lf * (a - c) * (a - c) + b * b);\n"
-    "    precise double cos2 = wide > 0.0lf ? 0.5lf * (a - c) / wide : 1.0lf;\n"
-    "    precise double cosine = sqrt(0.5lf * (1.0lf + cos2));\n"
-    "    precise double sine = (b < 0.0lf ? -1.0lf : 1.0lf) * sqrt(0.5lf * (1.0lf - cos2));\n"
-    "    precise dvec3 u = cosine * e + sine * f, v = cosine * f - sine * e;\n"
-    "    precise double cos_alpha = 2.0lf * l / r.luminance - 1.0lf;\n"
-    "    made.lights[i].direction = vec3(d);\n"
-    "    made.lights[i].axis_u = vec3(u);\n"
-    "    made.lights[i].axis_v = vec3(v);\n"
-    "    made.lights[i].irradiance = rgb_of(r.flux).rgb;\n"
-    "    made.lights[i].tan_half_u = half_size((middle + wide) / r.luminance);\n"
-    "    made.lights[i].tan_half_v = half_size((middle - wide) / r.luminance);\n"
-    "    made.lights[i].solid_angle = float(r.solid_angle / double(SCALE));\n"
-    "    made.lights[i].cos_alpha = cos_alpha < 1.0lf ? float(cos_alpha) : 1.0;\n"
+    "    int at = 0;\n"
+    "    for (int j = 0; j < cluster_count; j++) {\n"
+    "        bool before = going_on > 0 || bright[j] == bright[k] ? j < k : bright[j] > bright[k];\n"
+    "        at += bright[j] > 0.0 && before ? 1 : 0;\n"
+    "    }\n"
+    "    if (bright[k] > 0.0) rank[at] = k;\n"
+    "}\n"
+    "void write_lights()\n"
+    "{\n"
+    "    int count = 0, next_id = 0;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) find_bright(k);\n"
+    "    sync();\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) find_rank(k);\n"
+    "    for (int k = 0; k < cluster_count; k++) {\n"
+    "        count += bright[k] > 0.0 ? 1 : 0;\n"
+    "        if (clusters[k].id < 0x7fffffff - LIGHTPROBE_MAX_LIGHTS) next_id = max(next_id, clusters[k].id + 1);\n"
+    "    }\n"
+    "    sync();\n"
+    "    for (int i = lane; i < count; i += GROUP) {\n"
+    "        int k = rank[i], fresh = 0;\n"
+    "        for (int j = 0; j < i; j++) fresh += clusters[rank[j]].id < 0 ? 1 : 0;\n"
+    "        write_light(i, k, clusters[k].id < 0 ? next_id + fresh : clusters[k].id);\n"
+    "    }\n"
+    "    if (lane == 0) made.count = count;\n"
+    "    sync();\n"
     "}\n"
     "void main()\n"
     "{\n"
     "    if (lane == 0) {\n"
     "        made.count = 0;\n"
     "        made.repaired_texels = repaired;\n"
-    "        made.error = 0.0;\n"
-    "        made.total = made.residual = rgb_of(sum_of_all);\n"
+    "        made.total = rgb_of(sum_of_all);\n"
     "        repaired = 0;\n"
     "    }\n"
-    "    if (is_black()) return;\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
-    "        precise double luminance = 0.0lf;\n"
-    "        for (int i = 0; i < leaf_count; i++)\n"
-    "            if (leaves[i].cluster == k) luminance = luminance +\n"
-    "                    double(leaves[i].luminance);\n"
-    "        bright[k] = luminance >= double(min_share * total) ? luminance : 0.0lf;\n"
-    "    }\n"
     "    sync();\n"
-    "    // Brightest first unless they go on from previous ones.\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
-    "        int at = 0;\n"
-    "        for (int j = 0; j < cluster_count; j++) {\n"
-    "            bool before =\n"
-    "                    goes_on() || bright[j] == bright[k] ? j < k : bright[j] > bright[k];\n"
-    "            at += bright[j] > 0.0lf && before ? 1 : 0;\n"
-    "        }\n"
-    "        if (bright[k] > 0.0lf) rank[at] = k;\n"
-    "    }\n"
-    "    int count = 0, next_id = 0;\n"
-    "    for (int k = 0; k < cluster_count; k++) {\n"
-    "        count += bright[k] > 0.0lf ? 1 : 0;\n"
-    "        if (clusters[k].id < 2147479551) next_id = max(next_id, clusters[k].id + 1);\n"
-    "    }\n"
-    "    sync();\n"
-    "    for (int i = lane; i < count; i += GROUP) {\n"
-    "        int k = rank[i], fresh = 0;\n"
-    "        for (int j = 0; j < i; j++) fresh += clusters[rank[j]].id < 0 ? 1 : 0;\n"
-    "        region r = region(dvec3(0.0lf), dvec3(0.0lf), dvec3(0.0lf), dvec3(0.0lf), 0.0lf,\n"
-    "                0.0lf);\n"
-    "        for (int j = 0; j < leaf_count; j++) if (leaves[j].cluster == k) add_to_region(j,\n"
-    "                r);\n"
-    "        write_light(i, r);\n"
-    "        made.lights[i].id = clusters[k].id < 0 ? next_id + fresh : clusters[k].id;\n"
-    "    }\n"
-    "    sync();\n"
+    "    if (!is_black()) write_lights();\n"
     "    if (lane != 0) return;\n"
     "    precise float left = 0.0;\n"
-    "    precise dvec3 rest = sum_of_all;\n"
-    "    for (int k = 0; k < cluster_count; k++) left = left + cluster_error(k);\n"
-    "    left = left / total;\n"
-    "    precise dvec3 carried = dvec3(0.0lf);\n"
-    "    for (int i = 0; i < count; i++) carried = carried + dvec3(made.lights[i].irradiance);\n"
-    "    rest = sum_of_all - carried * double(SCALE);\n"
-    "    made.count = count;\n"
-    "    made.error = max(left, 0.0);\n"
-    "    made.residual = rgb_of(rest);\n"
+    "    precise dvec3 carried = dvec3(0.0);\n"
+    "    int clusters_lit = is_black() ? 0 : cluster_count;\n"
+    "    for (int k = 0; k < clusters_lit; k++) left += errors[k];\n"
+    "    for (int i = 0; i < made.count; i++) carried += made.lights[i].irradiance;\n"
+    "    made.error = left > 0.0 ? left / total : 0.0;\n"
+    "    made.residual = rgb_of(sum_of_all - carried * LIGHTPROBE_SCALE);\n"
     "}\n";
+// clang-format on
 #if defined __GNUC__
 #pragma GCC diagnostic pop
 #endif
@@ -3115,22 +3544,21 @@ static void lightprobe__log_all(const lightprobe_gl *gl, unsigned name, int prog
 static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
                                                    const char *defines)
 {
-    static const char *const names[] = {
-        "lightprobe tiles",  "lightprobe halve",  "lightprobe leaves",  "lightprobe start",
-        "lightprobe divide", "lightprobe gather", "lightprobe respend", "lightprobe write"};
-    static const char *const bodies[] = {lightprobe__glsl_tiles,   lightprobe__glsl_halve,
-                                         lightprobe__glsl_leaves,  lightprobe__glsl_start,
-                                         lightprobe__glsl_divide,  lightprobe__glsl_gather,
+    static const char *const names[] = {"lightprobe tiles",  "lightprobe leaves",
+                                        "lightprobe gather", "lightprobe divide",
+                                        "lightprobe respend", "lightprobe write"};
+    static const char *const bodies[] = {lightprobe__glsl_tiles,   lightprobe__glsl_leaves,
+                                         lightprobe__glsl_gather,  lightprobe__glsl_divide,
                                          lightprobe__glsl_respend, lightprobe__glsl_write};
     const int plans = which == LIGHTPROBE__DIVIDE || which == LIGHTPROBE__RESPEND;
     const char *const text[] = {"#version 450 core\n",
                                 defines,
-                                lightprobe__glsl_text,
                                 lightprobe__glsl_lights,
-                                lightprobe__glsl_numbers,
-                                lightprobe__glsl_cells,
-                                which < LIGHTPROBE__LEAF ? "" : lightprobe__glsl_work,
-                                plans ? lightprobe__glsl_plan : "",
+                                lightprobe__glsl_shared,
+                                lightprobe__glsl_work,
+                                which <= LIGHTPROBE__DIVIDE_FACES ? lightprobe__glsl_cells
+                                : plans                        ? lightprobe__glsl_plan
+                                                               : "",
                                 bodies[which]};
     const lightprobe__gl_functions *f = &gl->f;
     int good = 0;
@@ -3141,7 +3569,7 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
         lightprobe__log(gl, "no shader or program object for ", names[which]);
         return LIGHTPROBE_ERROR_GL;
     }
-    f->ShaderSource(shader, 9, text, NULL);
+    f->ShaderSource(shader, 7, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
     if (good) {
@@ -3157,45 +3585,55 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
     return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
 }
 
+static unsigned lightprobe__bits_of(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
 static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
 {
-    char defines[512];
-    int at = snprintf(defines, sizeof defines, "const int first_cell[] = int[](");
+    const lightprobe_gl_desc *d = &gl->desc;
+    const int leaves = LIGHTPROBE__LEAVES(d->max_lights) + LIGHTPROBE_MORE_LEAVES;
+    char defines[700];
+    int at = snprintf(defines, sizeof defines,
+                      "#define LIGHTPROBE_LIGHTS_ONLY\nconst int first_cell[] = int[](");
     for (int level = 0; level <= gl->top; level++)
         at += snprintf(defines + at, sizeof defines - (size_t)at, "%d%s", gl->first_cell[level],
                        level < gl->top ? ", " : ");\n");
+    // Floats by their bits: there are countries where printf has no point.
     snprintf(defines + at, sizeof defines - (size_t)at,
-             "#define SIDE %d\n#define TILES %d\n#define TOP %d\n#define LIGHTS %d\n"
-             "#define LEAVES %d\n#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
-             gl->desc.side, lightprobe__level_side(gl->desc.side, LIGHTPROBE__TILE_LEVEL), gl->top,
-             gl->desc.max_lights, LIGHTPROBE__LEAVES(gl->desc.max_lights) + LIGHTPROBE__MORE_LEAVES,
-             gl->desc.first_buffer_binding, gl->desc.first_texture_unit);
+             "#define SIDE %d\n#define HALF %d\n#define TILES %d\n#define TOP %d\n"
+             "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
+             "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
+             "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
+             d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
+             gl->top, d->max_lights, leaves, gl->splits,
+             lightprobe__bits_of(d->tolerance), lightprobe__bits_of(d->min_share),
+             d->first_buffer_binding, d->first_texture_unit);
     for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++) {
         const lightprobe_result r = lightprobe__build_program(gl, i, defines);
         if (r) return r;
     }
-    gl->f.ProgramUniform1f(gl->program[LIGHTPROBE__DIVIDE], 16, gl->desc.tolerance);
-    gl->f.ProgramUniform1f(gl->program[LIGHTPROBE__RESPEND], 16, gl->desc.tolerance);
-    gl->f.ProgramUniform1f(gl->program[LIGHTPROBE__WRITE], 16, gl->desc.min_share);
     return LIGHTPROBE_OK;
 }
 
-static int lightprobe__create_buffer(lightprobe_gl *gl, int which, size_t bytes, const void *data,
-                                     unsigned flags)
+static int lightprobe__create_buffer(lightprobe_gl *gl, int which, size_t bytes, unsigned flags)
 {
-    static const char *const names[] = {"lightprobe lights", "lightprobe tables",
-                                        "lightprobe cells", "lightprobe work",
+    static const char *const names[] = {"lightprobe lights", "lightprobe work",
                                         "lightprobe lights for the CPU"};
     if (bytes > (size_t)lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE)) return 0;
     gl->f.CreateBuffers(1, &gl->buffer[which]);
     if (!gl->buffer[which]) return 0;
-    gl->f.NamedBufferStorage(gl->buffer[which], (ptrdiff_t)bytes, data, flags);
+    gl->f.NamedBufferStorage(gl->buffer[which], (ptrdiff_t)bytes, NULL, flags);
     gl->f.ObjectLabel(LIGHTPROBE__GL_BUFFER, gl->buffer[which], -1, names[which]);
     return 1;
 }
 
-// A counter of repaired texels, and the weights of a quarter face's texels as the CPU has them.
-static lightprobe_result lightprobe__create_tables(lightprobe_gl *gl)
+// Of the work buffer: no repaired texels yet, and the weights of a quarter face's texels as the CPU
+// has them.
+static lightprobe_result lightprobe__upload_weights(lightprobe_gl *gl)
 {
     lightprobe__work w;
     memset(&w, 0, sizeof w);
@@ -3212,34 +3650,44 @@ static lightprobe_result lightprobe__create_tables(lightprobe_gl *gl)
     w.omega = memory + 1;
     w.weight = w.omega + quarter;
     lightprobe__make_tables(&w);
-    const int good = lightprobe__create_buffer(gl, LIGHTPROBE__TABLES, bytes, memory, 0);
+    gl->f.NamedBufferSubData(gl->buffer[LIGHTPROBE__WORK], 0, (ptrdiff_t)bytes, memory);
     LIGHTPROBE_FREE(memory);
-    return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
+    return LIGHTPROBE_OK;
 }
 
-static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl, size_t cells)
+static size_t lightprobe__aligned(size_t bytes)
+{
+    return (bytes + 255) & ~(size_t)255; // the coarsest alignment of bindings that GL allows
+}
+
+// Returns the sum.
+static size_t lightprobe__size_parts(lightprobe_gl *gl)
+{
+    const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
+    const size_t leaves = LIGHTPROBE__LEAVES(lights) + LIGHTPROBE_MORE_LEAVES;
+    const size_t bytes[] = {128 + 8 * half * half + (8 + 3 * 4) * lights + 4 * leaves, 64 * leaves,
+                            128 * lights, 32 * (size_t)gl->cells};
+    size_t sum = 0;
+    for (int i = 0; i < LIGHTPROBE__PARTS; i++)
+        sum += gl->part_bytes[i] = lightprobe__aligned(bytes[i]);
+    return sum;
+}
+
+static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl)
 {
     const lightprobe__gl_functions *f = &gl->f;
-    const size_t lights = (size_t)gl->desc.max_lights;
-    const size_t leaves = LIGHTPROBE__LEAVES(lights) + LIGHTPROBE__MORE_LEAVES;
-    gl->slot_bytes = sizeof(lightprobe__gl_header) + lights * sizeof(lightprobe__gl_light);
-    gl->slot_bytes = (gl->slot_bytes + 255) & ~(size_t)255; // the coarsest alignment GL allows
+    gl->slot_bytes =
+        lightprobe__aligned(sizeof(lightprobe__gl_header) +
+                            (size_t)gl->desc.max_lights * sizeof(lightprobe__gl_light));
     const size_t ring = LIGHTPROBE__SLOTS * gl->slot_bytes;
-    lightprobe_result r = lightprobe__create_tables(gl);
-    if (r == LIGHTPROBE_ERROR_MEMORY) return r;
-    if (!r &&
-        (!lightprobe__create_buffer(gl, LIGHTPROBE__LIGHTS, ring, NULL, 0) ||
-         !lightprobe__create_buffer(gl, LIGHTPROBE__PYRAMID, cells * 32, NULL, 0) ||
-         !lightprobe__create_buffer(gl, LIGHTPROBE__WORK,
-                                    leaves * (64 + 4) + lights * (112 + 8 + 4) + 64, NULL, 0) ||
-         !lightprobe__create_buffer(gl, LIGHTPROBE__MAPPED, ring, NULL, LIGHTPROBE__GL_MAP_READ)))
-        r = LIGHTPROBE_ERROR_GL;
-    if (!r) {
-        f->CreateSamplers(1, &gl->sampler);
-        if (!gl->sampler) r = LIGHTPROBE_ERROR_GL;
-    }
+    int good = lightprobe__create_buffer(gl, LIGHTPROBE__LIGHTS, ring, 0) &&
+               lightprobe__create_buffer(gl, LIGHTPROBE__WORK, lightprobe__size_parts(gl),
+                                         LIGHTPROBE__GL_DYNAMIC_STORAGE) &&
+               lightprobe__create_buffer(gl, LIGHTPROBE__MAPPED, ring, LIGHTPROBE__GL_MAP_READ);
+    if (good) f->CreateSamplers(1, &gl->sampler);
     lightprobe__glenum error = lightprobe__take_error(gl);
-    if (!r && !error) {
+    good = good && gl->sampler && !error;
+    if (good) {
         f->SamplerParameteri(gl->sampler, LIGHTPROBE__GL_TEXTURE_MAG_FILTER,
                              LIGHTPROBE__GL_NEAREST);
         f->ObjectLabel(LIGHTPROBE__GL_SAMPLER, gl->sampler, -1, "lightprobe texels");
@@ -3247,13 +3695,11 @@ static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl, size_t ce
                                                           (ptrdiff_t)ring, LIGHTPROBE__GL_MAP_READ);
         error = lightprobe__take_error(gl);
     }
-    if (r || error || !gl->mapped) {
-        lightprobe__log(gl, "no storage for this side and so many lights: ",
-                        error == LIGHTPROBE__GL_OUT_OF_MEMORY ? "out of memory"
-                                                              : "the driver refuses it");
-        return LIGHTPROBE_ERROR_GL;
-    }
-    return LIGHTPROBE_OK;
+    if (good && gl->mapped && !error) return lightprobe__upload_weights(gl);
+    lightprobe__log(gl, "no storage for this side and so many lights: ",
+                    error == LIGHTPROBE__GL_OUT_OF_MEMORY ? "out of memory"
+                                                          : "the driver refuses it");
+    return LIGHTPROBE_ERROR_GL;
 }
 
 // Defaults filled in.
@@ -3273,6 +3719,7 @@ static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
     s.max_lights = d->max_lights;
     s.min_share = d->min_share;
     lightprobe_result r = lightprobe__check(&cube, &s);
+    if (!r && d->max_lights > LIGHTPROBE_GL_MAX_LIGHTS) r = LIGHTPROBE_ERROR_LIGHTS;
     if (!r && (d->first_texture_unit < 0 || d->first_buffer_binding < 0))
         r = LIGHTPROBE_ERROR_SETTINGS;
     if (r) {
@@ -3314,16 +3761,18 @@ lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_d
     }
     if (lightprobe__take_error(g))
         lightprobe__log(g, "a GL error was pending before lightprobe_gl_create", NULL);
-    size_t cells = 0;
-    for (g->top = LIGHTPROBE__TILE_LEVEL;; g->top++) {
-        const size_t n = (size_t)lightprobe__level_side(g->desc.side, g->top);
-        g->first_cell[g->top] = (int)cells;
-        cells += 6 * n * n;
+    for (g->top = LIGHTPROBE_TILE_LEVEL;; g->top++) {
+        const int n = lightprobe__level_side(g->desc.side, g->top);
+        g->first_cell[g->top] = g->cells;
+        g->cells += 6 * n * n;
         if (n == 1) break;
     }
+    // A split takes three loops over the leaves of a cluster, all of them at worst.
+    const int leaves = LIGHTPROBE__LEAVES(g->desc.max_lights) + LIGHTPROBE_MORE_LEAVES;
+    g->splits = LIGHTPROBE__MAX_ROUNDS / (3 * leaves + 100);
     r = lightprobe__check_units(g);
     if (!r) r = lightprobe__build_programs(g);
-    if (!r) r = lightprobe__create_storage(g, cells);
+    if (!r) r = lightprobe__create_storage(g);
     if (r) {
         lightprobe_gl_destroy(g);
         return r;
@@ -3411,8 +3860,11 @@ static int lightprobe__find_mip(const lightprobe_gl *gl, unsigned texture)
     return -1;
 }
 
-static void lightprobe__dispatch(const lightprobe_gl *gl, int which, unsigned side, unsigned faces)
+// stage: the uniform of that name.
+static void lightprobe__dispatch(const lightprobe_gl *gl, int which, int stage, unsigned side,
+                                 unsigned faces)
 {
+    gl->f.ProgramUniform1i(gl->program[which], 0, stage);
     gl->f.UseProgram(gl->program[which]);
     gl->f.DispatchCompute(side, side, faces);
     // In brackets: windows.h may have a macro of that name.
@@ -3435,14 +3887,31 @@ static void lightprobe__bind(const lightprobe_gl *gl, unsigned texture, int mip)
     // Without mipmaps where they are not needed: they may be incomplete.
     f->SamplerParameteri(gl->sampler, LIGHTPROBE__GL_TEXTURE_MIN_FILTER,
                          mip ? LIGHTPROBE__GL_NEAREST_MIPMAP_NEAREST : LIGHTPROBE__GL_NEAREST);
-    f->ProgramUniform1f(gl->program[LIGHTPROBE__TILES], 14, (float)mip);
-    f->ProgramUniform1f(gl->program[LIGHTPROBE__LEAF], 14, (float)mip);
     f->BindBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, first, ring,
                        lightprobe__slot(gl, gl->updates - 1), bytes);
-    for (unsigned i = LIGHTPROBE__TABLES; i <= LIGHTPROBE__WORK; i++)
-        f->BindBufferBase(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, first + i, gl->buffer[i]);
-    f->BindBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, first + 4, ring,
+    for (unsigned i = 0, at = 0; i < LIGHTPROBE__PARTS; at += (unsigned)gl->part_bytes[i++])
+        f->BindBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, first + 1 + i,
+                           gl->buffer[LIGHTPROBE__WORK], (ptrdiff_t)at,
+                           (ptrdiff_t)gl->part_bytes[i]);
+    f->BindBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, first + 1 + LIGHTPROBE__PARTS, ring,
                        lightprobe__slot(gl, gl->updates), bytes);
+}
+
+// The steps of lightprobe__best, and sums over texels before them.
+static void lightprobe__run(const lightprobe_gl *gl, int mip)
+{
+    const int tiles = lightprobe__level_side(gl->desc.side, LIGHTPROBE_TILE_LEVEL);
+    lightprobe__dispatch(gl, LIGHTPROBE__TILES, mip, (unsigned)(tiles + 7) / 8, 6);
+    lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE_FACES, mip, 1, 1);
+    lightprobe__dispatch(gl, LIGHTPROBE__GATHER,
+                         gl->again ? LIGHTPROBE__START_AGAIN : LIGHTPROBE__START, 1, 1);
+    for (int part = 0; part == 0 || part * gl->splits < gl->desc.max_lights - 1; part++)
+        lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, part, 1, 1);
+    lightprobe__dispatch(gl, LIGHTPROBE__GATHER, LIGHTPROBE__FIND_NEAR, 1, 1);
+    if (gl->again) lightprobe__dispatch(gl, LIGHTPROBE__RESPEND, 0, 1, 1);
+    for (int round = 0; round < LIGHTPROBE_ROUNDS; round++)
+        lightprobe__dispatch(gl, LIGHTPROBE__GATHER, LIGHTPROBE__RELAX + round, 1, 1);
+    lightprobe__dispatch(gl, LIGHTPROBE__WRITE, 0, 1, 1);
 }
 
 lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture)
@@ -3458,20 +3927,7 @@ lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture)
     lightprobe__save_bindings(gl, &saved);
     gl->updates++;
     lightprobe__bind(gl, cube_texture, mip);
-    for (int level = LIGHTPROBE__TILE_LEVEL; level <= gl->top; level++) {
-        const unsigned groups = (unsigned)(lightprobe__level_side(gl->desc.side, level) + 7) / 8;
-        const int first = level == LIGHTPROBE__TILE_LEVEL;
-        if (!first) f->ProgramUniform1i(gl->program[LIGHTPROBE__HALVE], 15, level);
-        lightprobe__dispatch(gl, first ? LIGHTPROBE__TILES : LIGHTPROBE__HALVE, groups, 6);
-    }
-    for (int i = LIGHTPROBE__LEAF; i < LIGHTPROBE__PROGRAMS; i++) {
-        if (i == LIGHTPROBE__RESPEND && !gl->again) continue;
-        if (i != LIGHTPROBE__LEAF) f->ProgramUniform1i(gl->program[i], 15, gl->again);
-        lightprobe__dispatch(gl, i, 1, 1);
-        if (i != LIGHTPROBE__RESPEND) continue;
-        f->ProgramUniform1i(gl->program[LIGHTPROBE__GATHER], 15, 2); // sums of what has changed
-        lightprobe__dispatch(gl, LIGHTPROBE__GATHER, 1, 1);
-    }
+    lightprobe__run(gl, mip);
     gl->again = 1;
     lightprobe__restore_bindings(gl, &saved);
     const ptrdiff_t at = lightprobe__slot(gl, gl->updates);
