@@ -216,7 +216,7 @@ typedef struct lightprobe_gl_desc {
     int max_lights; // these three as in lightprobe_settings, but at most LIGHTPROBE_GL_MAX_LIGHTS
     float tolerance;
     float min_share;
-    int first_texture_unit; // this one, and six shader storage bindings from first_buffer_binding
+    int first_texture_unit;   // this one, and six shader storage bindings from first_buffer_binding
     int first_buffer_binding; // on, are used inside lightprobe_gl_update and then put back
     void (*log)(void *user, const char *message); // told why a call failed, shader logs; or NULL
     void *user;
@@ -286,7 +286,7 @@ extern "C" {
 
 // What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and
 // is quoted by `make glsl` into the texts further down, one for every program that needs it. So
-// structs go in and out by value, and these names stand for what the two languages call differently.
+// structs go in and out by value, and these names stand for what the languages call differently.
 #define LIGHTPROBE_SHARED static inline
 #define LIGHTPROBE_PRECISE // in GLSL: nothing may be fused or reordered
 #define LIGHTPROBE_INOUT   // in GLSL: what the function changes,
@@ -423,7 +423,7 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE_BLACK 1e-30f
 
 #define LIGHTPROBE_TILE_LEVEL 2 // a tile has 4 x 4 texels
-#define LIGHTPROBE__LEVELS 14    // level 13 of the largest side is one cell
+#define LIGHTPROBE__LEVELS 14   // level 13 of the largest side is one cell
 // Leaves to make so many lights from: enough that few lights have a choice. Four times as many take
 // a tenth off the error of 32 lights and double the time.
 #define LIGHTPROBE__LEAVES(lights) ((lights) + 200)
@@ -539,8 +539,7 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
         w->top = level;
         if (n == 1) break;
     }
-    w->leaves =
-        (lightprobe_leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe_leaf));
+    w->leaves = (lightprobe_leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe_leaf));
     w->heap = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->order = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->clusters =
@@ -842,15 +841,17 @@ static void lightprobe__make_band(lightprobe__work *w, int ty)
     float *tile_omega = w->band + (4 * 24 + 12) * w->tiles;
     for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++) {
         const size_t first = lightprobe__quarter(w, w->side / 2, y);
+        float *row = w->band + (y & 3) * stride; // a tile has 24 floats, twice 3 a texel
         if (y == 4 * ty) memset(tile_omega, 0, (size_t)w->tiles * sizeof(float));
         for (int d = 0; d < w->half; d++) { // from the middle to both sides
             const float omega = w->omega[first + (size_t)d], q = w->weight[first + (size_t)d];
+            const float r = 0.2126f * q, g = 0.7152f * q, blue = 0.0722f * q;
             for (int x = w->side / 2 + d;; x = w->side - 1 - x) {
-                float *to = w->band + (y & 3) * stride + (x >> 2) * 24 + (x & 3) * 3;
+                float *to = row + 12 * (x >> 2) + 3 * x;
                 to[0] = to[1] = to[2] = omega;
-                to[12] = 0.2126f * q;
-                to[13] = 0.7152f * q;
-                to[14] = 0.0722f * q;
+                to[12] = r;
+                to[13] = g;
+                to[14] = blue;
                 tile_omega[x >> 2] += omega;
                 if (2 * x < w->side) break;
             }
@@ -904,8 +905,10 @@ static void lightprobe__sum_tiles(lightprobe__work *w)
 
 static void lightprobe__add_cell(lightprobe_cell *sum, const lightprobe_cell *cell)
 {
-    for (int i = 0; i < 4; i++) sum->flux[i] += cell->flux[i];
-    for (int i = 0; i < 4; i++) sum->vector[i] += cell->vector[i];
+    const lightprobe__four flux = lightprobe__load4(cell->flux);
+    const lightprobe__four vector = lightprobe__load4(cell->vector);
+    lightprobe__store4(sum->flux, lightprobe__add4(lightprobe__load4(sum->flux), flux));
+    lightprobe__store4(sum->vector, lightprobe__add4(lightprobe__load4(sum->vector), vector));
 }
 
 // Halves the tiles again and again, up to one cell per face.
@@ -942,7 +945,7 @@ static float lightprobe__find_total(lightprobe__work *w)
 
 // A cell smaller than a tile, straight from its texels.
 static lightprobe_cell lightprobe__small_cell(const lightprobe__work *w, int face, int level,
-                                               int cx, int cy)
+                                              int cx, int cy)
 {
     const int size = 1 << level;
     lightprobe_cell sum;
@@ -962,7 +965,7 @@ static lightprobe_cell lightprobe__small_cell(const lightprobe__work *w, int fac
 }
 
 static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
-                                            int y)
+                                           int y)
 {
     if (level < LIGHTPROBE_TILE_LEVEL) return lightprobe__small_cell(w, face, level, x, y);
     const int n = lightprobe__level_side(w->side, level);
@@ -1226,9 +1229,10 @@ LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)
 }
 
 // scale: 1 over the luminance of all.
-LIGHTPROBE_SHARED lightprobe_spread
-lightprobe_add_spread(lightprobe_spread all, lightprobe_leaf leaf,
-                      const lightprobe_vec3 mean, float mean_tone, float scale)
+LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,
+                                                          lightprobe_leaf leaf,
+                                                          const lightprobe_vec3 mean,
+                                                          float mean_tone, float scale)
 {
     LIGHTPROBE_PRECISE lightprobe_spread s = all;
     LIGHTPROBE_PRECISE float f = leaf.luminance * scale, tone = leaf.tone - mean_tone;
@@ -1281,8 +1285,7 @@ LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_of(lightprobe_spread spread,
     LIGHTPROBE_PRECISE float squares =
         x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];
     LIGHTPROBE_PRECISE float variance =
-        fabsf(squares +
-              2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));
+        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));
     axis.by_tone = spread.tone2 > variance ? 1 : 0;
     float middle = axis.by_tone != 0 ? mean_tone : lightprobe_dot(mean, axis.direction);
     float deviation = sqrtf(axis.by_tone != 0 ? spread.tone2 : variance);
@@ -1894,8 +1897,10 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
     // The start from previous lights was a round already; one a frame keeps the steps small.
-    if (animated) lightprobe__respend(w, total, settings->tolerance);
-    else lightprobe__relax(w, LIGHTPROBE_ROUNDS);
+    if (animated)
+        lightprobe__respend(w, total, settings->tolerance);
+    else
+        lightprobe__relax(w, LIGHTPROBE_ROUNDS);
     *error = 0;
     for (int k = 0; k < w->cluster_count; k++) *error += lightprobe_sum_error(w->clusters[k].sum);
     *error /= total;
@@ -1981,7 +1986,7 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     lightprobe__make_pyramid(&work);
     const float total = lightprobe__find_total(&work);
     float error = 0;
-    int count = 0;  // a black probe has no lights
+    int count = 0; // a black probe has no lights
     if (total >= LIGHTPROBE_BLACK) {
         count = (s.mode == LIGHTPROBE_MEDIAN_CUT ? lightprobe__paper : lightprobe__best)(
             &work, &s, total, lights, &error);
@@ -2502,13 +2507,14 @@ static const char lightprobe__glsl_shared[] =
 static const char lightprobe__glsl_work[] =
     "layout(std430, binding = LIGHTPROBE_BINDING + 1) coherent buffer numbers {\n"
     "    int repaired;\n"
-    "    float weights[2 * HALF * HALF]; // of the texels of a quarter face: all omegas, then all weights\n"
+    "    float weights[2 * HALF * HALF]; // of a quarter face: all omegas, then all weights\n"
     "    dvec3 sum_of_all;\n"
     "    double bright[LIGHTS];\n"
     "    float total, mean, error_left, gains[LIGHTS], errors[LIGHTS];\n"
     "    int leaf_count, cluster_count, going_on, rank[LIGHTS], order[LEAVES];\n"
     "};\n"
-    "// Without a number of elements: Mesa lists every member of every element, which took it seconds.\n"
+    "// Arrays without a length: of those with one Mesa lists every member of every element,\n"
+    "// which took it 18 s for 1000 lights.\n"
     "layout(std430, binding = LIGHTPROBE_BINDING + 2) coherent buffer all_leaves {\n"
     "    lightprobe_leaf leaves[];\n"
     "};\n"
@@ -2518,7 +2524,7 @@ static const char lightprobe__glsl_work[] =
     "layout(location = 0) uniform int stage; // the mip level, or what is to be done\n"
     "int lane = int(gl_LocalInvocationIndex);\n"
     "\n"
-    "// n, but the compiler does not know: unrolled reads of buffers take llvmpipe seconds to compile.\n"
+    "// n, unknown to the compiler: unrolled, reads of buffers take llvmpipe long to compile.\n"
     "int rolled(int n)\n"
     "{\n"
     "    return stage < 0 ? 0 : n;\n"
@@ -2535,13 +2541,14 @@ static const char lightprobe__glsl_work[] =
     "}\n"
     "shared float values[GROUP];\n"
     "shared int places[GROUP];\n"
-    "// Place of the largest value of all lanes, of equals the lowest; a place below 0 does not count.\n"
-    "// Few barriers: each costs llvmpipe much compile time. One must come before the next call.\n"
+    "// That lane's, of equals the lower place; a place below 0 does not count.\n"
     "bool is_larger(int a, float value, int place)\n"
     "{\n"
     "    if (places[a] < 0 || place < 0) return place < 0;\n"
     "    return values[a] > value || (values[a] == value && places[a] < place);\n"
     "}\n"
+    "// Place of the largest value of all lanes. Few barriers: each costs compile time. The caller\n"
+    "// has one before the next call.\n"
     "int largest(float value, int place, out float top)\n"
     "{\n"
     "    values[lane] = value;\n"
@@ -2654,7 +2661,8 @@ static const char lightprobe__glsl_cells[] =
     "    vec3 to = to_world(face, 1.0, lightprobe_centre(SIDE, x), lightprobe_centre(SIDE, y));\n"
     "    vec3 rgb = textureLod(probe, to, float(stage)).rgb;\n"
     "    uvec3 bits = floatBitsToUint(rgb);\n"
-    "    bvec3 good = lessThan(bits, uvec3(0x7f800000u)), minus_0 = equal(bits, uvec3(0x80000000u));\n"
+    "    bvec3 good = lessThan(bits, uvec3(0x7f800000u));\n"
+    "    bvec3 minus_0 = equal(bits, uvec3(0x80000000u));\n"
     "    for (int i = 0; i < 3; i++) if (!good[i]) rgb[i] = 0.0;\n"
     "    bad += all(bvec3(uvec3(good) | uvec3(minus_0))) ? 0 : 1;\n"
     "    return rgb;\n"
@@ -2678,7 +2686,8 @@ static const char lightprobe__glsl_tiles[] =
     "    for (int d = from; d < from + rolled(4); d++) {\n"
     "        int x = SIDE / 2 + d, mirror = SIDE - 1 - x;\n"
     "        if (x < SIDE && x >> 2 == tile) omega += weights_of(x, y).x;\n"
-    "        if (mirror >= 0 && mirror != x && mirror >> 2 == tile) omega += weights_of(mirror, y).x;\n"
+    "        if (mirror >= 0 && mirror != x && mirror >> 2 == tile)\n"
+    "            omega += weights_of(mirror, y).x;\n"
     "    }\n"
     "}\n"
     "void sum_tile(ivec3 p)\n"
@@ -2712,18 +2721,20 @@ static const char lightprobe__glsl_tiles[] =
     "        m[j] *= x < SIDE ? lightprobe_centre(SIDE, x) : 0.0;\n"
     "    }\n"
     "    v[1] = sum_12(m);\n"
-    "    cells[cell_index(LIGHTPROBE_TILE_LEVEL, p.z, p.x, p.y)] = lightprobe_cell(vec4(flux, omega), vec4(v, 0.0));\n"
+    "    int to = cell_index(LIGHTPROBE_TILE_LEVEL, p.z, p.x, p.y);\n"
+    "    cells[to] = lightprobe_cell(vec4(flux, omega), vec4(v, 0.0));\n"
     "    if (bad > 0) atomicAdd(repaired, bad);\n"
     "}\n"
     "void main()\n"
     "{\n"
-    "    ivec3 p = ivec3(gl_GlobalInvocationID), group = ivec3(gl_WorkGroupID), l = p - 8 * group;\n"
+    "    ivec3 p = ivec3(gl_GlobalInvocationID), group = ivec3(gl_WorkGroupID);\n"
+    "    ivec3 l = ivec3(gl_LocalInvocationID);\n"
     "    if (p.x < TILES && p.y < TILES) sum_tile(p);\n"
     "    for (int up = 1; up <= min(TOP - LIGHTPROBE_TILE_LEVEL, 3); up++) {\n"
-    "        int n = level_side(LIGHTPROBE_TILE_LEVEL + up), side = 8 >> up, x = side * group.x + l.x;\n"
-    "        int y = side * group.y + l.y;\n"
+    "        int level = LIGHTPROBE_TILE_LEVEL + up, n = level_side(level), side = 8 >> up;\n"
+    "        int x = side * group.x + l.x, y = side * group.y + l.y;\n"
     "        sync();\n"
-    "        if (l.x < side && l.y < side && x < n && y < n) halve(LIGHTPROBE_TILE_LEVEL + up, p.z, x, y);\n"
+    "        if (l.x < side && l.y < side && x < n && y < n) halve(level, p.z, x, y);\n"
     "    }\n"
     "}\n";
 
@@ -2735,7 +2746,8 @@ static const char lightprobe__glsl_leaves[] =
     "{\n"
     "    int level = min(TOP, LIGHTPROBE_TILE_LEVEL + 1), n = level_side(level);\n"
     "    precise dvec3 all = dvec3(0.0);\n"
-    "    for (int i = lane; i < 6 * n * n; i += GROUP) all += cells[first_cell[level] + i].flux.rgb;\n"
+    "    for (int i = lane; i < 6 * n * n; i += GROUP)\n"
+    "        all += cells[first_cell[level] + i].flux.rgb;\n"
     "    sums[lane] = all;\n"
     "    sync();\n"
     "    if (lane == 0) {\n"
@@ -2755,9 +2767,9 @@ static const char lightprobe__glsl_leaves[] =
     "        int x = size * cx + i % size, y = size * cy + i / size;\n"
     "        if (x >= SIDE || y >= SIDE) continue;\n"
     "        vec2 w = weights_of(x, y);\n"
-    "        lightprobe_cell texel =\n"
-    "            lightprobe_texel_cell(read_texel(face, x, y, bad), w.x, w.y, lightprobe_centre(SIDE, x),\n"
-    "                                  lightprobe_centre(SIDE, y));\n"
+    "        float s = lightprobe_centre(SIDE, x), t = lightprobe_centre(SIDE, y);\n"
+    "        vec3 rgb = read_texel(face, x, y, bad);\n"
+    "        lightprobe_cell texel = lightprobe_texel_cell(rgb, w.x, w.y, s, t);\n"
     "        sum.flux += texel.flux;\n"
     "        sum.vector += texel.vector;\n"
     "    }\n"
@@ -2774,7 +2786,8 @@ static const char lightprobe__glsl_leaves[] =
     "    leaf.y = y;\n"
     "    leaf.cluster = 0;\n"
     "    if (!(leaf.strength > 0.0)) {\n"
-    "        float s = lightprobe_cell_middle(SIDE, level, x), t = lightprobe_cell_middle(SIDE, level, y);\n"
+    "        float s = lightprobe_cell_middle(SIDE, level, x);\n"
+    "        float t = lightprobe_cell_middle(SIDE, level, y);\n"
     "        precise float scale = 1.0 / sqrt(1.0 + s * s + t * t);\n"
     "        leaf.direction = to_world(face, scale, scale * s, scale * t);\n"
     "    }\n"
@@ -2819,7 +2832,8 @@ static const char lightprobe__glsl_leaves[] =
     "{\n"
     "    for (int level = LIGHTPROBE_TILE_LEVEL + 4; level <= TOP; level++) {\n"
     "        int n = level_side(level);\n"
-    "        for (int i = lane; i < 6 * n * n; i += GROUP) halve(level, i / (n * n), i % n, i / n % n);\n"
+    "        for (int i = lane; i < 6 * n * n; i += GROUP)\n"
+    "            halve(level, i / (n * n), i % n, i / n % n);\n"
     "        sync();\n"
     "    }\n"
     "    find_total();\n"
@@ -2858,8 +2872,8 @@ static const char lightprobe__glsl_gather[] =
     "}\n"
     "float nearness_to(int leaf, int k)\n"
     "{\n"
-    "    return lightprobe_nearness(leaves[leaf].direction, leaves[leaf].tone, clusters[k].centre,\n"
-    "                               clusters[k].tone);\n"
+    "    return lightprobe_nearness(leaves[leaf].direction, leaves[leaf].tone,\n"
+    "                               clusters[k].centre, clusters[k].tone);\n"
     "}\n"
     "// Every leaf goes to the nearest cluster: of all, or of its own one's neighbours.\n"
     "void move_leaves(bool of_all)\n"
@@ -2906,8 +2920,8 @@ static const char lightprobe__glsl_gather[] =
     "    int n = 0;\n"
     "    for (int b = 0; b < cluster_count; b++) {\n"
     "        if (b == a || !(clusters[b].sum.luminance > 0.0)) continue;\n"
-    "        float s = lightprobe_nearness(clusters[a].centre, clusters[a].tone, clusters[b].centre,\n"
-    "                                      clusters[b].tone);\n"
+    "        float s = lightprobe_nearness(clusters[a].centre, clusters[a].tone,\n"
+    "                                      clusters[b].centre, clusters[b].tone);\n"
     "        if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;\n"
     "        int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;\n"
     "        for (; at > 0; at--) {\n"
@@ -2956,9 +2970,10 @@ static const char lightprobe__glsl_plan[] =
     "}\n"
     "\n"
     "// scale: 1 over the luminance of all.\n"
-    "LIGHTPROBE_SHARED lightprobe_spread\n"
-    "lightprobe_add_spread(lightprobe_spread all, lightprobe_leaf leaf,\n"
-    "                      const lightprobe_vec3 mean, float mean_tone, float scale)\n"
+    "LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,\n"
+    "                                                          lightprobe_leaf leaf,\n"
+    "                                                          const lightprobe_vec3 mean,\n"
+    "                                                          float mean_tone, float scale)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_spread s = all;\n"
     "    LIGHTPROBE_PRECISE float f = leaf.luminance * scale, tone = leaf.tone - mean_tone;\n"
@@ -3011,8 +3026,7 @@ static const char lightprobe__glsl_plan[] =
     "    LIGHTPROBE_PRECISE float squares =\n"
     "        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];\n"
     "    LIGHTPROBE_PRECISE float variance =\n"
-    "        fabsf(squares +\n"
-    "              2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));\n"
+    "        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));\n"
     "    axis.by_tone = spread.tone2 > variance ? 1 : 0;\n"
     "    float middle = axis.by_tone != 0 ? mean_tone : lightprobe_dot(mean, axis.direction);\n"
     "    float deviation = sqrtf(axis.by_tone != 0 ? spread.tone2 : variance);\n"
@@ -3116,7 +3130,8 @@ static const char lightprobe__glsl_plan[] =
     "    bins[lane] = own;\n"
     "    sync();\n"
     "    for (int i = lane - bin; i <= lane; i++) left = lightprobe_add_sum(left, bins[i]);\n"
-    "    values[lane] = good ? lightprobe_split_gain(whole, lightprobe_length(whole.vector), left) : 0.0;\n"
+    "    double size = lightprobe_length(whole.vector);\n"
+    "    values[lane] = good ? lightprobe_split_gain(whole, size, left) : 0.0;\n"
     "    sync();\n"
     "    float best = 0.0;\n"
     "    for (int i = 0; bin == 0 && i < rolled(LIGHTPROBE_BINS - 1); i++) {\n"
@@ -3170,8 +3185,8 @@ static const char lightprobe__glsl_divide[] =
     "    errors[fresh] = b;\n"
     "    clusters[fresh].first = i;\n"
     "}\n"
-    "// Plans all clusters, then the two parts of each split; where the CPU plans as late as it can, the\n"
-    "// same ones come first.\n"
+    "// Plans all clusters, then the two parts of each split. The CPU plans as late as it can,\n"
+    "// but no plan gains more than its bound, so the same ones come first.\n"
     "void main()\n"
     "{\n"
     "    if (is_black()) return;\n"
@@ -3391,7 +3406,9 @@ static const char lightprobe__glsl_write[] =
     "vec4 rgb_of(dvec3 sum)\n"
     "{\n"
     "    dvec3 rgb = sum / LIGHTPROBE_SCALE;\n"
-    "    return vec4(lightprobe_clamp(rgb.x), lightprobe_clamp(rgb.y), lightprobe_clamp(rgb.z), 0.0);\n"
+    "    vec4 clamped = vec4(0.0);\n"
+    "    for (int i = 0; i < 3; i++) clamped[i] = lightprobe_clamp(rgb[i]);\n"
+    "    return clamped;\n"
     "}\n"
     "void write_light(int i, int k, int id)\n"
     "{\n"
@@ -3416,7 +3433,8 @@ static const char lightprobe__glsl_write[] =
     "{\n"
     "    int at = 0;\n"
     "    for (int j = 0; j < cluster_count; j++) {\n"
-    "        bool before = going_on > 0 || bright[j] == bright[k] ? j < k : bright[j] > bright[k];\n"
+    "        bool equal = going_on > 0 || bright[j] == bright[k];\n"
+    "        bool before = equal ? j < k : bright[j] > bright[k];\n"
     "        at += bright[j] > 0.0 && before ? 1 : 0;\n"
     "    }\n"
     "    if (bright[k] > 0.0) rank[at] = k;\n"
@@ -3429,7 +3447,8 @@ static const char lightprobe__glsl_write[] =
     "    for (int k = lane; k < cluster_count; k += GROUP) find_rank(k);\n"
     "    for (int k = 0; k < cluster_count; k++) {\n"
     "        count += bright[k] > 0.0 ? 1 : 0;\n"
-    "        if (clusters[k].id < 0x7fffffff - LIGHTPROBE_MAX_LIGHTS) next_id = max(next_id, clusters[k].id + 1);\n"
+    "        if (clusters[k].id < 0x7fffffff - LIGHTPROBE_MAX_LIGHTS)\n"
+    "            next_id = max(next_id, clusters[k].id + 1);\n"
     "    }\n"
     "    sync();\n"
     "    for (int i = lane; i < count; i += GROUP) {\n"
@@ -3544,8 +3563,8 @@ static void lightprobe__log_all(const lightprobe_gl *gl, unsigned name, int prog
 static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
                                                    const char *defines)
 {
-    static const char *const names[] = {"lightprobe tiles",  "lightprobe leaves",
-                                        "lightprobe gather", "lightprobe divide",
+    static const char *const names[] = {"lightprobe tiles",   "lightprobe leaves",
+                                        "lightprobe gather",  "lightprobe divide",
                                         "lightprobe respend", "lightprobe write"};
     static const char *const bodies[] = {lightprobe__glsl_tiles,   lightprobe__glsl_leaves,
                                          lightprobe__glsl_gather,  lightprobe__glsl_divide,
@@ -3557,8 +3576,8 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
                                 lightprobe__glsl_shared,
                                 lightprobe__glsl_work,
                                 which <= LIGHTPROBE__DIVIDE_FACES ? lightprobe__glsl_cells
-                                : plans                        ? lightprobe__glsl_plan
-                                                               : "",
+                                : plans                           ? lightprobe__glsl_plan
+                                                                  : "",
                                 bodies[which]};
     const lightprobe__gl_functions *f = &gl->f;
     int good = 0;
@@ -3609,9 +3628,8 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
              "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
              "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
              d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
-             gl->top, d->max_lights, leaves, gl->splits,
-             lightprobe__bits_of(d->tolerance), lightprobe__bits_of(d->min_share),
-             d->first_buffer_binding, d->first_texture_unit);
+             gl->top, d->max_lights, leaves, gl->splits, lightprobe__bits_of(d->tolerance),
+             lightprobe__bits_of(d->min_share), d->first_buffer_binding, d->first_texture_unit);
     for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++) {
         const lightprobe_result r = lightprobe__build_program(gl, i, defines);
         if (r) return r;
@@ -3676,9 +3694,8 @@ static size_t lightprobe__size_parts(lightprobe_gl *gl)
 static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl)
 {
     const lightprobe__gl_functions *f = &gl->f;
-    gl->slot_bytes =
-        lightprobe__aligned(sizeof(lightprobe__gl_header) +
-                            (size_t)gl->desc.max_lights * sizeof(lightprobe__gl_light));
+    gl->slot_bytes = lightprobe__aligned(
+        sizeof(lightprobe__gl_header) + (size_t)gl->desc.max_lights * sizeof(lightprobe__gl_light));
     const size_t ring = LIGHTPROBE__SLOTS * gl->slot_bytes;
     int good = lightprobe__create_buffer(gl, LIGHTPROBE__LIGHTS, ring, 0) &&
                lightprobe__create_buffer(gl, LIGHTPROBE__WORK, lightprobe__size_parts(gl),

@@ -1,30 +1,29 @@
-// Deferred shading by all area lights of a turning light probe in one pass, OpenGL 4.5, no window:
+// Deferred shading by all area lights of a turning probe, OpenGL 4.5, no window. The lights stay on
+// the GPU; the CPU reads them a frame late, for the depth maps, and shading goes by what it read.
 //     cc -O2 -I. examples/gl_deferred.c examples/common/*.c -lm -lpthread -ldl && ./a.out --orbit 8
 #include "common/gl_context.h"
-#include "common/gl_lighting.h"
+#include "common/gl_draw.h"
+#include "common/probe.h"
+#include "../lightprobe.h"
+#include "../mssm.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { LIGHTS = 24, WIDTH = 960, HEIGHT = 540 };
-// For a triangle over the picture, behind lightprobe_glsl_math(), mssm_gl_shader() and gl_light_buffer.
-static const char shading[] =
+static const char shading[] = // for a triangle over the picture, behind the texts of both headers
     "layout(binding = 0) uniform sampler2D position_map;\n"
     "layout(binding = 1) uniform sampler2D normal_map;\n"
     "layout(binding = 2) uniform sampler2D albedo_map;\n"
     "layout(binding = 3) uniform samplerCube probe;\n"
-    "layout(location = 0) uniform int light_count;\n"
     "in vec3 ray;\n"
     "out vec4 color;\n"
     "vec3 irradiance(vec3 p, vec3 normal)\n"
     "{\n"
-    "    vec3 sum = vec3(0);\n"
-    "    for (int i = 0; i < light_count; i++) {\n"
-    "        float cosine = dot(normal, of(light[i].direction));\n"
-    "        float share = lightprobe_disc_irradiance(light[i].cos_alpha, cosine);\n"
-    "        if (share > 0) sum += of(light[i].irradiance) * share * mssm_visibility(i, p);\n"
-    "    }\n"
+    "    vec3 sum = lightprobe_residual.rgb / 4;\n" // from everywhere alike
+    "    for (int i = 0; i < lightprobe_count; i++)\n"
+    "        sum += lightprobe_irradiance(i, normal) * mssm_visibility(i, p);\n"
     "    return sum;\n"
     "}\n"
     "void main()\n"
@@ -36,28 +35,28 @@ static const char shading[] =
     "}\n";
 
 typedef struct renderer {
-    lighting lights;
+    lightprobe_gl *probe;
     mssm_gl *shadows;
     gl_mesh casters, triangle;
     gl_target view, picture;
-    GLuint depth_program, view_program, shading_program, light_buffer, cube;
+    GLuint depth_program, view_program, shading_program, cube;
+    lightprobe_light light[LIGHTS]; // whose depth maps are drawn
+    int lights;
 } renderer;
 
-static bool create(renderer *r, const probe *p, message *why)
+static bool create(renderer *r, message *why)
 {
-    const lighting_settings settings = {.probe = {.max_lights = LIGHTS}};
+    const lightprobe_gl_desc from = {
+        .load = gl_context_function, .side = 128, .max_lights = LIGHTS};
     const mssm_gl_desc desc = {gl_context_function, LIGHTS, 256, 4, 6, {0}, 4, 1, NULL, NULL};
     const GLenum view_formats[] = {GL_RGBA32F, GL_RGBA16F, GL_RGBA8}, formats[3] = {GL_RGBA32F};
+    if (lightprobe_gl_create(&r->probe, &from)) return fail(why, "no lights from probes");
     if (mssm_gl_create(&r->shadows, &desc)) return fail(why, "no shadow maps");
     const char *const vertices[] = {gl_triangle_vertex, NULL};
-    const char *const fragments[] = {lightprobe_glsl_math(), mssm_gl_shader(r->shadows),
-                                     gl_light_buffer, shading, NULL};
+    const char *const fragments[] = {lightprobe_glsl_math(), lightprobe_glsl_lights(),
+                                     mssm_gl_shader(r->shadows), shading, NULL};
     gl_mesh_triangle(&r->triangle);
-    gl.CreateBuffers(1, &r->light_buffer);
-    gl.NamedBufferStorage(r->light_buffer, LIGHTS * sizeof(lightprobe_light), NULL,
-                          GL_DYNAMIC_STORAGE_BIT);
-    return lighting_create(&r->lights, &settings, p->side, why) &&
-           (r->depth_program = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
+    return (r->depth_program = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
            (r->view_program = gl_program_simple("view", gl_scene_vertex, gl_scene_fragment, why)) &&
            (r->shading_program = gl_program("shading", vertices, fragments, why)) &&
            gl_target_create(&r->view, WIDTH, HEIGHT, 1, view_formats, why) &&
@@ -66,10 +65,10 @@ static bool create(renderer *r, const probe *p, message *why)
 
 static void draw_shadows(renderer *r, const scene *s)
 {
-    const float low[3] = {s->low.x, s->low.y, s->low.z};
-    const float high[3] = {s->high.x, s->high.y, s->high.z};
-    for (int i = 0; i < r->lights.lights; i++) {
-        const lightprobe_light *l = &r->lights.light[i];
+    const float low[3] = {s->low.x, s->low.y, s->low.z},
+                high[3] = {s->high.x, s->high.y, s->high.z};
+    for (int i = 0; i < r->lights; i++) {
+        const lightprobe_light *l = &r->light[i];
         mssm_light f;
         mssm_light_directional(&f, l->direction, l->axis_u, l->tan_half_u, l->tan_half_v, low,
                                high);
@@ -96,11 +95,11 @@ static void draw_picture(renderer *r)
     gl.Disable(GL_DEPTH_TEST);
     gl_target_begin(&r->picture);
     gl.UseProgram(r->shading_program);
-    gl.ProgramUniform1i(r->shading_program, 0, r->lights.lights);
     gl_camera_uniforms(&eye, r->shading_program);
     for (GLuint i = 0; i < GL_TARGET_COLORS; i++) gl.BindTextureUnit(i, r->view.color[i]);
     gl.BindTextureUnit(3, r->cube);
-    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, r->light_buffer);
+    const lightprobe_gl_range lights = lightprobe_gl_lights(r->probe, 1); // as the maps have them
+    gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, lights.buffer, lights.offset, lights.bytes);
     mssm_gl_bind(r->shadows);
     gl_mesh_draw(&r->triangle);
 }
@@ -108,9 +107,11 @@ static void draw_picture(renderer *r)
 static bool frame(renderer *r, const probe *p, const scene *s, const char *file, message *why)
 {
     image picture;
-    gl_probe_upload(&r->cube, p->face, p->side);
-    if (!gl_mesh_upload(&r->casters, s, why) || !lighting_extract(&r->lights, p, why)) return false;
-    gl.NamedBufferSubData(r->light_buffer, 0, LIGHTS * sizeof(lightprobe_light), r->lights.light);
+    gl_probe_upload(&r->cube, p->face, p->side); // whatever animates it
+    if (!gl_mesh_upload(&r->casters, s, why)) return false;
+    if (lightprobe_gl_update(r->probe, r->cube)) return fail(why, "no lights in the probe");
+    // Waits for the first lights alone; after that it takes what is there, those of the last frame.
+    lightprobe_gl_read(r->probe, r->lights == 0, r->light, &r->lights, NULL);
     draw_shadows(r, s);
     draw_picture(r);
     if (!gl_target_read(&r->picture, &picture, why)) return false;
@@ -132,8 +133,7 @@ int main(int argc, char **argv)
         if (!strcmp(argv[i], "--out")) stem = argv[i + 1];
     }
     bool done = argc % 2 && (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
-                probe_default(&source, 128) && probe_create(&turned, 128) &&
-                create(&r, &source, &why);
+                probe_default(&source, 128) && probe_create(&turned, 128) && create(&r, &why);
     for (int i = 0; i < frames && done; i++) {
         const float turn = (float)i / (float)frames;
         scene s;
@@ -145,5 +145,6 @@ int main(int argc, char **argv)
     }
     if (!done) fprintf(stderr, "gl_deferred: %s\n", why.text);
     mssm_gl_destroy(r.shadows);
+    lightprobe_gl_destroy(r.probe);
     return done ? 0 : 1;
 }

@@ -11,7 +11,7 @@ enum { LIGHT_BUFFER, FIRST_FREE_BUFFER };
 
 // The buffer holds lightprobe_light as it stands in C: all its members are 4 bytes wide.
 // clang-format off
-const char gl_light_buffer[] =
+static const char light_buffer[] =
     "struct Light {\n"
     "    float direction[3], axis_u[3], axis_v[3];\n"
     "    float tan_half_u, tan_half_v;\n"
@@ -90,7 +90,7 @@ static const char shading_main[] =
 GLuint gl_lighting_program(const char *name, const char *visibility, message *why)
 {
     const char *const vertex[] = {gl_triangle_vertex, NULL};
-    const char *const fragment[] = {lightprobe_glsl_math(), visibility,   gl_light_buffer,
+    const char *const fragment[] = {lightprobe_glsl_math(), visibility,   light_buffer,
                                     shading_lights,         shading_main, NULL};
     return gl_program(name, vertex, fragment, why);
 }

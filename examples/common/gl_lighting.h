@@ -7,10 +7,6 @@
 #include "gl_draw.h"
 #include "lighting.h"
 
-// Declares struct Light, the buffer light[] of them at binding 0, and vec3 of(float[3]). The C array of
-// lightprobe_light goes into that buffer as it is.
-extern const char gl_light_buffer[];
-
 // Lights with sharp shadows get larger maps (lighting_map_side), so there are two sets of maps.
 #define GL_LIGHTING_SETS 2
 
