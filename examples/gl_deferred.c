@@ -23,7 +23,8 @@ static const char shading[] = // for a triangle over the picture, behind the tex
     "{\n"
     "    vec3 sum = lightprobe_residual.rgb / 4;\n" // from everywhere alike
     "    for (int i = 0; i < lightprobe_count; i++)\n"
-    "        sum += lightprobe_irradiance(i, normal) * mssm_visibility(i, p);\n"
+    "        if (lightprobe_irradiance(i, normal) != vec3(0))\n"
+    "            sum += lightprobe_irradiance(i, normal) * mssm_visibility(i, p);\n"
     "    return sum;\n"
     "}\n"
     "void main()\n"
@@ -65,13 +66,11 @@ static bool create(renderer *r, message *why)
 
 static void draw_shadows(renderer *r, const scene *s)
 {
-    const float low[3] = {s->low.x, s->low.y, s->low.z},
-                high[3] = {s->high.x, s->high.y, s->high.z};
+    const float lo[3] = {s->low.x, s->low.y, s->low.z}, hi[3] = {s->high.x, s->high.y, s->high.z};
     for (int i = 0; i < r->lights; i++) {
         const lightprobe_light *l = &r->light[i];
         mssm_light f;
-        mssm_light_directional(&f, l->direction, l->axis_u, l->tan_half_u, l->tan_half_v, low,
-                               high);
+        mssm_light_directional(&f, l->direction, l->axis_u, l->tan_half_u, l->tan_half_v, lo, hi);
         mssm_gl_set_light(r->shadows, i, &f);
         mssm_gl_begin_depth(r->shadows, i, 0);
         gl.UseProgram(r->depth_program);
