@@ -36,15 +36,15 @@ common = $(out)/libcommon.a
 glfw := $(strip $(shell pkg-config --libs glfw3 2>/dev/null))
 examples = $(patsubst examples/%.c,$(out)/%,$(filter-out $(if $(glfw),,examples/viewer.c),$(wildcard examples/*.c)))
 test_sources = $(filter-out tests/safe_bias.c $(wildcard tests/bench_*.c),$(wildcard tests/*.c))
-# tests/compare holds the rivals, which the tests use too, and two programs: report and its own files, and
-# measure, which is all the others.
+# tests/compare holds the rivals, which the tests use too, and three programs: report and pictures with
+# files of their own, and measure, which is all the others.
 compare = $(patsubst %.c,$(out)/%.o,$(wildcard tests/compare/*.c))
 part = $(patsubst %,$(out)/tests/compare/%.o,$(1))
 rivals = $(call part,methods percentage_closer variance convolution)
 report_only = $(call part,report charts page claims summary svg)
 report_objects = $(filter $(report_only) $(call part,figures),$(compare))
-measure_objects = $(filter-out $(report_only),$(compare))
-test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals)
+measure_objects = $(filter-out $(report_only) $(call part,pictures),$(compare))
+test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,gl_convolution measure_gl figures)
 stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $(call part,svg) \
     $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
@@ -79,10 +79,12 @@ measure_all = $(out)/measure $(1) --out build/accuracy.csv && \
 build/vector/measure:
 	$(MAKE) config=vector build/vector/measure
 
-chart: $(out)/measure $(out)/report build/vector/measure
+chart: $(out)/measure $(out)/report $(out)/pictures build/vector/measure
 	$(call measure_all,)
 	cp build/accuracy.csv docs/accuracy.csv
 	$(out)/report docs/accuracy.csv --docs docs
+	$(out)/pictures docs/methods_demo.png "demo scene" 0.25 0.3 3.1 6.6 0 0.75 0.3
+	$(out)/pictures docs/methods_grids.png grids 0.25 1.5 2.6 4.6 -0.1 0.35 0.2
 
 chart-quick: $(out)/measure $(out)/report build/vector/measure
 	$(call measure_all,--quick)
@@ -120,6 +122,9 @@ $(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 $(out)/measure: $(measure_objects) $(out)/tests/random.o $(out)/tests/oracle_lightprobe.o $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+$(out)/pictures: $(call part,pictures cases) $(rivals) $(out)/tests/random.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 $(out)/report: $(report_objects) $(common)

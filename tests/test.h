@@ -51,5 +51,6 @@ extern const test_case lightprobe_gl_tests[];
 extern const test_case demo_tests[];
 extern const test_case governor_tests[];
 extern const test_case compare_tests[];
+extern const test_case compare_gl_tests[];
 
 #endif

@@ -11,16 +11,18 @@ typedef struct reference_light {
     float padding[2];
 } reference_light;
 
-static const char common_text[] =
+const char gl_reference_text[] =
     "layout(binding = 4) uniform sampler2DArray depth_maps;\n"
     "struct Reference { mat4 world_to_shadow; vec4 kernel; };\n"
     "layout(std430, binding = 1) readonly buffer References { Reference reference[]; };\n"
-    "const float bias = 0.006;\n"
-    "vec3 shadow_place(int light, vec3 position)\n" // texture coordinates, depth in [-1,1]
+    "vec3 shadow_place(int light, vec3 position)\n"
     "{\n"
     "    vec4 p = reference[light].world_to_shadow * vec4(position, 1);\n"
     "    return vec3(0.5 * p.xy + 0.5, p.z);\n"
-    "}\n"
+    "}\n";
+
+static const char test_text[] =
+    "const float bias = 0.006;\n"
     // Outside of the map nothing is hit; Nearest texel, no mip levels.
     "float map_depth(int light, vec2 at)\n"
     "{\n"
@@ -56,9 +58,15 @@ static const char pcss_text[] =
     "    return lit / (TAPS * TAPS);\n"
     "}\n";
 
+void gl_reference_visibility(gl_reference_kind kind, char *text, size_t room)
+{
+    snprintf(text, room, "#define TAPS %d\n%s%s%s", GL_REFERENCE_TAPS, gl_reference_text, test_text,
+             kind == GL_REFERENCE_PCSS ? pcss_text : hard_text);
+}
+
 bool gl_reference_create(gl_reference *r, int side, int lights, message *why)
 {
-    char text[sizeof common_text + sizeof pcss_text + 64];
+    char text[GL_REFERENCE_TEXT];
     *r = (gl_reference){.side = side, .room = lights};
     gl.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &r->depth);
     gl.TextureStorage3D(r->depth, 1, GL_DEPTH_COMPONENT32F, side, side, lights);
@@ -69,8 +77,8 @@ bool gl_reference_create(gl_reference *r, int side, int lights, message *why)
     gl.NamedBufferStorage(r->lights, lights * (GLsizeiptr)sizeof(reference_light), NULL,
                           GL_DYNAMIC_STORAGE_BIT);
     for (int i = 0; i < 2; i++) {
-        snprintf(text, sizeof text, "#define TAPS %d\n%s%s", GL_REFERENCE_TAPS, common_text,
-                 i == GL_REFERENCE_HARD ? hard_text : pcss_text);
+        gl_reference_visibility(i == GL_REFERENCE_HARD ? GL_REFERENCE_HARD : GL_REFERENCE_PCSS,
+                                text, sizeof text);
         r->program[i] = gl_lighting_program(i == GL_REFERENCE_HARD ? "hard" : "PCSS", text, why);
         if (r->program[i]) continue;
         gl_reference_free(r);
@@ -139,12 +147,17 @@ void gl_reference_draw(gl_reference *r, const gl_lighting *g, int lights, const 
     gl.Disable(GL_DEPTH_TEST);
 }
 
+void gl_reference_bind(const gl_reference *r)
+{
+    gl.BindTextureUnit(DEPTH_UNIT, r->depth);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, LIGHT_BINDING, r->lights);
+}
+
 void gl_reference_shade(gl_reference *r, gl_lighting *g, const lighting *l, const camera *eye,
                         gl_reference_kind kind, bool add)
 {
     const int lights = l->lights < r->room ? l->lights : r->room;
-    gl.BindTextureUnit(DEPTH_UNIT, r->depth);
-    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, LIGHT_BINDING, r->lights);
+    gl_reference_bind(r);
     gl_lighting_pass(g, r->program[kind == GL_REFERENCE_PCSS], l, eye, 0, lights,
                      GL_LIGHTING_BASE | (add ? GL_LIGHTING_ADD : 0));
 }

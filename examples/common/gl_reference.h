@@ -18,6 +18,15 @@ typedef struct gl_reference {
     int side, room;
 } gl_reference;
 
+// GLSL: the depth maps as a sampler2DArray depth_maps at unit 4; at buffer binding 1 what a light is,
+// reference[light].kernel.xy being the half-width of its penumbra in texture coordinates per unit of
+// depth; vec3 shadow_place(int light, vec3 position): texture coordinates, and depth in [-1,1].
+extern const char gl_reference_text[];
+void gl_reference_bind(const gl_reference *r); // both of them
+// The text behind the shading programs, to be compiled into others.
+enum { GL_REFERENCE_TEXT = 4096 };
+void gl_reference_visibility(gl_reference_kind kind, char *text, size_t room);
+
 bool gl_reference_create(gl_reference *r, int side, int lights, message *why);
 void gl_reference_free(gl_reference *r);
 

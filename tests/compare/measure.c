@@ -5,11 +5,19 @@
 // lowest point) and prints a table for each light; --probe measures the lights of that file alone
 // (lat-long or strip of six faces, .hdr or .pfm). Figures go to the file of --out, if there is one.
 #include "measure.h"
+#include "measure_gl.h"
 
 #include "../../examples/common/threads.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+static bool measure_opengl(measurement *m, message *why)
+{
+    (void)why; // without OpenGL there is less in the file
+    measure_gl(&m->f, m->quick);
+    return true;
+}
 
 static const struct {
     const char *name;
@@ -18,6 +26,7 @@ static const struct {
     {"error", measure_error},       {"kernel", measure_kernel},       {"side", measure_side},
     {"temporal", measure_temporal}, {"setting", measure_setting},     {"lights", measure_lights},
     {"array", measure_array},       {"bandwidth", measure_bandwidth}, {"picture", measure_picture},
+    {"gl", measure_opengl},
 };
 enum { EXPERIMENTS = sizeof experiments / sizeof *experiments };
 
