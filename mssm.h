@@ -1859,10 +1859,10 @@ MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, flo
 }
 
 // What a blocker of weight w blocks so close to the receiver that it may be the receiver's own
-// surface in the next texel: all up to two texels of depth in front, nothing from five on.
+// surface in the next texel: all up to three texels of depth in front, nothing from nine on.
 MSSM_SHARED float mssm_close_by(struct mssm_receiver r, float z, float w)
 {
-    return w * mssm_clamp(1.4f - 0.5f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);
+    return w * mssm_clamp(1.4f - 0.25f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);
 }
 
 MSSM_SHARED float mssm_planned(struct mssm_plan p, int i)
@@ -3138,10 +3138,10 @@ static const char mssm__glsl_shading[] =
     "}\n"
     "\n"
     "// What a blocker of weight w blocks so close to the receiver that it may be the receiver's own\n"
-    "// surface in the next texel: all up to two texels of depth in front, nothing from five on.\n"
+    "// surface in the next texel: all up to three texels of depth in front, nothing from nine on.\n"
     "MSSM_SHARED float mssm_close_by(mssm_receiver r, float z, float w)\n"
     "{\n"
-    "    return w * mssm_clamp(1.4f - 0.5f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);\n"
+    "    return w * mssm_clamp(1.4f - 0.25f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);\n"
     "}\n"
     "\n"
     "MSSM_SHARED float mssm_planned(mssm_plan p, int i)\n"
