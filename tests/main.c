@@ -16,6 +16,7 @@ void test_fail(const char *file, int line, const char *format, ...)
     vprintf(format, list);
     printf("\n");
     va_end(list);
+    if (getenv("TEST_STOP")) exit(1);
 }
 
 void test_note(const char *format, ...)
@@ -53,8 +54,11 @@ static int chosen(const char *name, const char *words)
 
 int main(int argc, char **argv)
 {
-    const test_case *suites[] = {moments_tests, map_tests,  visibility_tests, lightprobe_tests,
-                                 files_tests,   glsl_tests, gl_tests, lightprobe_gl_tests};
+    const test_case *suites[] = {moments_tests, map_tests, visibility_tests, lightprobe_tests, edges_tests,
+#ifndef TEST_CPU_ONLY  // what coverage, mutants and other platforms are measured with
+                                 files_tests, glsl_tests, gl_tests, lightprobe_gl_tests, gl_hostile_tests
+#endif
+    };
     int passed = 0, failed = 0, left_out = 0;
     setvbuf(stdout, NULL, _IOLBF, 0);
     for (size_t s = 0; s < sizeof suites / sizeof *suites; s++) {

@@ -3,6 +3,7 @@
 //     build/release/test "enclose"       runs the tests whose name contains the words
 //     build/release/test -GL             runs those whose name does not
 // TEST_SCALE=10 divides the number of random trials by ten (used under valgrind and sanitizers).
+// TEST_STOP=1 ends the program at the first failed check (used for mutants).
 #ifndef TEST_H
 #define TEST_H
 
@@ -43,9 +44,11 @@ extern const test_case moments_tests[];
 extern const test_case map_tests[];
 extern const test_case visibility_tests[];
 extern const test_case lightprobe_tests[];
+extern const test_case edges_tests[];
 extern const test_case files_tests[];
 extern const test_case glsl_tests[];
 extern const test_case gl_tests[];
 extern const test_case lightprobe_gl_tests[];
+extern const test_case gl_hostile_tests[];
 
 #endif
