@@ -60,8 +60,13 @@ test-binary: $(out)/test
 
 test-cpu: $(out)/test-cpu
 
+outputs: $(out)/outputs
+
 coverage:
 	@sh tests/coverage.sh
+
+fuzz:
+	@sh tests/fuzz.sh
 
 platforms:
 	@sh tests/platforms.sh
@@ -102,11 +107,16 @@ $(out)/cpu/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h) Makefil
 	@mkdir -p $(@D)
 	$(CC) $(ALL_CFLAGS) -DTEST_CPU_ONLY -DMSSM_NO_GL -DLIGHTPROBE_NO_GL -c $< -o $@
 
+$(out)/cpu/examples/common/implementation.o: ALL_CFLAGS += $(HEADER_CFLAGS)
+
 $(out)/test-cpu: $(cpu_objects)
+	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
+
+$(out)/outputs: $(addprefix $(out)/cpu/,tests/platforms/outputs.o examples/common/implementation.o)
 	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
 
 $(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(out)/tests/families.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-.PHONY: all demo test test-binary test-cpu coverage platforms mutants fuzz glsl bias bench clean
+.PHONY: all demo test test-binary test-cpu outputs coverage platforms mutants fuzz glsl bias bench clean
 .SECONDARY:

@@ -17,7 +17,7 @@ build()
 }
 
 build coverage "" 10
-build coverage-plain -U__SSE2__ 40
+build coverage-plain -U__SSE2__ 10
 
 for header in mssm.h lightprobe.h; do
     # "count:line:text" before the branches of that line; counts are - (no code), ##### or a number.

@@ -49,7 +49,15 @@ int test_trials(int n)
 
 static int chosen(const char *name, const char *words)
 {
-    return words[0] == '-' ? !strstr(name, words + 1) : !!strstr(name, words);
+    if (words[0] != '-') return !!strstr(name, words);
+    for (const char *at = words + 1; *at;) { // several, with | between them
+        char word[80];
+        const size_t length = strcspn(at, "|");
+        snprintf(word, sizeof word, "%.*s", (int)length, at);
+        if (strstr(name, word)) return 0;
+        at += length + (at[length] == '|');
+    }
+    return 1;
 }
 
 int main(int argc, char **argv)

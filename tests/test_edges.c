@@ -72,7 +72,7 @@ static void each_bad_argument_alone_is_refused(void)
 static void frusta_beyond_the_range_of_float_are_refused(void)
 {
     static const arguments wrong[] = {
-        {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1e-41f, 1e-41f, 1e-41f}, {0.1f, 0.1f, 0, 0, 0}},
+        {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {2e-38f, 0, 0}, {0.1f, 0.1f, 0, 0, 0}},
         {{-3e38f, 0, 0}, {1, 0, 0}, {0, 1, 0}, {3e38f, 1, 1}, {0.1f, 0.1f, 0, 0, 0}},
         {{0, 3e38f, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 0}, {1e-3f, 1, 1.5f, 0, 0}},
         {{3e38f, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 0}, {1e-3f, 1, 2, 0, 0}}};
