@@ -4,6 +4,7 @@
 # tests/mutants.txt does not list as equivalent, with its reason. Called by `make mutants`; 10 minutes.
 #     MUTANTS=300 make mutants    how many, spread evenly over all that there are (about 1900)
 #     FIRST=7                     another choice of as many
+#     AGAIN=1                     those that survived the last run
 #     ONLY="text of a line"       all mutants of the lines that contain it
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -73,6 +74,10 @@ wanted=${MUTANTS:-240}
 awk -v n="$wanted" -v total="$total" -v first="${FIRST:-0}" '
     int(NR * n / total) > int((NR - 1) * n / total) && first == 0 { print }
     first > 0 && NR % int(total / n) == first % int(total / n) { print }' $work/all.tsv >$work/chosen.tsv
+if [ -n "${AGAIN-}" ]; then
+    awk -F '\t' 'NR == FNR { if ($1 == "survived") left[$2, $3, $4]; next } ($1, $6, $7) in left' \
+        $work/results.tsv $work/all.tsv >$work/chosen.tsv
+fi
 echo "$(wc -l <$work/chosen.tsv) of $total mutants"
 
 ${MAKE:-make} -s -j2 config=mutants CC="$CC" CFLAGS=-O1 test-cpu || exit 1

@@ -13,7 +13,7 @@ MAKE=${MAKE:-make}
 # can COMPILER FLAGS...: whether a small program can be made, and run behind $wrapper.
 can()
 {
-    program=build/platforms/can
+    program=build/platforms/can.$$
     rm -f $program $program.exe
     printf '#include <math.h>\n#include <stdio.h>\nint main(void) { return printf("%%g", sqrt(4.0)) != 1; }\n' >$program.c
     "$@" $program.c -o $program -lm 2>/dev/null || return 1

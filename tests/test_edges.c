@@ -154,6 +154,47 @@ static void points_without_a_shadow_position_are_refused(void)
     CHECK(!mssm_light_project(&light[0], far_off, s) && s[0] == 7, "overflow is projected");
 }
 
+// ---- Moments ----
+
+// What is stored is in [0,1]; anything else counts as the nearest of these, NaN as 1.
+static void stored_moments_are_clamped(void)
+{
+    static const float bad[] = {-0.5f, -INFINITY, 1.5f, INFINITY, NAN}, good[] = {0, 0, 1, 1, 1};
+    for (int i = 0; i < 6 * 5; i++) {
+        const int k = i % 6, which = i / 6;
+        mssm_moments6 six = {{0.5f, 0.6f, 0.4f, 0.7f, 0.3f, 0.5f}}, clamped = six;
+        six.b[k] = bad[which];
+        clamped.b[k] = good[which];
+        mssm_moments4 four, clamped4;
+        memcpy(four.b, six.b, sizeof four.b);
+        memcpy(clamped4.b, clamped.b, sizeof clamped4.b);
+        const mssm_moments6 a = mssm_moments6_decode(six), b = mssm_moments6_decode(clamped);
+        const mssm_moments4 c = mssm_moments4_decode(four), d = mssm_moments4_decode(clamped4);
+        CHECK(!memcmp(&a, &b, sizeof a) && !memcmp(&c, &d, sizeof c), "channel %d is %g", k, (double)bad[which]);
+        const mssm_moments6 e = mssm_moments6_encode(six);
+        const mssm_moments4 f = mssm_moments4_encode(four);
+        for (int j = 0; j < 6; j++)
+            CHECK(e.b[j] >= 0 && e.b[j] <= 1 && (j > 3 || (f.b[j] >= 0 && f.b[j] <= 1)), "encoded %d", j);
+    }
+    for (int i = 0; i < 3; i++) { // far outside, both ends are reached in each channel
+        const float x = i == 0 ? 100.0f : i == 1 ? -100.0f : 0;
+        const mssm_moments6 e = mssm_moments6_encode((mssm_moments6){{x, x, x * 9, x * 9, x * 99, x * 99}});
+        for (int j = 0; j < 6 && i < 2; j++) CHECK(e.b[j] == (i == 0 ? 1.0f : 0.0f), "%d: %g", j, (double)e.b[j]);
+    }
+}
+
+// A pair of roots that rounding of the coefficients can have made complex is one double root; no other is.
+static void only_rounding_makes_double_roots(void)
+{
+    static const float off[] = {-1e-3f, -1e-5f, 0, 1.2e-6f, 2.5e-6f, 1e-5f, 1e-3f};
+    for (int i = 0; i < 7; i++) {
+        // (x + 1)^2 + off: rounding of 2 and 1 + off makes up to 1.9e-6 of it.
+        const mssm_roots3 r = mssm_solve_cubic(1 + off[i], 2, 1, 0);
+        CHECK(r.count == (off[i] < 2e-6f ? 2 : 0), "%d roots at %g", r.count, (double)off[i]);
+        CHECK(off[i] < 0 || r.count == 0 || (fabsf(r.x[0] + 1) < 1e-3f && r.x[0] == r.x[1]), "root %g", (double)r.x[0]);
+    }
+}
+
 // ---- Maps ----
 
 static void nothing_given_is_lit(void)
@@ -183,6 +224,105 @@ static void nothing_given_is_lit(void)
         CHECK(n.b[k] == 1, "moment %d without a map is %g", k + 1, (double)n.b[k]);
     }
     free(memory);
+}
+
+static void depth_outside_counts_as_the_nearest_inside(void)
+{
+    enum { side = 5 };
+    static const float wild[4] = {-3, 7, -1.0001f, 2}, tame[4] = {-1, 1, -1, 1};
+    float a[side * side], b[side * side];
+    const size_t bytes = mssm_map_bytes(side, 6);
+    void *memory[2] = {malloc(bytes), malloc(bytes)};
+    mssm_map *map[2];
+    for (int i = 0; i < side * side; i++) {
+        a[i] = wild[i % 4];
+        b[i] = tame[i % 4];
+    }
+    for (int i = 0; i < 2; i++)
+        CHECK(memory[i] && !mssm_map_init(&map[i], memory[i], bytes, side, 6) &&
+                  !mssm_map_update(map[i], i ? b : a, i ? b : a, 1),
+              "no map");
+    for (int i = 0; i < side * side; i++) {
+        const float x = -1 + (2 * (float)(i % side) + 1) / side, y = -1 + (2 * (float)(i / side) + 1) / side;
+        const mssm_moments6 m = mssm_map_moments(map[0], x, y, 0, 0), n = mssm_map_moments(map[1], x, y, 0, 0);
+        CHECK(!memcmp(&m, &n, sizeof m) && fabsf(m.b[0] - tame[i % 4]) < 1e-5f, "texel %d: %g", i, (double)m.b[0]);
+    }
+    for (int i = 0; i < 2; i++) free(memory[i]);
+}
+
+// Levels of odd sizes: the texels that stick out are filled with depth 1.
+static void odd_levels_are_filled_with_the_far_end(void)
+{
+    static const struct {
+        int side;
+        float low_x, low_y, width; // of the query, in texels
+        double mean;               // of a map that is -1 everywhere
+    } cases[] = {{57, 17, 0, 40, -0.975},
+                 {57, 17, 17, 40, (-19.5 * 19.5 + 0.25 * 0.5) / 400},
+                 {57, 4, 6, 40, -1},
+                 {29, 0, 0, 29, (-14.0 * 14 + 0.25 * 0.5) / (14.5 * 14.5)},
+                 {58, 0, 0, 58, (-14.0 * 14 + 0.25 * 0.5) / (14.5 * 14.5)}};
+    static float depth[58 * 58];
+    for (int i = 0; i < 58 * 58; i++) depth[i] = -1;
+    for (int i = 0; i < 5; i++) {
+        for (int moments = 4; moments <= 6; moments += 2) {
+            const size_t bytes = mssm_map_bytes(cases[i].side, moments);
+            void *memory = malloc(bytes);
+            mssm_map *map;
+            CHECK(memory && !mssm_map_init(&map, memory, bytes, cases[i].side, moments) &&
+                      !mssm_map_update(map, depth, NULL, 1),
+                  "no map");
+            const float unit = 2 / (float)cases[i].side, half = 0.5f * cases[i].width;
+            const mssm_moments6 m =
+                mssm_map_moments(map, (cases[i].low_x + half) * unit - 1, (cases[i].low_y + half) * unit - 1,
+                                 half * unit, half * unit);
+            CHECK(fabs((double)m.b[0] - cases[i].mean) < 1e-5, "case %d, %d moments: %.9g, not %.9g", i, moments,
+                  (double)m.b[0], cases[i].mean);
+            CHECK(fabs((double)m.b[1] - 1) < 1e-5 && fabs((double)m.b[3] - 1) < 1e-5, "case %d: even moments", i);
+            free(memory);
+        }
+    }
+}
+
+// A light without size under a wide bias: the bounds of one texel's stored moments are those of the same
+// moments decoded and biased. Only there does the bias of the tables show in more than the last digits.
+static void tables_are_biased_towards_the_encoded_vector(void)
+{
+    enum { side = 8 };
+    float depth[side * side * 4];
+    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0}, x[3] = {1, 0, 0};
+    uint64_t seed = 41;
+    double worst = 0;
+    for (int trial = 0; trial < 2000; trial++) {
+        const int moments = trial & 1 ? 6 : 4;
+        const size_t bytes = mssm_map_bytes(side, moments);
+        void *memory = malloc(bytes);
+        mssm_map *map;
+        mssm_light light;
+        for (int i = 0; i < side * side * 4; i++) depth[i] = (float)test_range(&seed, -1, 0.8);
+        CHECK(memory && !mssm_map_init(&map, memory, bytes, side, moments) &&
+                  !mssm_map_update(map, depth, NULL, 4) &&
+                  !mssm_light_directional(&light, up, x, 0, 0, low, high),
+              "no map");
+        mssm_settings s = {0, MSSM_LOWER_BLOCKER, 0, 1e-7f, 0, 1e-9f};
+        s.moments = moments;
+        s.moment_bias = (float)pow(10, test_range(&seed, -3, -0.05));
+        const float p[3] = {(float)test_range(&seed, -0.8, 0.8), (float)test_range(&seed, -0.9, 0.9),
+                            (float)test_range(&seed, -0.8, 0.8)};
+        float at[3];
+        CHECK(mssm_light_project(&light, p, at), "no projection");
+        const mssm_moments6 six = mssm_map_moments(map, at[0], at[1], 0, 0);
+        mssm_moments4 four;
+        memcpy(four.b, six.b, sizeof four.b);
+        const float want =
+            moments == 6 ? mssm_visibility6(mssm_moments6_bias_encoded(six, s.moment_bias), at[2]).upper
+                         : mssm_visibility4(mssm_moments4_bias_encoded(four, s.moment_bias), at[2]).upper;
+        const double off = fabs((double)mssm_map_visibility(map, &light, &s, p) - (double)want);
+        worst = off > worst ? off : worst;
+        CHECK(off < 2e-3, "trial %d, bias %g: off by %g", trial, (double)s.moment_bias, off);
+        free(memory);
+    }
+    test_note("to %.1e", worst);
 }
 
 static void casters_beyond_the_box_cast_shadows(void)
@@ -292,6 +432,17 @@ static void probe_functions_clamp_their_arguments(void)
           "0 lights are not the default");
 }
 
+// A disc that all but sinks below the horizon gives next to nothing, however the terms round.
+static void sinking_discs_give_nothing(void)
+{
+    uint64_t seed = 51;
+    for (int i = 0; i < 200000; i++) {
+        const double alpha = pow(10, test_range(&seed, -3, 0)), left = pow(10, test_range(&seed, -7, -3));
+        const float e = lightprobe_disc_irradiance((float)cos(alpha), (float)-sin(alpha - left * alpha));
+        CHECK(e >= 0 && e < 1e-3f, "%g of a disc of %g, %g of it seen", (double)e, alpha, left);
+    }
+}
+
 // Extracts with exactly the scratch memory asked for.
 static lightprobe_result extract(const lightprobe_cube *cube, const lightprobe_settings *s,
                                  lightprobe_light *lights, int *count, lightprobe_stats *stats)
@@ -349,6 +500,72 @@ static void settings_have_the_defaults_and_ends_they_say(void)
     ca = -7;
     CHECK(extract(&cube, &s, a, &ca, NULL) == LIGHTPROBE_ERROR_LIGHTS && ca == -7, "too many previous lights");
     test_probe_free(&p);
+}
+
+// Tiles of 4 x 4 texels and squares of tiles, cut by the border in every way.
+static void energy_is_conserved_at_every_side(void)
+{
+    static lightprobe_light lights[16];
+    for (int side = 1; side <= 48; side++) {
+        test_probe p = test_scene_probe(SCENE_NOISE, side);
+        const lightprobe_cube cube = test_probe_cube(&p);
+        lightprobe_settings s = {0};
+        s.max_lights = 16;
+        lightprobe_stats stats;
+        int count = 0;
+        double total[3], omega = 0;
+        oracle_total(&p, total);
+        CHECK(!extract(&cube, &s, lights, &count, &stats), "side %d fails", side);
+        for (int c = 0; c < 3; c++) {
+            double sum = (double)stats.residual[c];
+            for (int i = 0; i < count; i++) sum += (double)lights[i].irradiance[c];
+            CHECK(fabs(sum / total[c] - 1) < 2e-6, "side %d: %.9g of the energy", side, sum / total[c]);
+        }
+        for (int i = 0; i < count; i++) omega += (double)lights[i].solid_angle;
+        CHECK(fabs(omega / 12.566370614 - 1) < 2e-6, "side %d: the lights fill %.9g of the sphere", side,
+              omega / 12.566370614);
+        test_probe_free(&p);
+    }
+}
+
+// Lights of known probes, first afresh and then from those of a changed probe, as two sums each that every
+// light's place, energy, direction and size goes into. Recorded with gcc 12 -O2: a change of these numbers
+// is a change of the lights that people get.
+static void lights_of_known_probes_are_as_recorded(void)
+{
+    static const double recorded[SCENE_COUNT][4] = {
+        {1.208065, 1.959528, 1.193031, 1.943914},
+        {0.481601, 2.006684, 0.500489, 2.007725},
+        {-0.485423, 1.412670, -0.243800, 1.369552},
+        {0.042341, 2.032091, 0.085578, 2.023768},
+        {-0.116748, 1.996970, -0.026103, 1.993430}};
+    static lightprobe_light lights[24];
+    for (int scene = 0; scene < SCENE_COUNT; scene++) {
+        test_probe p = test_scene_probe((test_scene)scene, 24);
+        const lightprobe_cube cube = test_probe_cube(&p);
+        int count = 0;
+        for (int frame = 0; frame < 2; frame++) {
+            lightprobe_settings s = {0};
+            s.max_lights = 24;
+            s.previous = lights;
+            s.previous_count = count;
+            lightprobe_stats stats;
+            CHECK(!extract(&cube, &s, lights, &count, &stats), "%s fails", test_scene_names[scene]);
+            double sum = 0, sizes = 0;
+            for (int i = 0; i < count; i++) {
+                const lightprobe_light *l = &lights[i];
+                const double along = 0.3 * (double)l->direction[0] + 0.5 * (double)l->direction[1] +
+                                     0.7 * (double)l->direction[2];
+                sum += (i + 1) * along * (double)l->irradiance[1] / (double)stats.total[1];
+                sizes += (double)(l->tan_half_u + 2 * l->tan_half_v + l->cos_alpha) / 24;
+            }
+            CHECK(fabs(sum - recorded[scene][2 * frame]) < 1e-3 &&
+                      fabs(sizes - recorded[scene][2 * frame + 1]) < 1e-3,
+                  "%s, frame %d: %.6f, %.6f", test_scene_names[scene], frame, sum, sizes);
+            for (int i = 0; i < 3 * 24 * 8; i++) p.face[2][i] *= 3; // a third of the sky brightens
+        }
+        test_probe_free(&p);
+    }
 }
 
 // Lights of the previous frame that never were in a probe: brighter than any, without extent.
@@ -474,11 +691,19 @@ const test_case edges_tests[] = {
     {"edges: any axis gives an orthonormal frame", any_axis_gives_an_orthonormal_frame},
     {"edges: points without a shadow position are refused", points_without_a_shadow_position_are_refused},
     {"edges: nothing given is lit", nothing_given_is_lit},
+    {"edges: stored moments are clamped", stored_moments_are_clamped},
+    {"edges: only rounding makes double roots", only_rounding_makes_double_roots},
+    {"edges: depth outside counts as the nearest inside", depth_outside_counts_as_the_nearest_inside},
+    {"edges: odd levels are filled with the far end", odd_levels_are_filled_with_the_far_end},
+    {"edges: tables are biased towards the encoded vector", tables_are_biased_towards_the_encoded_vector},
     {"edges: casters beyond the box cast shadows", casters_beyond_the_box_cast_shadows},
     {"edges: visibility stays in range behind full kernels", visibility_stays_in_range_behind_full_kernels},
     {"edges: texts say what they should", texts_say_what_they_should},
     {"edges: probe functions clamp their arguments", probe_functions_clamp_their_arguments},
     {"edges: settings have the defaults and ends they say", settings_have_the_defaults_and_ends_they_say},
+    {"edges: sinking discs give nothing", sinking_discs_give_nothing},
+    {"edges: energy is conserved at every side", energy_is_conserved_at_every_side},
+    {"edges: lights of known probes are as recorded", lights_of_known_probes_are_as_recorded},
     {"edges: foreign previous lights are taken as places", foreign_previous_lights_are_taken_as_places},
     {"edges: hot texels are lights of their size", hot_texels_are_lights_of_their_size},
     {"edges: lights are spent again where they are needed", lights_are_spent_again_where_they_are_needed},
