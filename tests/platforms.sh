@@ -84,7 +84,10 @@ for cc in gcc clang; do
     platform "$cc -m32 -msse2 -mfpmath=sse" "" "gcc-multilib" 4 $cc "-O2 -m32 -msse2 -mfpmath=sse"
 done
 platform "gcc -m32 -mfpmath=387" "" "gcc-multilib" 4 gcc "-O2 -m32 -march=i686 -mfpmath=387"
-platform "x86-64 Windows (mingw-w64)" wine64 "gcc-mingw-w64-x86-64 wine64" 10 x86_64-w64-mingw32-gcc -O2 "" \
+# Debian's wine64 alone puts nothing into the path.
+wine=$(command -v wine64 || command -v wine || echo /usr/lib/wine/wine64)
+export WINEDEBUG=-all
+platform "x86-64 Windows (mingw-w64)" "$wine" "gcc-mingw-w64-x86-64 wine64" 10 x86_64-w64-mingw32-gcc -O2 "" \
     "-static -lm -lpthread"
 # Debian's gcc for these cannot live next to gcc-multilib; clang with their libraries can.
 platform "aarch64" qemu-aarch64 "clang libc6-dev-arm64-cross libgcc-12-dev-arm64-cross binutils-aarch64-linux-gnu qemu-user" \
