@@ -10,6 +10,10 @@
 #   make chart         speed against accuracy, all methods: docs/accuracy.md, its pictures and figures
 #   make chart-quick   the same from fewer receivers, into build/docs
 #   make chart-check   whether README and docs still say what the figures say
+#   make fuzz          random and damaged input for both headers and the file readers, FUZZ_SECONDS=60 each
+#   make coverage      lines and branches of the headers' CPU halves that the tests take; fails below 100%
+#   make platforms     other compilers, flags, processors and byte orders -> build/platforms.md
+#   make mutants       changes the headers' formulas one by one and reports what no test notices
 #   make clean
 #
 # config=debug | release | sanitize | coverage | native, e.g. make test-binary config=debug
@@ -21,13 +25,15 @@ WARNINGS = -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror
 flags_debug = -O0 -g
 flags_release = -O2
 flags_sanitize = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
-flags_coverage = -O0 -g --coverage
+# Inlined functions would count once for each of their calls.
+flags_coverage = -O0 -g --coverage -Dalways_inline=unused
 flags_native = -O3 -march=native -ffp-contract=fast
 flags_vector = -O3 -march=native -fno-math-errno -fno-trapping-math
 flags_m32 = -O2 -m32
 CFLAGS ?= $(flags_$(config))
 ALL_CFLAGS = -std=c99 $(WARNINGS) -I. $(CFLAGS)
 LIBS = -lm -lpthread -ldl
+CPU_LIBS = -lm -lpthread
 
 headers = mssm.h lightprobe.h
 common_objects = $(patsubst %.c,$(out)/%.o,$(wildcard examples/common/*.c))
@@ -49,6 +55,12 @@ stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $
     $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
 
+# The tests of what needs no OpenGL: for coverage, mutants and other platforms.
+cpu_sources = $(addprefix tests/,main.c test_moments.c test_map.c test_visibility.c test_lightprobe.c test_edges.c test_cases.c \
+    oracle_moments.c oracle_lightprobe.c families.c random.c scenes.c) \
+    $(filter-out examples/common/gl_%.c,$(wildcard examples/common/*.c))
+cpu_objects = $(patsubst %.c,$(out)/cpu/%.o,$(cpu_sources))
+
 all: $(examples)
 	@$(if $(glfw),,echo "viewer left out: apt-get install pkg-config libglfw3-dev")
 
@@ -59,6 +71,22 @@ test:
 	@sh tests/run.sh
 
 test-binary: $(out)/test
+
+test-cpu: $(out)/test-cpu
+
+outputs: $(out)/outputs
+
+coverage:
+	@sh tests/coverage.sh
+
+fuzz:
+	@sh tests/fuzz.sh
+
+platforms:
+	@sh tests/platforms.sh
+
+mutants:
+	@sh tests/mutants.sh
 
 glsl:
 	sh tests/make_glsl.sh $(headers)
@@ -130,5 +158,18 @@ $(out)/pictures: $(call part,pictures cases) $(rivals) $(out)/tests/random.o $(c
 $(out)/report: $(report_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-.PHONY: all demo test test-binary glsl bias stability bench chart chart-quick chart-check clean build/vector/measure
+$(out)/cpu/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h tests/*/*.h) Makefile
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) -DTEST_CPU_ONLY -DMSSM_NO_GL -DLIGHTPROBE_NO_GL -c $< -o $@
+
+$(out)/cpu/examples/common/implementation.o: ALL_CFLAGS += $(HEADER_CFLAGS)
+
+$(out)/test-cpu: $(cpu_objects)
+	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
+
+$(out)/outputs: $(addprefix $(out)/cpu/,tests/platforms/outputs.o examples/common/implementation.o)
+	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
+
+.PHONY: all demo test test-binary test-cpu outputs coverage platforms mutants fuzz glsl bias stability bench chart \
+    chart-quick chart-check clean build/vector/measure
 .SECONDARY:

@@ -304,7 +304,7 @@ LIGHTPROBE_SHARED float lightprobe_angle(float y, float x)
 {
     float ax = fabsf(x);
     float most = ax < y ? y : ax;
-    float t = most > 0.0f ? (ax < y ? ax : y) / most : 0.0f;
+    float t = (ax < y ? ax : y) / (most + 1e-37f);
     float t2 = t * t;
     float p = 0.0028662257f;
     p = p * t2 - 0.0161657367f;
@@ -353,7 +353,7 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
     }
     float e = (arc + n * n * chord * c / sin_theta2) / size;
     e = 0.15915494f * (e + (1.0f + c) * n * lightprobe_angle(chord, -c * n));
-    return e > 0.0f ? (e < 1.0f ? e : 1.0f) : 0.0f;
+    return e > 0.0f ? e : 0.0f; // at most 0.65
 }
 // [glsl end]
 
@@ -875,12 +875,13 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
     lightprobe_cell *cell = w->cells[LIGHTPROBE_TILE_LEVEL] + (face * w->tiles + ty) * w->tiles;
     for (int tx = 0; tx < w->tiles; tx++, cell++, texels += 12, band += 24, s += 12) {
         float copy[48];
-        for (int copied = tx >= plain;; copied = 1) {
-            if (copied) w->repaired += lightprobe__gather(w, face, tx, ty, copy);
-            const float *from = copied ? copy + (flip ? 36 : 0) : texels;
-            const ptrdiff_t by = copied ? copy_step : step;
-            if (lightprobe__sum_tile(from, by, band, stride, s, t, omega[tx], cell)) break;
-            if (copied) break;
+        int copied = tx >= plain;
+        if (copied) w->repaired += lightprobe__gather(w, face, tx, ty, copy);
+        // Called in one place, so that tiles are summed alike; a copy is always good.
+        while (!lightprobe__sum_tile(copied ? copy + (flip ? 36 : 0) : texels,
+                                     copied ? copy_step : step, band, stride, s, t, omega[tx], cell)) {
+            w->repaired += lightprobe__gather(w, face, tx, ty, copy);
+            copied = 1;
         }
     }
 }
@@ -1839,7 +1840,7 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
         const float along = lightprobe_dot(side, light->direction);
         for (int k = 0; k < 3; k++) axis[k] = side[k] - along * light->direction[k];
         const double half = size[i] * (double)lightprobe_normalize(axis) / distance;
-        *(i ? &light->tan_half_v : &light->tan_half_u) = (float)(half < 4 ? half : 4);
+        *(i ? &light->tan_half_v : &light->tan_half_u) = (float)fmin(half, 4);
     }
     for (int i = 0; i < 3; i++)
         light->irradiance[i] = lightprobe_clamp(flux[i] / (double)LIGHTPROBE_SCALE);
@@ -2058,7 +2059,7 @@ static const char lightprobe__glsl_text[] =
     "{\n"
     "    float ax = fabsf(x);\n"
     "    float most = ax < y ? y : ax;\n"
-    "    float t = most > 0.0f ? (ax < y ? ax : y) / most : 0.0f;\n"
+    "    float t = (ax < y ? ax : y) / (most + 1e-37f);\n"
     "    float t2 = t * t;\n"
     "    float p = 0.0028662257f;\n"
     "    p = p * t2 - 0.0161657367f;\n"
@@ -2107,7 +2108,7 @@ static const char lightprobe__glsl_text[] =
     "    }\n"
     "    float e = (arc + n * n * chord * c / sin_theta2) / size;\n"
     "    e = 0.15915494f * (e + (1.0f + c) * n * lightprobe_angle(chord, -c * n));\n"
-    "    return e > 0.0f ? (e < 1.0f ? e : 1.0f) : 0.0f;\n"
+    "    return e > 0.0f ? e : 0.0f; // at most 0.65\n"
     "}\n"
     // [glsl text end]
     "#undef LIGHTPROBE_SHARED\n"
@@ -3530,9 +3531,9 @@ static lightprobe_result lightprobe__load(lightprobe_gl *gl)
 #undef LIGHTPROBE__GL_LOAD
     if (gl->f.GetIntegerv && gl->f.GetString && gl->f.GetError) {
         const char *text = (const char *)gl->f.GetString(LIGHTPROBE__GL_VERSION);
-        const int version = lightprobe__get(gl, LIGHTPROBE__GL_MAJOR_VERSION) * 10 +
-                            lightprobe__get(gl, LIGHTPROBE__GL_MINOR_VERSION);
-        if (!text || !strncmp(text, "OpenGL ES", 9) || version < 45) {
+        const int major = lightprobe__get(gl, LIGHTPROBE__GL_MAJOR_VERSION);
+        const int old = major < 4 || (major == 4 && lightprobe__get(gl, LIGHTPROBE__GL_MINOR_VERSION) < 5);
+        if (!text || !strncmp(text, "OpenGL ES", 9) || old) {
             lightprobe__log(gl, "OpenGL 4.5 is needed, this context is ",
                             text ? text : "not current");
             return LIGHTPROBE_ERROR_GL_VERSION;
@@ -3755,7 +3756,7 @@ static lightprobe_result lightprobe__check_units(const lightprobe_gl *gl)
 {
     if (gl->desc.first_texture_unit <
             lightprobe__get(gl, LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) &&
-        gl->desc.first_buffer_binding + LIGHTPROBE__BINDINGS <=
+        (int64_t)gl->desc.first_buffer_binding + LIGHTPROBE__BINDINGS <=
             lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS))
         return LIGHTPROBE_OK;
     lightprobe__log(gl, "first_texture_unit or first_buffer_binding is beyond this driver's", NULL);
@@ -3871,6 +3872,7 @@ static int lightprobe__find_mip(const lightprobe_gl *gl, unsigned texture)
     f->GetTextureParameteriv(texture, LIGHTPROBE__GL_TEXTURE_TARGET, &target);
     if (target != LIGHTPROBE__GL_TEXTURE_CUBE_MAP) return -1;
     f->GetTextureParameteriv(texture, LIGHTPROBE__GL_TEXTURE_BASE_LEVEL, &base);
+    if (base < 0) return -1;
     for (int level = base; level < LIGHTPROBE__LEVELS; level++) {
         int width = 0;
         f->GetTextureLevelParameteriv(texture, level, LIGHTPROBE__GL_TEXTURE_WIDTH, &width);
@@ -3999,7 +4001,8 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
     lightprobe__gl_header h;
     memcpy(&h, slot, sizeof h);
     gl->given = number;
-    if (h.count > gl->desc.max_lights) h.count = gl->desc.max_lights; // the array's room
+    // The array's room, whatever a driver has put there.
+    h.count = h.count < 0 ? 0 : h.count > gl->desc.max_lights ? gl->desc.max_lights : h.count;
     for (int i = 0; i < h.count; i++) {
         lightprobe__gl_light from;
         lightprobe_light *to = lights + i;

@@ -927,13 +927,13 @@ MSSM_SHARED float mssm_reach(float b, float c, float d)
     return spread > 0.0f ? 1.324718f * (cube > root ? cube : root) : cube;
 }
 
-// All three roots of a cubic that is known to have only real ones.
+// All three roots of a cubic that is known to have only real ones; the single one is the lowest or the highest.
 MSSM_SHARED mssm_roots3 mssm_sort3(float single, struct mssm_pair p)
 {
     mssm_roots3 r;
     r.count = 3;
     r.x[0] = single < p.x0 ? single : p.x0;
-    r.x[1] = single < p.x0 ? p.x0 : (single < p.x1 ? single : p.x1);
+    r.x[1] = single < p.x0 ? p.x0 : p.x1;
     r.x[2] = single < p.x1 ? p.x1 : single;
     return r;
 }
@@ -1002,8 +1002,10 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     r.count = 3;
     if (size <= 0.0f) return r;
     b = b / size;
-    c = c / size / size;
-    d = d / size / size / size;
+    // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of size,
+    // which leaves the range of float.
+    c = mssm_clamp(c / size, -3e38f, 3e38f) / size;
+    d = mssm_clamp(mssm_clamp(d / size, -3e38f, 3e38f) / size, -3e38f, 3e38f) / size;
     struct mssm_deflated left = mssm_deflate(b, c, d, mssm_reach(b, c, d));
     // A complex pair counts as a double root where rounding of the coefficients can have made it:
     // where the cubic at its real part m, disc * (m - root), is noise. The larger of that and
@@ -2683,13 +2685,13 @@ static const char mssm__glsl_math[] =
     "    return spread > 0.0f ? 1.324718f * (cube > root ? cube : root) : cube;\n"
     "}\n"
     "\n"
-    "// All three roots of a cubic that is known to have only real ones.\n"
+    "// All three roots of a cubic that is known to have only real ones; the single one is the lowest or the highest.\n"
     "MSSM_SHARED mssm_roots3 mssm_sort3(float single, mssm_pair p)\n"
     "{\n"
     "    mssm_roots3 r;\n"
     "    r.count = 3;\n"
     "    r.x[0] = single < p.x0 ? single : p.x0;\n"
-    "    r.x[1] = single < p.x0 ? p.x0 : (single < p.x1 ? single : p.x1);\n"
+    "    r.x[1] = single < p.x0 ? p.x0 : p.x1;\n"
     "    r.x[2] = single < p.x1 ? p.x1 : single;\n"
     "    return r;\n"
     "}\n"
@@ -2758,8 +2760,10 @@ static const char mssm__glsl_math[] =
     "    r.count = 3;\n"
     "    if (size <= 0.0f) return r;\n"
     "    b = b / size;\n"
-    "    c = c / size / size;\n"
-    "    d = d / size / size / size;\n"
+    "    // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of size,\n"
+    "    // which leaves the range of float.\n"
+    "    c = mssm_clamp(c / size, -3e38f, 3e38f) / size;\n"
+    "    d = mssm_clamp(mssm_clamp(d / size, -3e38f, 3e38f) / size, -3e38f, 3e38f) / size;\n"
     "    mssm_deflated left = mssm_deflate(b, c, d, mssm_reach(b, c, d));\n"
     "    // A complex pair counts as a double root where rounding of the coefficients can have made it:\n"
     "    // where the cubic at its real part m, disc * (m - root), is noise. The larger of that and\n"
@@ -3837,10 +3841,11 @@ static mssm_result mssm__load(mssm_gl *gl)
 #undef MSSM__GL_LOAD
     if (gl->f.GetIntegerv && gl->f.GetString && gl->f.GetError) {
         const char *text = (const char *)gl->f.GetString(MSSM__GL_VERSION);
-        const int version =
-            mssm__get(gl, MSSM__GL_MAJOR_VERSION) * 10 + mssm__get(gl, MSSM__GL_MINOR_VERSION);
-        if (!text || !strncmp(text, "OpenGL ES", 9) || version < 45) {
-            mssm__log(gl, "OpenGL 4.5 is needed, this context is ", text ? text : "not current");
+        const int major = mssm__get(gl, MSSM__GL_MAJOR_VERSION);
+        const int old = major < 4 || (major == 4 && mssm__get(gl, MSSM__GL_MINOR_VERSION) < 5);
+        if (!text || !strncmp(text, "OpenGL ES", 9) || old) {
+            mssm__log(gl, "OpenGL 4.5 is needed, this context is ",
+                      text ? text : "not current");
             return MSSM_ERROR_GL_VERSION;
         }
     }
@@ -4248,8 +4253,8 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
 
 static mssm_result mssm__check_units(mssm_gl *gl)
 {
-    if (gl->desc.first_texture_unit >
-            mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) - 2 ||
+    if ((int64_t)gl->desc.first_texture_unit + 2 >
+            mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) ||
         gl->desc.first_buffer_binding >=
             mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS)) {
         mssm__log(gl, "first_texture_unit or first_buffer_binding is beyond this driver's", NULL);

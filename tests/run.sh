@@ -116,6 +116,13 @@ else
     echo "skip  valgrind: apt-get install valgrind" && skipped=$((skipped + 1))
 fi
 
+section "fuzz, short" sh tests/fuzz.sh short
+if command -v gcov >/dev/null && gcc --version >/dev/null 2>&1; then
+    section "coverage" sh tests/coverage.sh
+else
+    echo "skip  coverage: apt-get install gcc" && skipped=$((skipped + 1))
+fi
+
 if [ -n "${TEST_REQUIRE_ALL-}" ] && [ "$skipped" -gt 0 ]; then
     echo "FAIL  $skipped skipped where nothing may be"
     failed=$((failed + 1))

@@ -1,8 +1,9 @@
 // The test harness: a suite is an array of named properties; a failing one can be rerun alone by name.
 //     build/release/test                 runs everything
 //     build/release/test "enclose"       runs the tests whose name contains the words
-//     build/release/test -GL             runs those whose name does not
+//     build/release/test "-GL|layered"   runs those whose name contains neither
 // TEST_SCALE=10 divides the number of random trials by ten (used under valgrind and sanitizers).
+// TEST_STOP=1 ends the program at the first failed check (used for mutants).
 #ifndef TEST_H
 #define TEST_H
 
@@ -44,10 +45,12 @@ extern const test_case cases_tests[];
 extern const test_case map_tests[];
 extern const test_case visibility_tests[];
 extern const test_case lightprobe_tests[];
+extern const test_case edges_tests[];
 extern const test_case files_tests[];
 extern const test_case glsl_tests[];
 extern const test_case gl_tests[];
 extern const test_case lightprobe_gl_tests[];
+extern const test_case gl_hostile_tests[];
 extern const test_case demo_tests[];
 extern const test_case governor_tests[];
 extern const test_case compare_tests[];
