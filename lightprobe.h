@@ -1661,7 +1661,7 @@ LIGHTPROBE_SHARED double lightprobe_form(const double m[6], const lightprobe_dve
 
 LIGHTPROBE_SHARED float lightprobe_clamp(double x)
 {
-    return x > FLT_MAX ? FLT_MAX : x < -FLT_MAX ? -FLT_MAX : LIGHTPROBE_FLOAT(x);
+    return x > FLT_MAX ? FLT_MAX : LIGHTPROBE_FLOAT(x);
 }
 
 // Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /
@@ -3331,7 +3331,7 @@ static const char lightprobe__glsl_write[] =
     "\n"
     "LIGHTPROBE_SHARED float lightprobe_clamp(double x)\n"
     "{\n"
-    "    return x > FLT_MAX ? FLT_MAX : x < -FLT_MAX ? -FLT_MAX : LIGHTPROBE_FLOAT(x);\n"
+    "    return x > FLT_MAX ? FLT_MAX : LIGHTPROBE_FLOAT(x);\n"
     "}\n"
     "\n"
     "// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /\n"
