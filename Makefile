@@ -6,7 +6,7 @@
 #   make glsl          renews the GLSL text inside the headers from their C source
 #   make bias          proves the safe moment bias per storage format; fails where mssm.h has less
 #   make stability     where moment methods fail, ours and others: docs/stability.md (some minutes)
-#   make bench         speed of the moment math, the map and the probe (docs quote it)
+#   make bench         speed of the moment math, the map, the probe and the governor's ladder
 #   make chart         speed against accuracy, all methods: docs/accuracy.md, its pictures and figures
 #   make chart-quick   the same from fewer receivers, into build/docs
 #   make chart-check   whether README and docs still say what the figures say

@@ -80,14 +80,14 @@ static bool measure(rung *cheapest, rung *r, const scene *s, int rounds, const q
 
 int main(int argc, char **argv)
 {
-    const int width = argc > 1 ? atoi(argv[1]) : 480, asked = argc > 2 ? atoi(argv[2]) : 9;
+    const int width = argc > 1 ? atoi(argv[1]) : 480, asked = argc > 2 ? atoi(argv[2]) : 5;
     const int rounds = asked < 1 ? 1 : asked < ROUNDS_MOST ? asked : ROUNDS_MOST;
     const char *missing = "";
     static rung cheapest, r;
+    static probe p;
+    static scene s;
     gl_context context;
     message why = {"no memory"};
-    probe p;
-    scene s;
     if (!gl_context_create(&context, &missing)) {
         printf("no frames of the governor: %s\n", missing);
         return 0;
@@ -101,6 +101,8 @@ int main(int argc, char **argv)
     }
     if (!done) fprintf(stderr, "bench_governor: %s\n", why.text);
     rung_close(&cheapest);
+    scene_free(&s);
+    probe_free(&p);
     gl_context_destroy(&context);
     return done ? 0 : 1;
 }
