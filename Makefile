@@ -6,7 +6,7 @@
 #   make glsl          renews the GLSL text inside the headers from their C source
 #   make bias          proves the safe moment bias per storage format; fails where mssm.h has less
 #   make stability     where moment methods fail, ours and others: docs/stability.md (some minutes)
-#   make bench         speed of the moment math, the map and the probe (docs quote it)
+#   make bench         speed of the moment math, the map, the probe and the governor's ladder
 #   make chart         speed against accuracy, all methods: docs/accuracy.md, its pictures and figures
 #   make chart-quick   the same from fewer receivers, into build/docs
 #   make chart-check   whether README and docs still say what the figures say
@@ -50,7 +50,7 @@ rivals = $(call part,methods percentage_closer variance convolution)
 report_only = $(call part,report charts page claims summary svg)
 report_objects = $(filter $(report_only) $(call part,figures),$(compare))
 measure_objects = $(filter-out $(report_only) $(call part,pictures),$(compare))
-test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,gl_convolution measure_gl figures)
+test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,gl_convolution measure_gl figures light_cuts)
 stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $(call part,svg) \
     $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))

@@ -4,6 +4,7 @@
 #include "common/gl_lighting.h"
 #include "common/gl_reference.h"
 #include "common/gl_text.h"
+#include "common/governor.h"
 #include "common/png.h"
 #include "common/threads.h"
 
@@ -20,7 +21,9 @@ static const char *const method_name[METHODS] = {
     "layered", "lower blocker", "upper blocker", "hard", "pcss 27x27", "sampled truth", "none"};
 static const char help[] =
     "[ ] lights   - = size   E method   M moments   F faces   S compare with\n"
-    "A animate   T text   P picture   drag: turn   right drag: split\n";
+    "A animate   H hold a frame time   T text   P picture\n"
+    "drag: turn   right drag: split\n";
+static const float budgets[] = {0, 1000.0f / 60, 1000.0f / 30, 100}; // milliseconds, 0: hold none
 
 typedef struct viewer {
     GLFWwindow *window;
@@ -31,6 +34,8 @@ typedef struct viewer {
     gl_text text;
     gl_mesh triangle;
     GLuint program, display; // moments with settings that may change at any time; the two halves
+    governor governor;       // of governor_ladder; without a budget it is not asked
+    int budget, drawn_at;    // of budgets[]; level of the last frame
     probe source, turned;
     scene s;
     int method, moments, compare, samples; // samples of the truth so far
@@ -49,6 +54,8 @@ static const char changeable[] =
     "    mssm_options o = mssm_chosen;\n"
     "    o.estimator = estimator;\n"
     "    o.moments = moments;\n"
+    "    mssm_side = int(v.side);\n"
+    "    mssm_levels = v.levels;\n"
     "    return mssm_estimate(light, v, o, mssm_receive(v, o, p.x, p.y, p.z));\n"
     "}\n"
     "#define mssm_visibility changeable_visibility\n";
@@ -137,6 +144,15 @@ static void set_lights(viewer *v, int lights)
     v->lights.lights = 0; // start afresh instead of going on from the last frame's
 }
 
+// From the middle of the ladder.
+static void hold(viewer *v)
+{
+    v->budget = (v->budget + 1) % (int)(sizeof budgets / sizeof *budgets);
+    v->drawn_at = -1; // the last frame was not drawn at a level
+    governor_start(&v->governor, governor_ladder, governor_ladder_levels,
+                   governor_ladder_levels / 2, budgets[v->budget]);
+}
+
 static void press(viewer *v, int key)
 {
     const int lights = v->lights.settings.probe.max_lights;
@@ -149,6 +165,7 @@ static void press(viewer *v, int key)
     if (key == 'M') v->moments = v->moments == 0 ? 4 : v->moments == 4 ? 6 : 0;
     if (key == 'S') v->compare = (v->compare + 1) % METHODS;
     if (key == 'F') v->lights.settings.back_faces = !v->lights.settings.back_faces;
+    if (key == 'H') hold(v);
     if (key == 'A') v->animate = !v->animate;
     if (key == 'T') v->show_text = !v->show_text;
     if (key == 'P') v->save = true;
@@ -224,6 +241,35 @@ static void shade_half(viewer *v, const camera *eye, const gl_target *to, int me
     gl.Disable(GL_SCISSOR_TEST);
 }
 
+// Maps of another side, for as many lights as there is room for.
+static bool set_side(viewer *v, int side, message *why)
+{
+    for (int i = 0; i < GL_LIGHTING_SETS && side != v->lights.settings.map_side; i++) {
+        gl_shadow_set *set = &v->left.set[i];
+        const mssm_result result = mssm_gl_resize(set->maps, set->room, side << i);
+        if (result != MSSM_OK) return fail(why, "shadow maps: %s", mssm_result_string(result));
+        set->side = side << i;
+    }
+    v->lights.settings.map_side = side;
+    return true;
+}
+
+// Before a frame is drawn: what the last one took, and how this one is to be drawn.
+static bool govern(viewer *v, message *why)
+{
+    double seconds = 0;
+    if (!v->budget) return true;
+    for (int i = GL_LIGHTING_DEPTH; i <= GL_LIGHTING_SHADING; i++)
+        seconds += gl_lighting_seconds(&v->left, i);
+    const quality *q =
+        &governor_ladder[governor_frame(&v->governor, (float)(1e3 * seconds), v->drawn_at)];
+    v->drawn_at = v->governor.level;
+    if (q->lights != v->lights.settings.probe.max_lights) set_lights(v, q->lights);
+    v->method = (int)q->estimator;
+    v->moments = q->moments;
+    return set_side(v, q->map_side, why);
+}
+
 static bool light_scene(viewer *v, message *why)
 {
     scene_free(&v->s);
@@ -250,13 +296,18 @@ static void draw_right(viewer *v, const camera *eye)
 
 static void draw_text(viewer *v)
 {
-    char line[GL_TEXT_LENGTH], right[64] = "";
+    char line[GL_TEXT_LENGTH], right[64] = "", held[64] = "";
     if (v->compare < METHODS - 1) {
         snprintf(right, sizeof right, " and %s (%d)", method_name[v->compare], v->samples);
     }
+    if (v->budget) {
+        snprintf(held, sizeof held, "holding %.0f ms: level %d of %d, maps of %d\n",
+                 (double)budgets[v->budget], v->governor.level, governor_ladder_levels,
+                 v->lights.settings.map_side);
+    }
     snprintf(line, sizeof line,
              "%s%s, %d lights, %s moments, %s faces, size %.2f\n"
-             "extract %.1f ms, depth %.1f, tables %.1f, view %.1f, shading %.1f\n%s",
+             "extract %.1f ms, depth %.1f, tables %.1f, view %.1f, shading %.1f\n%s%s",
              method_name[v->method], right, v->lights.lights,
              v->moments == 0   ? "4 or 6"
              : v->moments == 4 ? "4"
@@ -266,7 +317,7 @@ static void draw_text(viewer *v)
              1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_DEPTH),
              1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_TABLES),
              1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_VIEW),
-             1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_SHADING), help);
+             1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_SHADING), held, help);
     gl_text_draw(&v->text, line, v->width, v->height, v->width > 1600 ? 3 : v->width < 960 ? 1 : 2);
 }
 
@@ -294,7 +345,7 @@ static bool frame(viewer *v, message *why)
     const camera eye = camera_look(at, centre, 0.57f, (float)v->width / (float)v->height);
     if (v->animate) v->time += 1.0f / 30, v->stale = true;
     if (v->stale) {
-        if (!light_scene(v, why)) return false;
+        if (!govern(v, why) || !light_scene(v, why)) return false;
         gl_lighting_draw_view(&v->left, &v->s, &eye);
         shade_half(v, &eye, &v->left.picture, v->method, false);
     }

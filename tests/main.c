@@ -66,7 +66,7 @@ int main(int argc, char **argv)
         moments_tests, cases_tests, map_tests, visibility_tests, lightprobe_tests, edges_tests,
 #ifndef TEST_CPU_ONLY // what coverage, mutants and other platforms are measured with
         files_tests, glsl_tests, gl_tests, lightprobe_gl_tests, gl_hostile_tests, demo_tests,
-        governor_tests, compare_tests, compare_gl_tests,
+        governor_tests, cuts_tests, compare_tests, compare_gl_tests,
 #endif
     };
     int passed = 0, failed = 0, left_out = 0;

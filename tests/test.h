@@ -53,6 +53,7 @@ extern const test_case lightprobe_gl_tests[];
 extern const test_case gl_hostile_tests[];
 extern const test_case demo_tests[];
 extern const test_case governor_tests[];
+extern const test_case cuts_tests[];
 extern const test_case compare_tests[];
 extern const test_case compare_gl_tests[];
 

@@ -33,7 +33,7 @@ shot()
         sed 's/^/     /' "$work/log"
         failed=1
     fi
-    rm -f "$work/shot.png"
+    mv "$work/shot.png" "$work/last.png"
 }
 
 shot "layered" "[[" 1
@@ -42,4 +42,16 @@ shot "layered beside upper blocker" "[[SSS" 1
 shot "layered beside hard shadows, without text" "[[SSSST" 1
 shot "layered beside the sampled truth" "[[SSSSSS" 8
 shot "a turning probe" "[[A" 3
+shot "holding a frame time" "HA" 9
+
+# Without shadows the estimators would make no difference.
+shot "upper blocker without text" "[[EET" 1
+mv "$work/last.png" "$work/upper.png"
+shot "lower blocker without text" "[[ET" 1
+if cmp -s "$work/last.png" "$work/upper.png"; then
+    echo "FAIL viewer: estimators differ"
+    failed=1
+else
+    echo "ok   viewer: estimators differ"
+fi
 exit $failed

@@ -1,5 +1,6 @@
 #include "measure_gl.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -420,6 +421,49 @@ static bool add_counts(figures *f, bench *b, subject *s, message *why)
     return reads > 0;
 }
 
+// The sum of hard shadows from all over the lights.
+static bool draw_truth(bench *b, int samples, image *truth, message *why)
+{
+    const gl_target *to = &b->view.picture;
+    for (int i = 0; i < samples; i++) {
+        gl_reference_draw(&b->depth, &b->view, b->lights.lights, &b->scene, GL_REFERENCE_TRUTH, i);
+        gl.BindFramebuffer(GL_FRAMEBUFFER, to->framebuffer);
+        gl.Viewport(0, 0, to->width, to->height);
+        gl_reference_shade(&b->depth, &b->view, &b->lights, &b->eye, GL_REFERENCE_TRUTH, i > 0);
+    }
+    return gl_target_read(to, truth, why);
+}
+
+// Of luminance, in percent of its mean, over the whole picture.
+static double picture_error(const image *truth, double scale, const image *picture)
+{
+    const int count = truth->width * truth->height;
+    double squares = 0, sum = 0;
+    for (int i = 0; i < count; i++) {
+        const double a = scale * (double)vec_luminance(vec_of(truth->rgb + 3 * i));
+        const double d = (double)vec_luminance(vec_of(picture->rgb + 3 * i)) - a;
+        squares += d * d;
+        sum += a;
+    }
+    return 100 * sqrt(squares / count) / (sum / count);
+}
+
+static bool add_errors(figures *f, bench *b, subject *s, int samples, message *why)
+{
+    image truth = {0, 0, NULL}, picture = {0, 0, NULL};
+    bool done = draw_truth(b, samples, &truth, why);
+    for (int i = 0; i < MEASURE_GL_METHODS && done; i++) {
+        draw_maps(b, &s[i], 0, NULL);
+        shade(b, &s[i], s[i].program);
+        done = gl_target_read(&b->view.picture, &picture, why);
+        const double error = done ? picture_error(&truth, 1.0 / samples, &picture) : 0;
+        if (done) add(f, "gl", s[i].method->name, b->lights.lights, "rms", &error, 1);
+        image_free(&picture);
+    }
+    image_free(&truth);
+    return done;
+}
+
 static void add_times(figures *f, const bench *b, const subject *s, const gl_times *t)
 {
     const double lights = b->lights.lights;
@@ -457,6 +501,7 @@ static bool measure_lights(figures *f, int lights, int width, int rounds, messag
     bool done = open_subjects(&b, s, names, MEASURE_GL_METHODS, why);
     const bool opened = done;
     if (done) done = bench_size(&b, 192, why);
+    if (done) done = add_errors(f, &b, s, 64, why);
     for (int i = 0; i < MEASURE_GL_METHODS && done; i++) done = add_counts(f, &b, &s[i], why);
     if (done) done = bench_size(&b, width, why);
     for (int i = 0; i < MEASURE_GL_METHODS && done; i++) warm_up(&b, &s[i]);

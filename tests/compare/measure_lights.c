@@ -1,5 +1,6 @@
-// Lights of a probe: error against their number for this library, the paper's median cut and point
-// lights; and the time of a whole picture.
+// Lights of a probe: error against their number for this library, the paper's median cut, point lights,
+// greedy rectangles and variance minimization; and the time of a whole picture.
+#include "light_cuts.h"
 #include "measure.h"
 
 #include "../../examples/common/lighting.h"
@@ -11,9 +12,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_LIGHTS = 64, POINTS = 300, KINDS = 3 };
-static const char *const kind_names[KINDS] = {"largest error first", "median cut", "point lights"};
-enum { LARGEST_ERROR, MEDIAN_CUT, POINT_LIGHTS };
+enum { MOST_LIGHTS = 64, POINTS = 300, KINDS = 5 };
+static const char *const kind_names[KINDS] = {"largest error first", "median cut", "point lights",
+                                              "greedy rectangles", "variance cuts"};
+enum { LARGEST_ERROR, MEDIAN_CUT, POINT_LIGHTS, GREEDY, VARIANCE };
 
 // Surface points of the demo's scene and what the probe sheds on them.
 typedef struct surface_point {
@@ -102,8 +104,8 @@ static void shrink(lighting *l)
     }
 }
 
-// What a surface gets per unit of irradiance when nothing is in between: Eq. 18 for the paper's way,
-// the clipped disc for ours; a point is a disc without a size.
+// What a surface gets per unit of irradiance when nothing is in between: the clipped disc for ours,
+// Eq. 18 for median cut; the others go by the cosine to one direction, which is a disc without a size.
 static float share_of(const lightprobe_light *light, vec3 normal, int kind)
 {
     const float cosine = vec_dot(vec_of(light->direction), normal);
@@ -142,9 +144,29 @@ static double picture_error(const study *s, const lighting *l, int kind, spread 
     return 100 * sqrt(squares / s->points) / s->mean;
 }
 
+static lightprobe_cube cube_of(const study *s)
+{
+    lightprobe_cube cube = {{NULL}, s->p.side, 3};
+    for (int f = 0; f < 6; f++) cube.face[f] = s->p.face[f];
+    return cube;
+}
+
 static void put_lights(const study *s, int kind, int count, const char *metric, double value)
 {
     put(s->m, "lights", s->name, kind_names[kind], count, metric, value, value, value);
+}
+
+// By the rivals that are not in the library. The search for the threshold is not part of their time.
+static bool extract_cuts(lighting *l, const study *s, int kind, float threshold, message *why)
+{
+    light_cut cuts[MOST_LIGHTS];
+    const lightprobe_cube cube = cube_of(s);
+    const int most = l->settings.probe.max_lights;
+    const double start = seconds_now();
+    l->lights = kind == GREEDY ? light_cuts_greedy(&cube, threshold, most, l->light, cuts)
+                               : light_cuts_variance(&cube, most, l->light, cuts);
+    l->extract_seconds = seconds_now() - start;
+    return l->lights || fail(why, "no %s", kind_names[kind]);
 }
 
 static bool extract(lighting *l, const study *s, int kind, spread *ms, message *why)
@@ -152,9 +174,13 @@ static bool extract(lighting *l, const study *s, int kind, spread *ms, message *
     enum { ROUNDS = 9 };
     double times[ROUNDS];
     bool done = true;
+    const lightprobe_cube cube = cube_of(s);
+    const int most = l->settings.probe.max_lights;
+    const float threshold = kind == GREEDY ? light_cuts_threshold(&cube, most) : 0;
     for (int round = 0; round < ROUNDS && done; round++) {
         l->lights = 0; // start afresh, as for a first frame
-        done = lighting_extract(l, &s->p, why);
+        done = kind >= GREEDY ? extract_cuts(l, s, kind, threshold, why)
+                              : lighting_extract(l, &s->p, why);
         times[round] = 1e3 * l->extract_seconds;
     }
     if (kind == POINT_LIGHTS) shrink(l);
@@ -174,6 +200,7 @@ static bool study_count(const study *s, int kind, int count, message *why)
         oracle_irradiance_of_lights(l.light, l.lights, kind != LARGEST_ERROR, &by_lights);
         put_lights(s, kind, count, "irradiance_rms", oracle_error(&s->truth, &by_lights));
         put_lights(s, kind, count, "picture_rms", picture_error(s, &l, kind, &ns));
+        put_lights(s, kind, count, "found", l.lights);
         put(s->m, "lights", s->name, kind_names[kind], count, "ms", ms.value, ms.low, ms.high);
         put_lights(s, kind, count, "maps_ms", 1e3 * (l.depth_seconds + l.map_seconds));
         put(s->m, "lights", s->name, kind_names[kind], count, "shade_ns", ns.value, ns.low,

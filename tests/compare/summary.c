@@ -17,6 +17,8 @@ const style styles[] = {
     {"truth", NULL, COLOUR_INK, MARKER_CIRCLE},
     {"median cut", NULL, COLOUR_MSSM, MARKER_SQUARE},
     {"point lights", NULL, COLOUR_HARD, MARKER_CROSS},
+    {"greedy rectangles", NULL, COLOUR_CONVOLUTION, MARKER_DIAMOND},
+    {"variance cuts", NULL, COLOUR_VARIANCE, MARKER_DOWN},
 };
 const int style_count = sizeof styles / sizeof *styles;
 

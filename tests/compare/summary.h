@@ -78,5 +78,8 @@ const style *style_of(const char *method);
 #define PCSS_ALL "PCSS, all texels"
 #define BACK_PROJECTION "back-projection, all texels"
 #define CONVOLUTION "convolution, 16 terms"
+#define PCSS_GL "PCSS, 27x27"
+#define CONVOLUTION_MIPS "convolution, 16 terms, mip maps"
+#define PCSS_VECTORS "PCSS, all texels in vectors"
 
 #endif
