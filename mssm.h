@@ -217,7 +217,7 @@ typedef enum mssm_estimator {
 } mssm_estimator;
 
 typedef struct mssm_settings {  // zero means default everywhere
-    int moments;                // 4, 6, or 0: as few as the receiver needs, at most the map's
+    int moments;                // 4, 6, or 0: 4 where they will do (layered: to search), else 6
     mssm_estimator estimator;
     float moment_bias;  // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
     float depth_bias;   // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
@@ -1715,7 +1715,7 @@ typedef struct mssm_view {
 
 // Settings with their defaults filled in.
 struct mssm_options {
-    int moments;    // 4, 6, or 0: as few as the receiver needs
+    int moments;    // 4, 6, or 0: 4 where they will do
     int estimator;  // 0 layered, 1 lower, 2 upper blocker
     float alpha4;
     float alpha6;
@@ -2996,7 +2996,7 @@ static const char mssm__glsl_shading[] =
     "\n"
     "// Settings with their defaults filled in.\n"
     "struct mssm_options {\n"
-    "    int moments;    // 4, 6, or 0: as few as the receiver needs\n"
+    "    int moments;    // 4, 6, or 0: 4 where they will do\n"
     "    int estimator;  // 0 layered, 1 lower, 2 upper blocker\n"
     "    float alpha4;\n"
     "    float alpha6;\n"

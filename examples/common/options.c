@@ -12,7 +12,7 @@ const char options_help[] =
     "  --lights N        at most so many lights, 1..1024 (64)\n"
     "  --tolerance T     stop adding lights at this estimated error, 0..1 (0.01)\n"
     "  --estimator NAME  layered, lower or upper (layered)\n"
-    "  --moments N       4, 6, or 0 for as few as every point needs (0)\n"
+    "  --moments N       4, 6, or 0: 4 to search for blockers, 6 to weigh them (0)\n"
     "  --faces WHICH     front or both: what the depth maps are made of (front)\n"
     "  --size WxH        of the picture, 16..8192 (960x540)\n"
     "  --out FILE        where the PNG goes (build/demo.png)\n"

@@ -33,7 +33,7 @@ void report_maps(const lighting *l, int triangles)
     printf("moments    %s, %s\n",
            moments == 4   ? "4 of 6"
            : moments == 6 ? "6"
-                          : "6, or 4 where a point needs no more",
+                          : "4 to search for blockers, 6 to weigh them",
            l->settings.shadows.estimator == MSSM_LAYERED ? "every layer of blockers by itself"
            : l->settings.shadows.estimator == MSSM_LOWER_BLOCKER
                ? "lower estimate of blocker depth"

@@ -27,11 +27,11 @@ int chart_write(const chart *c, const char *path)
                                                 MARKER_DOWN,   MARKER_SQUARE, MARKER_DIAMOND,
                                                 MARKER_CROSS,  MARKER_CIRCLE};
     svg s;
-    if (!svg_open(&s, path, 810, 460, c->title)) return 0;
+    if (!svg_open(&s, path, 810, 400, c->title)) return 0;
     plot p = {&s,
-              78,
+              92,
               s.top + 16,
-              450,
+              440,
               330,
               fixed_axis(c->x_name, c->x_low, c->x_high),
               fixed_axis(c->y_name, c->y_low, c->y_high)};
