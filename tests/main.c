@@ -55,7 +55,7 @@ int main(int argc, char **argv)
 {
     const test_case *suites[] = {moments_tests, cases_tests, map_tests,  visibility_tests, lightprobe_tests,
                                  files_tests,   glsl_tests, gl_tests, lightprobe_gl_tests,
-                                 demo_tests,    governor_tests,
+                                 demo_tests,    governor_tests, lights_tests, lights_gl_tests,
                                  compare_tests, compare_gl_tests};
     int passed = 0, failed = 0, left_out = 0;
     setvbuf(stdout, NULL, _IOLBF, 0);

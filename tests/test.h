@@ -50,6 +50,8 @@ extern const test_case gl_tests[];
 extern const test_case lightprobe_gl_tests[];
 extern const test_case demo_tests[];
 extern const test_case governor_tests[];
+extern const test_case lights_tests[];
+extern const test_case lights_gl_tests[];
 extern const test_case compare_tests[];
 extern const test_case compare_gl_tests[];
 
