@@ -206,6 +206,41 @@ mssm_result mssm_light_spot(mssm_light *light, const float position[3], const fl
 // Returns 0, with shadow untouched, where the point has none (behind a spot light, not finite).
 int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3]);
 
+// The six frusta of a light that shines everywhere: +x, -x, +y, -y, +z, -z. Each is a square of
+// half_width >= 0 that faces its side, and reaches far enough beyond its 90 degrees that no kernel
+// leaves it: by half_width / z_near, so z_near should be near the nearest caster. Fails as above.
+mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
+                             float z_far, float half_width);
+
+// The same light with its depth range fitted to what is drawn: from the nearest to the farthest
+// depth of its own map (mssm_depth_range). The search region of all receivers then starts at the
+// nearest caster. To be used for the next map: what lies nearer than nearest is cut off, so leave a
+// margin if casters move. Fails, with light untouched, unless -1 <= nearest <= farthest <= 1.
+mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest);
+
+// Least and greatest depth of count that something was drawn at; 0 where nothing was (all are 1).
+int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest);
+
+// [glsl begin lights]
+// Faces of mssm_light_point that a receiver asks, and their weights, sum 1. Next to an edge of the
+// cube two or three faces have a share, so that nothing jumps there; else the others have 0.
+typedef struct mssm_faces { int face[3]; float weight[3]; } mssm_faces;
+// [glsl end]
+
+// From the vector from the light to the receiver.
+mssm_faces mssm_point_faces(float x, float y, float z);
+
+// Share of a light's strength that arrives at a distance >= 0: 1 / (constant + linear d + quadratic
+// d^2), at most 1 for constant >= 1. (0, 0, 1) is a small lamp's. 0 where the sum is not positive.
+float mssm_attenuation(float distance, float constant, float linear, float quadratic);
+
+// Share of a spot light's strength by the cosine of the angle from its axis: cosine^exponent, faded
+// smoothly from 1 at cos_inner to 0 at cos_outer < cos_inner.
+float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent);
+
+// GLSL 4.50 text of mssm_faces and the last three functions. It stands alone. Static storage.
+const char *mssm_glsl_lights(void);
+
 // ------------------------------------------------------------------------------------------------
 // Moment map: one light's summed-area tables, in memory that the caller owns
 // ------------------------------------------------------------------------------------------------
@@ -1389,6 +1424,121 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
     memcpy(shadow, c, 3 * sizeof *c);
     return 1;
 }
+
+// Of a receiver's coordinates, those above this part of the largest have a share in its visibility,
+// so that one receiver in ten asks two faces.
+#define MSSM_FACE_BAND 0.95f
+
+mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
+                             float z_far, float half_width)
+{
+    mssm_light face[6];
+    if (!light || !(z_near > 0)) return MSSM_ERROR_ARGUMENT;
+    // Receivers ask a face as far out as MSSM_FACE_BAND says, and search half_width / z_near there.
+    const float tangent = 1.0f / MSSM_FACE_BAND + half_width / z_near;
+    for (int i = 0; i < 6; i++) {
+        const float sign = i & 1 ? -1.0f : 1.0f;  // direction points back to the light
+        float direction[3] = {0, 0, 0}, axis_u[3] = {0, 0, 0};
+        direction[i / 2] = -sign;
+        axis_u[(i / 2 + 1) % 3] = 1;
+        const mssm_result r = mssm_light_spot(&face[i], position, direction, axis_u, tangent,
+                                              z_near, z_far, half_width, half_width);
+        if (r) return r;
+    }
+    memcpy(light, face, sizeof face);
+    return MSSM_OK;
+}
+
+mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest)
+{
+    if (!light || !mssm__is_finite(nearest) || !mssm__is_finite(farthest) || nearest < -1 ||
+        nearest > farthest || farthest > 1 || !(light->z_far > light->z_near)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    mssm_light r = *light;
+    const double width = (double)farthest - nearest > 1e-3 ? (double)farthest - nearest : 1e-3;
+    const double range = width / (MSSM_FAR_CASTER + 0.99);  // old depth per new depth
+    const double start = nearest - 0.01 * range;            // old depth that becomes -1
+    const double half = 0.5 * ((double)light->z_far - light->z_near);
+    float *m = r.world_to_shadow;
+    if (!light->perspective) {
+        for (int i = 0; i < 4; i++) m[4 * i + 2] = (float)(m[4 * i + 2] / range);
+        m[14] = (float)((light->world_to_shadow[14] - start) / range - 1);
+        r.z_far = (float)(r.z_near + 2 * half * range);
+    } else {
+        const double least = 0.5 * light->z_near;
+        double n = light->z_near + (start + 1) * half;
+        n = n > least ? n : least;
+        const double f = n + 2 * range * half;
+        for (int i = 0; i < 4; i++) m[4 * i + 2] = (float)(m[4 * i + 3] * ((f + n) / (f - n)));
+        m[14] = (float)(light->world_to_shadow[15] * ((f + n) / (f - n)) - 2 * f * n / (f - n));
+        r.z_near = (float)n;
+        r.z_far = (float)f;
+    }
+    if (!mssm__all_finite(m, 16) || !(r.z_far > r.z_near)) return MSSM_ERROR_ARGUMENT;
+    *light = r;
+    return MSSM_OK;
+}
+
+int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest)
+{
+    float low = 2, high = -2;
+    for (size_t i = 0; i < count; i++) {
+        const float z = depth[i];
+        if (!mssm__is_finite(z) || z >= 1) continue;
+        low = z < low ? z : low;
+        high = z > high ? z : high;
+    }
+    if (high < low) return 0;
+    *nearest = mssm_clamp(low, -1.0f, 1.0f);
+    *farthest = mssm_clamp(high, -1.0f, 1.0f);
+    return 1;
+}
+
+// [glsl begin lights]
+MSSM_SHARED float mssm_face_weight(float v, float largest)
+{
+    float size = v < 0.0f ? -v : v;
+    float w = (size - MSSM_FACE_BAND * largest) / ((1.0f - MSSM_FACE_BAND) * largest);
+    return w > 0.0f ? (w < 1.0f ? w : 1.0f) : 0.0f;
+}
+
+mssm_faces mssm_point_faces(float x, float y, float z)
+{
+    mssm_faces r;
+    float largest = x < 0.0f ? -x : x;
+    largest = y > largest ? y : (-y > largest ? -y : largest);
+    largest = z > largest ? z : (-z > largest ? -z : largest);
+    largest = largest > 1e-30f ? largest : 1e-30f;
+    r.face[0] = x < 0.0f ? 1 : 0;
+    r.face[1] = y < 0.0f ? 3 : 2;
+    r.face[2] = z < 0.0f ? 5 : 4;
+    r.weight[0] = mssm_face_weight(x, largest);
+    r.weight[1] = mssm_face_weight(y, largest);
+    r.weight[2] = mssm_face_weight(z, largest);
+    float sum = r.weight[0] + r.weight[1] + r.weight[2];
+    if (!(sum > 0.0f)) {
+        r.weight[0] = 1.0f;
+        sum = 1.0f;
+    }
+    for (int i = 0; i < 3; i++) r.weight[i] = r.weight[i] / sum;
+    return r;
+}
+
+float mssm_attenuation(float distance, float constant, float linear, float quadratic)
+{
+    float sum = constant + distance * (linear + distance * quadratic);
+    return sum > 1e-30f ? 1.0f / sum : 0.0f;
+}
+
+float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent)
+{
+    float t = (cosine - cos_outer) / (cos_inner - cos_outer);
+    t = t > 0.0f ? (t < 1.0f ? t : 1.0f) : 0.0f;
+    float along = powf(cosine > 0.0f ? cosine : 0.0f, exponent);
+    return t > 0.0f ? t * t * (3.0f - 2.0f * t) * along : 0.0f;
+}
+// [glsl end]
 
 // ---- Tables (docs/moments.md, "Tables") ----
 
@@ -3318,6 +3468,59 @@ static const char mssm__glsl_shading[] =
     // [glsl text end]
     MSSM__GLSL_FORGET;
 
+static const char mssm__glsl_lights[] =
+    MSSM__GLSL_NAMES
+    "#define MSSM_FACE_BAND " MSSM__TEXT(MSSM_FACE_BAND) "\n"
+    // [glsl text begin lights] made by "make glsl", do not edit
+    "// Faces of mssm_light_point that a receiver asks, and their weights, sum 1. Next to an edge of the\n"
+    "// cube two or three faces have a share, so that nothing jumps there; else the others have 0.\n"
+    "struct mssm_faces { int face[3]; float weight[3]; };\n"
+    "\n"
+    "MSSM_SHARED float mssm_face_weight(float v, float largest)\n"
+    "{\n"
+    "    float size = v < 0.0f ? -v : v;\n"
+    "    float w = (size - MSSM_FACE_BAND * largest) / ((1.0f - MSSM_FACE_BAND) * largest);\n"
+    "    return w > 0.0f ? (w < 1.0f ? w : 1.0f) : 0.0f;\n"
+    "}\n"
+    "\n"
+    "mssm_faces mssm_point_faces(float x, float y, float z)\n"
+    "{\n"
+    "    mssm_faces r;\n"
+    "    float largest = x < 0.0f ? -x : x;\n"
+    "    largest = y > largest ? y : (-y > largest ? -y : largest);\n"
+    "    largest = z > largest ? z : (-z > largest ? -z : largest);\n"
+    "    largest = largest > 1e-30f ? largest : 1e-30f;\n"
+    "    r.face[0] = x < 0.0f ? 1 : 0;\n"
+    "    r.face[1] = y < 0.0f ? 3 : 2;\n"
+    "    r.face[2] = z < 0.0f ? 5 : 4;\n"
+    "    r.weight[0] = mssm_face_weight(x, largest);\n"
+    "    r.weight[1] = mssm_face_weight(y, largest);\n"
+    "    r.weight[2] = mssm_face_weight(z, largest);\n"
+    "    float sum = r.weight[0] + r.weight[1] + r.weight[2];\n"
+    "    if (!(sum > 0.0f)) {\n"
+    "        r.weight[0] = 1.0f;\n"
+    "        sum = 1.0f;\n"
+    "    }\n"
+    "    for (int i = 0; i < 3; i++) r.weight[i] = r.weight[i] / sum;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "float mssm_attenuation(float distance, float constant, float linear, float quadratic)\n"
+    "{\n"
+    "    float sum = constant + distance * (linear + distance * quadratic);\n"
+    "    return sum > 1e-30f ? 1.0f / sum : 0.0f;\n"
+    "}\n"
+    "\n"
+    "float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent)\n"
+    "{\n"
+    "    float t = (cosine - cos_outer) / (cos_inner - cos_outer);\n"
+    "    t = t > 0.0f ? (t < 1.0f ? t : 1.0f) : 0.0f;\n"
+    "    float along = powf(cosine > 0.0f ? cosine : 0.0f, exponent);\n"
+    "    return t > 0.0f ? t * t * (3.0f - 2.0f * t) * along : 0.0f;\n"
+    "}\n"
+    // [glsl text end]
+    MSSM__GLSL_FORGET;
+
 #if defined __GNUC__
 #pragma GCC diagnostic pop
 #endif
@@ -3330,6 +3533,11 @@ const char *mssm_glsl_math(void)
 const char *mssm_glsl_shading(void)
 {
     return mssm__glsl_shading;
+}
+
+const char *mssm_glsl_lights(void)
+{
+    return mssm__glsl_lights;
 }
 
 // ---- OpenGL 4.5 ----

@@ -54,6 +54,8 @@ extern const test_case gl_hostile_tests[];
 extern const test_case demo_tests[];
 extern const test_case governor_tests[];
 extern const test_case cuts_tests[];
+extern const test_case lights_tests[];
+extern const test_case lights_gl_tests[];
 extern const test_case compare_tests[];
 extern const test_case compare_gl_tests[];
 

@@ -121,6 +121,8 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
       (GLuint framebuffer, GLsizei count, const GLenum *buffers))                                  \
     X(void, NamedFramebufferReadBuffer, (GLuint framebuffer, GLenum buffer))                       \
     X(GLenum, CheckNamedFramebufferStatus, (GLuint framebuffer, GLenum target))                    \
+    X(void, GetNamedFramebufferAttachmentParameteriv,                                              \
+      (GLuint framebuffer, GLenum attachment, GLenum name, GLint *value))                          \
     X(void, ClearNamedFramebufferfv,                                                               \
       (GLuint framebuffer, GLenum buffer, GLint drawbuffer, const GLfloat *value))                 \
     X(void, BlitNamedFramebuffer,                                                                  \
@@ -320,6 +322,8 @@ enum {
     GL_FRAMEBUFFER = 0x8D40,
     GL_READ_FRAMEBUFFER = 0x8CA8,
     GL_DRAW_FRAMEBUFFER = 0x8CA9,
+    GL_DRAW_FRAMEBUFFER_BINDING = 0x8CA6,
+    GL_FRAMEBUFFER_ATTACHMENT_OBJECT_NAME = 0x8CD1,
     GL_COLOR_ATTACHMENT0 = 0x8CE0,
     GL_DEPTH_ATTACHMENT = 0x8D00,
     GL_FRAMEBUFFER_COMPLETE = 0x8CD5,

@@ -264,7 +264,7 @@ bool gl_target_read(const gl_target *t, image *out, message *why)
     return created || fail(why, "no memory for a picture of %d x %d", t->width, t->height);
 }
 
-// ---- Camera, probe
+// ---- Camera, surfaces, probe
 
 void gl_camera_matrix(const camera *c, float near, float far, float world_to_clip[16])
 {
@@ -285,6 +285,33 @@ void gl_camera_uniforms(const camera *c, GLuint program)
     const float rays[9] = {axes[0].x, axes[0].y, axes[0].z, axes[1].x, axes[1].y,
                            axes[1].z, axes[2].x, axes[2].y, axes[2].z};
     gl.ProgramUniform3fv(program, gl.GetUniformLocation(program, "camera_rays"), 3, rays);
+}
+
+bool gl_surfaces_create(gl_surfaces *s, int width, int height, message *why)
+{
+    const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F, GL_RGBA32F, GL_RGBA8};
+    *s = (gl_surfaces){.program =
+                           gl_program_simple("view", gl_scene_vertex, gl_scene_fragment, why)};
+    return s->program && gl_target_create(&s->target, width, height, 1, formats, why);
+}
+
+void gl_surfaces_draw(const gl_surfaces *s, const gl_mesh *m, const camera *eye)
+{
+    float world_to_clip[16];
+    gl_camera_matrix(eye, 0.1f, 30, world_to_clip);
+    gl_target_begin(&s->target);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.UseProgram(s->program);
+    gl.ProgramUniformMatrix4fv(s->program, 0, 1, GL_FALSE, world_to_clip);
+    gl_mesh_draw(m);
+    gl.Disable(GL_DEPTH_TEST);
+}
+
+void gl_surfaces_free(gl_surfaces *s)
+{
+    if (s->program) gl.DeleteProgram(s->program);
+    gl_target_free(&s->target);
+    s->program = 0;
 }
 
 void gl_probe_upload(GLuint *texture, const float *const face[6], int side)

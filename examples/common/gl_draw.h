@@ -57,10 +57,21 @@ void gl_target_begin(const gl_target *t); // binds it, sets the viewport, clears
 bool gl_target_read(const gl_target *t, image *out,
                     message *why); // of the first colour; not multisampled
 
-// ---- Camera, probe
+// ---- Camera, surfaces, probe
 
 void gl_camera_matrix(const camera *c, float near, float far, float world_to_clip[16]);
 void gl_camera_uniforms(const camera *c, GLuint program);
+
+// What the camera sees, one sample a pixel: colours position (w = 0 where there is nothing), normal,
+// albedo.
+typedef struct gl_surfaces {
+    gl_target target;
+    GLuint program;
+} gl_surfaces;
+
+bool gl_surfaces_create(gl_surfaces *s, int width, int height, message *why);
+void gl_surfaces_draw(const gl_surfaces *s, const gl_mesh *m, const camera *eye);
+void gl_surfaces_free(gl_surfaces *s);
 
 // Six faces of RGB floats as a cube map with linear filtering, into *texture (0 makes one).
 void gl_probe_upload(GLuint *texture, const float *const face[6], int side);

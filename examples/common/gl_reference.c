@@ -2,7 +2,10 @@
 
 #include <stdio.h>
 
-enum { DEPTH_UNIT = 4, LIGHT_BINDING = 1 };
+// Lights go to the GPU in slots, a fresh one for each call of gl_reference_draw: Mesa's llvmpipe (22.3)
+// lets NamedBufferSubData overtake draws that are queued and still read the old contents, so that sums
+// of many points differed from run to run.
+enum { DEPTH_UNIT = 4, LIGHT_BINDING = 1, SLOTS = 32, OFFSET_ALIGNMENT = 256 };
 
 // As the shaders see a light: std430.
 typedef struct reference_light {
@@ -10,6 +13,12 @@ typedef struct reference_light {
     float kernel[2]; // half-width of the penumbra in texture coordinates per unit of depth
     float padding[2];
 } reference_light;
+
+static GLsizeiptr slot_bytes(const gl_reference *r)
+{
+    const GLsizeiptr bytes = r->room * (GLsizeiptr)sizeof(reference_light);
+    return (bytes + OFFSET_ALIGNMENT - 1) / OFFSET_ALIGNMENT * OFFSET_ALIGNMENT;
+}
 
 const char gl_reference_text[] =
     "layout(binding = 4) uniform sampler2DArray depth_maps;\n"
@@ -74,8 +83,7 @@ bool gl_reference_create(gl_reference *r, int side, int lights, message *why)
     gl.TextureParameteri(r->depth, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     gl.CreateFramebuffers(1, &r->framebuffer);
     gl.CreateBuffers(1, &r->lights);
-    gl.NamedBufferStorage(r->lights, lights * (GLsizeiptr)sizeof(reference_light), NULL,
-                          GL_DYNAMIC_STORAGE_BIT);
+    gl.NamedBufferStorage(r->lights, SLOTS * slot_bytes(r), NULL, GL_DYNAMIC_STORAGE_BIT);
     for (int i = 0; i < 2; i++) {
         gl_reference_visibility(i == GL_REFERENCE_HARD ? GL_REFERENCE_HARD : GL_REFERENCE_PCSS,
                                 text, sizeof text);
@@ -125,6 +133,8 @@ static mssm_light light_frustum(const lightprobe_light *l, float size, const sce
 void gl_reference_draw(gl_reference *r, const gl_lighting *g, int lights, const scene *s,
                        gl_reference_kind kind, int index)
 {
+    r->slot = (r->slot + 1) % SLOTS;
+    if (r->slot == 0) gl.Finish(); // all slots are used again from here on
     gl.BindFramebuffer(GL_FRAMEBUFFER, r->framebuffer);
     gl.NamedFramebufferDrawBuffers(r->framebuffer, 0, NULL);
     gl.Viewport(0, 0, r->side, r->side);
@@ -138,7 +148,8 @@ void gl_reference_draw(gl_reference *r, const gl_lighting *g, int lights, const 
         reference_light l = {
             {0}, {scale * f.half_u / f.extent_u, scale * f.half_v / f.extent_v}, {0}};
         for (int k = 0; k < 16; k++) l.world_to_shadow[k] = f.world_to_shadow[k];
-        gl.NamedBufferSubData(r->lights, i * (GLintptr)sizeof l, sizeof l, &l);
+        gl.NamedBufferSubData(r->lights, r->slot * slot_bytes(r) + i * (GLintptr)sizeof l, sizeof l,
+                              &l);
         gl.NamedFramebufferTextureLayer(r->framebuffer, GL_DEPTH_ATTACHMENT, r->depth, 0, i);
         gl.Clear(GL_DEPTH_BUFFER_BIT);
         gl.ProgramUniformMatrix4fv(g->depth_program, 0, 1, GL_FALSE, f.world_to_shadow);
@@ -150,7 +161,8 @@ void gl_reference_draw(gl_reference *r, const gl_lighting *g, int lights, const 
 void gl_reference_bind(const gl_reference *r)
 {
     gl.BindTextureUnit(DEPTH_UNIT, r->depth);
-    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, LIGHT_BINDING, r->lights);
+    gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, LIGHT_BINDING, r->lights, r->slot * slot_bytes(r),
+                       slot_bytes(r));
 }
 
 void gl_reference_shade(gl_reference *r, gl_lighting *g, const lighting *l, const camera *eye,

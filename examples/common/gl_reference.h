@@ -15,7 +15,7 @@ typedef enum gl_reference_kind {
 
 typedef struct gl_reference {
     GLuint depth, framebuffer, lights, program[2]; // plain depth maps, one layer a light
-    int side, room;
+    int side, room, slot; // the part of the buffer that the last draw filled
 } gl_reference;
 
 // GLSL: the depth maps as a sampler2DArray depth_maps at unit 4; at buffer binding 1 what a light is,

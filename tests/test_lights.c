@@ -1,0 +1,355 @@
+// Lights of every kind against ray tracing: point lights and their seams, wide lights close to their
+// blockers, fitted depth ranges; and falloffs against their definitions.
+#include "scenes.h"
+#include "test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SIDE = 256, FACES = 6 };
+
+static void *allocate(size_t bytes)
+{
+    void *memory = malloc(bytes);
+    if (!memory) abort();
+    return memory;
+}
+
+static mssm_map *make_map(const scene *s, const mssm_light *light, void *memory)
+{
+    const size_t bytes = mssm_map_bytes(SIDE, 6);
+    float *depth = allocate(SIDE * SIDE * sizeof *depth);
+    mssm_map *map = NULL;
+    scene_depth(s, light, SIDE, 1, depth, NULL);
+    CHECK(!mssm_map_init(&map, memory, bytes, SIDE, 6), "init");
+    CHECK(!mssm_map_update(map, depth, NULL, 1), "update");
+    free(depth);
+    return map;
+}
+
+static double seen(const mssm_map *map, const mssm_light *light, const double p[3])
+{
+    const float q[3] = {(float)p[0], (float)p[1], (float)p[2]};
+    return (double)mssm_map_visibility(map, light, NULL, q);
+}
+
+// ---- Point lights --------------------------------------------------------------------------------
+
+typedef struct lamp {
+    scene s;
+    float position[3];
+    mssm_light light[FACES];
+    mssm_map *map[FACES];
+    void *memory;
+} lamp;
+
+// Rods and balls all around a light in the middle of a room.
+static void make_lamp(lamp *l, float half_width)
+{
+    const size_t bytes = mssm_map_bytes(SIDE, 6);
+    uint64_t state = 31;
+    memset(l, 0, sizeof *l);
+    for (int i = 0; i < 60; i++) {
+        double p[3], r;
+        do {
+            for (int k = 0; k < 3; k++) p[k] = test_range(&state, -2, 2);
+            r = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+        } while (r < 0.9);
+        scene_add_sphere(&l->s, p[0], p[1], p[2], test_range(&state, 0.05, 0.25));
+    }
+    l->s.sun[1] = 1;
+    scene_finish(&l->s);
+    CHECK(!mssm_light_point(l->light, l->position, 0.6f, 6, half_width), "light");
+    l->memory = allocate(FACES * bytes);
+    for (int i = 0; i < FACES; i++) {
+        l->map[i] = make_map(&l->s, &l->light[i], (char *)l->memory + (size_t)i * bytes);
+    }
+}
+
+static double lamp_seen(const lamp *l, const double p[3])
+{
+    const mssm_faces f = mssm_point_faces((float)p[0], (float)p[1], (float)p[2]);
+    double sum = 0;
+    for (int i = 0; i < 3; i++) {
+        if (f.weight[i] > 0)
+            sum += (double)f.weight[i] * seen(l->map[f.face[i]], &l->light[f.face[i]], p);
+    }
+    return sum;
+}
+
+static double lamp_truth(const lamp *l, const double p[3], uint64_t *state)
+{
+    const double out[3] = {-p[0], -p[1], -p[2]}; // faces the light
+    const mssm_faces f = mssm_point_faces((float)p[0], (float)p[1], (float)p[2]);
+    double sum = 0;
+    for (int i = 0; i < 3; i++) {
+        if (f.weight[i] > 0)
+            sum += (double)f.weight[i] *
+                   scene_visibility(&l->s, &l->light[f.face[i]], p, out, 16, state);
+    }
+    return sum;
+}
+
+// A receiver on the walls of the room, or free in it.
+static void point_lights_agree_with_ray_tracing(void)
+{
+    static const float widths[2] = {0.05f, 0.3f};
+    const int receivers = test_trials(600);
+    uint64_t state = 5;
+    for (int w = 0; w < 2; w++) {
+        lamp l;
+        double squares = 0;
+        make_lamp(&l, widths[w]);
+        for (int i = 0; i < receivers; i++) {
+            double p[3];
+            for (int k = 0; k < 3; k++) p[k] = test_range(&state, -2.6, 2.6);
+            p[i % 3] = test_uniform(&state) < 0.5 ? -2.6 : 2.6;
+            squares += pow(lamp_seen(&l, p) - lamp_truth(&l, p, &state), 2);
+        }
+        const double rms = sqrt(squares / receivers);
+        test_note("half-width %.2f: rms %.4f", (double)widths[w], rms);
+        CHECK(receivers < 100 || rms < 0.06, "half-width %.2f: rms %.4f", (double)widths[w], rms);
+        free(l.memory);
+    }
+}
+
+// Along lines across edges and corners of the cube no step is larger than elsewhere.
+static void point_lights_have_no_seams(void)
+{
+    lamp l;
+    double across = 0, elsewhere = 0;
+    uint64_t state = 7;
+    const int lines = test_trials(300);
+    make_lamp(&l, 0.3f);
+    for (int i = 0; i < lines; i++) {
+        double p[3], v[2];
+        for (int k = 0; k < 3; k++) p[k] = test_range(&state, -2.4, 2.4);
+        const int a = i % 3, b = (i + 1) % 3;
+        p[a] = 2.5;
+        p[b] = p[b] < 0 ? -2.5 : 2.5;
+        for (int end = 0; end < 2; end++) { // 1 mm on either side of the edge's middle
+            double q[3] = {p[0], p[1], p[2]};
+            q[a] += end ? 1e-3 : -1e-3;
+            v[end] = lamp_seen(&l, q);
+        }
+        across = fmax(across, fabs(v[1] - v[0]));
+        for (int end = 0; end < 2; end++) {
+            double q[3] = {p[0], p[1], p[2]};
+            q[b] *= 0.6;
+            q[a] += end ? 1e-3 : -1e-3;
+            v[end] = lamp_seen(&l, q);
+        }
+        elsewhere = fmax(elsewhere, fabs(v[1] - v[0]));
+    }
+    test_note("largest step over 2 mm: %.4f across edges, %.4f elsewhere", across, elsewhere);
+    CHECK(across < 0.05, "a seam of %.4f", across);
+    free(l.memory);
+}
+
+// No receiver that asks a face searches outside of its map.
+static void point_light_faces_cover_all_kernels(void)
+{
+    const float zero[3] = {0, 0, 0};
+    uint64_t state = 9;
+    for (int i = 0; i < test_trials(20000); i++) {
+        mssm_light light[FACES];
+        const float z_near = (float)test_range(&state, 0.05, 2), z_far = z_near + 6;
+        const float half = (float)test_range(&state, 0, 1);
+        float p[3], length = 0, sum = 0;
+        CHECK(!mssm_light_point(light, zero, z_near, z_far, half), "light");
+        for (int k = 0; k < 3; k++) {
+            p[k] = (float)test_range(&state, -z_far, z_far);
+            length = fmaxf(length, fabsf(p[k]));
+        }
+        const mssm_faces f = mssm_point_faces(p[0], p[1], p[2]);
+        for (int k = 0; k < 3; k++) {
+            sum += f.weight[k];
+            if (!(f.weight[k] > 0)) continue;
+            const mssm_light *l = &light[f.face[k]];
+            float at[3];
+            const float along = fabsf(p[f.face[k] / 2]);
+            CHECK(along >= 0.9f * length && (p[f.face[k] / 2] > 0) == !(f.face[k] & 1), "face");
+            CHECK(mssm_light_project(l, p, at), "behind its face");
+            const float reach = along > z_near ? half / l->extent_u * (1 / z_near - 1 / along) : 0;
+            CHECK(fmaxf(fabsf(at[0]), fabsf(at[1])) + reach <= 1.00001f, "%g + %g",
+                  (double)fmaxf(fabsf(at[0]), fabsf(at[1])), (double)reach);
+        }
+        CHECK(fabsf(sum - 1) < 1e-6f, "weights sum to %g", (double)sum);
+    }
+    mssm_faces f = mssm_point_faces(0, 0, 0);
+    CHECK(fabsf(f.weight[0] + f.weight[1] + f.weight[2] - 1) < 1e-6f, "no direction");
+    f = mssm_point_faces(NAN, INFINITY, -INFINITY);
+    for (int k = 0; k < 3; k++) CHECK(f.face[k] >= 0 && f.face[k] < FACES, "face %d", f.face[k]);
+}
+
+// ---- A wide light close to its blockers ----------------------------------------------------------
+
+// A light as wide as it is far from a ball: the penumbra is wider than the ball and has no core.
+static void wide_lights_near_their_blockers(void)
+{
+    const float eye[3] = {0, 2, 0}, up[3] = {0, 1, 0}, axis[3] = {1, 0, 0};
+    static const float half[3] = {0.15f, 0.4f, 0.8f};
+    static const double limit[3] = {0.045, 0.08, 0.085};
+    const double normal[3] = {0, 1, 0};
+    const int receivers = test_trials(500);
+    for (int w = 0; w < 3; w++) {
+        scene s;
+        mssm_light light;
+        uint64_t state = 3;
+        double squares = 0;
+        memset(&s, 0, sizeof s);
+        scene_add_sphere(&s, 0, 1.1, 0, 0.35);
+        scene_add_box(&s, 0.9, 0.7, 0.2, 0.1, 0.3, 0.4);
+        scene_add_sphere(&s, -0.7, 0.9, -0.5, 0.2);
+        s.sun[1] = 1;
+        scene_finish(&s);
+        CHECK(!mssm_light_spot(&light, eye, up, axis, 2.2f, 0.5f, 2.4f, half[w], half[w]), "light");
+        void *memory = allocate(mssm_map_bytes(SIDE, 6));
+        mssm_map *map = make_map(&s, &light, memory);
+        for (int i = 0; i < receivers; i++) {
+            const double p[3] = {test_range(&state, -2, 2), 0, test_range(&state, -2, 2)};
+            const double truth = scene_visibility(&s, &light, p, normal, 24, &state);
+            squares += pow(seen(map, &light, p) - truth, 2);
+        }
+        const double rms = sqrt(squares / receivers);
+        test_note("half-width %.2f at 0.55 from the blocker: rms %.4f", (double)half[w], rms);
+        CHECK(receivers < 100 || rms < limit[w], "half-width %.2f: rms %.4f", (double)half[w], rms);
+        free(memory);
+    }
+}
+
+// ---- Frusta that fit -----------------------------------------------------------------------------
+
+static mssm_light scene_spot(float half)
+{
+    const float down[3] = {0.2f, 1, 0.3f}, axis[3] = {1, 0, 0.2f}, eye[3] = {1, 5, 1.5f};
+    mssm_light light;
+    CHECK(!mssm_light_spot(&light, eye, down, axis, 0.7f, 1.5f, 8, half, half), "spot");
+    return light;
+}
+
+// Fitting changes depth and nothing else: same x and y, depths from -0.99 to 0.8, same w.
+static void fitting_maps_the_drawn_range(void)
+{
+    static float depth[2][SIDE * SIDE];
+    for (int which = 0; which < SCENE_COUNT; which++) {
+        for (int spot = 0; spot < 2; spot++) {
+            scene s;
+            mssm_light whole = scene_spot(0.3f), fitted;
+            float low = 0, high = 0;
+            scene_make(&s, which);
+            if (!spot) CHECK(!scene_light(&s, 0.2, 0.2, &whole), "light");
+            scene_depth(&s, &whole, SIDE, 1, depth[0], NULL);
+            CHECK(mssm_depth_range(depth[0], SIDE * SIDE, &low, &high), "%s: nothing drawn",
+                  s.name);
+            fitted = whole;
+            CHECK(!mssm_light_fit(&fitted, low, high), "%s: fit", s.name);
+            scene_depth(&s, &fitted, SIDE, 1, depth[1], NULL);
+            CHECK(mssm_depth_range(depth[1], SIDE * SIDE, &low, &high), "%s: nothing left", s.name);
+            CHECK(fabsf(low + 0.99f) < 2e-3f && fabsf(high - 0.8f) < 2e-3f, "%s: %g to %g", s.name,
+                  (double)low, (double)high);
+            for (int i = 0; i < SIDE * SIDE; i++) {
+                CHECK((depth[0][i] < 1) == (depth[1][i] < 1), "%s: texel %d", s.name, i);
+            }
+            const float p[3] = {0.3f, 0.1f, -0.2f};
+            float a[3], b[3];
+            CHECK(mssm_light_project(&whole, p, a) && mssm_light_project(&fitted, p, b), "project");
+            CHECK(fabsf(a[0] - b[0]) + fabsf(a[1] - b[1]) < 1e-6f, "%s: moved", s.name);
+        }
+    }
+}
+
+// Receivers search from the nearest caster on: less error, fewer levels.
+static void fitting_does_not_cost_accuracy(void)
+{
+    static float depth[SIDE * SIDE];
+    const int receivers = test_trials(300);
+    void *memory = allocate(mssm_map_bytes(SIDE, 6));
+    double squares[2] = {0, 0};
+    for (int which = 0; which < SCENE_COUNT; which++) {
+        scene s;
+        mssm_light light[2] = {scene_spot(0.6f), scene_spot(0.6f)};
+        float low = 0, high = 0;
+        scene_make(&s, which);
+        scene_depth(&s, &light[0], SIDE, 1, depth, NULL);
+        CHECK(mssm_depth_range(depth, SIDE * SIDE, &low, &high), "nothing drawn");
+        CHECK(!mssm_light_fit(&light[1], low, high), "fit");
+        for (int f = 0; f < 2; f++) {
+            uint64_t state = 5;
+            mssm_map *map = make_map(&s, &light[f], memory);
+            for (int i = 0; i < receivers; i++) {
+                double p[3], n[3];
+                scene_receiver(&s, &state, p, n);
+                const double truth = scene_visibility(&s, &light[f], p, n, 12, &state);
+                squares[f] += pow(seen(map, &light[f], p) - truth, 2);
+            }
+        }
+    }
+    const double rms[2] = {sqrt(squares[0] / (SCENE_COUNT * receivers)),
+                           sqrt(squares[1] / (SCENE_COUNT * receivers))};
+    test_note("rms %.4f with the planes as set up, %.4f fitted", rms[0], rms[1]);
+    CHECK(receivers < 100 || rms[1] < rms[0], "%.4f against %.4f", rms[1], rms[0]);
+    free(memory);
+}
+
+// ---- Falloffs and arguments ----------------------------------------------------------------------
+
+static void falloffs(void)
+{
+    uint64_t state = 2;
+    for (int i = 0; i < test_trials(10000); i++) {
+        const double d = test_range(&state, 0, 50), c = test_range(&state, 0, 2),
+                     l = test_range(&state, 0, 2), q = test_range(&state, 0.01, 2);
+        const double want = 1 / (c + l * d + q * d * d);
+        const double got = (double)mssm_attenuation((float)d, (float)c, (float)l, (float)q);
+        CHECK(fabs(got - want) < 1e-5 * want, "%g, not %g", got, want);
+        const double outer = test_range(&state, -0.5, 0.9),
+                     inner = test_range(&state, outer + 0.05, 1);
+        const double x = test_range(&state, -1, 1), y = x + 1e-4;
+        const double a = (double)mssm_cone((float)x, (float)inner, (float)outer, 2),
+                     b = (double)mssm_cone((float)y, (float)inner, (float)outer, 2);
+        CHECK(a >= 0 && a <= 1 && (x > outer || a == 0), "cone(%g) = %g", x, a);
+        CHECK(x < inner || fabs(a - (x > 0 ? x * x : 0)) < 1e-5, "inside: cone(%g) = %g", x, a);
+        CHECK(fabs(b - a) < 0.02, "a step of %g at %g", b - a, x);
+        CHECK(x < 0 || b >= a - 1e-6, "cone falls towards the axis at %g", x);
+    }
+    CHECK(mssm_attenuation(0, 0, 0, 1) == 0, "at the light itself");
+}
+
+static void bad_lights_are_refused(void)
+{
+    const float zero[3] = {0, 0, 0}, bad[3] = {0, NAN, 0};
+    mssm_light six[FACES], kept[FACES], l;
+    float low = 7, high = 7;
+    memset(six, 3, sizeof six);
+    memcpy(kept, six, sizeof six);
+    CHECK(mssm_light_point(NULL, zero, 1, 2, 0) && mssm_light_point(six, NULL, 1, 2, 0) &&
+              mssm_light_point(six, bad, 1, 2, 0) && mssm_light_point(six, zero, 0, 2, 0) &&
+              mssm_light_point(six, zero, 2, 1, 0) && mssm_light_point(six, zero, 1, 2, -1) &&
+              mssm_light_point(six, zero, 1, 2, INFINITY),
+          "taken");
+    CHECK(!memcmp(six, kept, sizeof six), "touched");
+    l = scene_spot(0.1f);
+    kept[0] = l;
+    CHECK(mssm_light_fit(NULL, 0, 1) && mssm_light_fit(&l, 0.5f, 0.4f) &&
+              mssm_light_fit(&l, NAN, 0) && mssm_light_fit(&l, -2, 0) && mssm_light_fit(&l, 0, 2),
+          "taken");
+    CHECK(!memcmp(&l, kept, sizeof l), "touched");
+    const float none[3] = {1, NAN, INFINITY}, some[3] = {1, 0.5f, -0.5f};
+    CHECK(!mssm_depth_range(none, 3, &low, &high) && !mssm_depth_range(some, 0, &low, &high) &&
+              low == 7 && high == 7,
+          "a range of nothing");
+    CHECK(mssm_depth_range(some, 3, &low, &high) && low == -0.5f && high == 0.5f, "range");
+}
+
+const test_case lights_tests[] = {
+    {"point lights agree with ray tracing", point_lights_agree_with_ray_tracing},
+    {"point lights have no seams", point_lights_have_no_seams},
+    {"point light faces cover all kernels", point_light_faces_cover_all_kernels},
+    {"wide lights near their blockers agree with ray tracing", wide_lights_near_their_blockers},
+    {"a fitted light maps the drawn range and nothing else", fitting_maps_the_drawn_range},
+    {"a fitted light is no less accurate", fitting_does_not_cost_accuracy},
+    {"falloffs are what they say", falloffs},
+    {"bad lights are refused, and left alone", bad_lights_are_refused},
+    {0, 0}};

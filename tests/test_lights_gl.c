@@ -1,0 +1,262 @@
+// The example components beside the lights: the sampled light adds up to the truth and is the same on
+// every run, depth ranges read from the GPU are those of the CPU, shared falloffs give the same in GLSL.
+#include "test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../examples/common/gl_context.h"
+#include "../examples/common/gl_range.h"
+#include "../examples/common/gl_sampled.h"
+#include "../examples/common/raytrace.h"
+
+enum { WIDTH = 96, HEIGHT = 72, POINTS = 256 };
+static const float position[3] = {-1.6f, 3.2f, 1.2f}, up[3] = {0, 1, 0}, axis[3] = {1, 0, 0};
+static const float half_width = 0.3f;
+
+typedef struct stage {
+    gl_context context;
+    scene s;
+    camera eye;
+    gl_mesh casters;
+    gl_surfaces view;
+    GLuint depth_program;
+} stage;
+
+static bool begin(stage *t)
+{
+    const char *missing;
+    message why;
+    memset(t, 0, sizeof *t);
+    if (!gl_context_create(&t->context, &missing)) {
+        CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", missing);
+        test_skip("%s", missing);
+        return false;
+    }
+    t->eye = camera_look(vec(0.3f, 3.4f, 5.6f), vec(-0.05f, 0.6f, 0), 0.66f, 4.0f / 3);
+    t->depth_program = gl_program_simple("depth", gl_depth_vertex, NULL, &why);
+    CHECK(t->depth_program && scene_create(&t->s, 0, NULL) &&
+              gl_mesh_upload(&t->casters, &t->s, &why) &&
+              gl_surfaces_create(&t->view, WIDTH, HEIGHT, &why),
+          "no stage");
+    gl_surfaces_draw(&t->view, &t->casters, &t->eye);
+    return true;
+}
+
+static void end(stage *t)
+{
+    CHECK(gl.GetError() == GL_NO_ERROR, "a GL error is left");
+    scene_free(&t->s);
+    gl_context_destroy(&t->context);
+}
+
+static mssm_light at_point(const void *light, float x, float y)
+{
+    const float at[3] = {position[0] + half_width * x, position[1], position[2] + half_width * y};
+    mssm_light f = {{0}, 0, 0, 0, 1, 1, -1, 1};
+    (void)light;
+    CHECK(!mssm_light_spot(&f, at, up, axis, 3, 0.5f, 5, 0, 0), "light");
+    return f;
+}
+
+static void add(stage *t, gl_sampled *s, unsigned long long state, int points)
+{
+    gl_sampled_add(s, state, points, at_point, NULL, &t->casters, t->view.target.color, 0.01f);
+}
+
+static void read_sum(const gl_sampled *s, float *sum)
+{
+    gl.GetTextureImage(s->sum.color[0], 0, GL_RGBA, GL_FLOAT,
+                       4 * WIDTH * HEIGHT * (GLsizei)sizeof *sum, sum);
+}
+
+static void the_sampled_light_is_the_truth(void)
+{
+    static float sum[4][4 * WIDTH * HEIGHT], place[2][4 * WIDTH * HEIGHT];
+    static gl_sampled s;
+    stage t;
+    message why;
+    if (!begin(&t)) return;
+    CHECK(gl_sampled_create(&s, 1024, WIDTH, HEIGHT, &why), "create: %s", why.text);
+    // All at once, in steps of 7 after another state, again at once after it: the same bits.
+    add(&t, &s, 1, POINTS);
+    read_sum(&s, sum[0]);
+    add(&t, &s, 2, 1);
+    CHECK(s.samples == 1, "a new state does not begin anew");
+    for (int i = 0; i < POINTS; i += 7) add(&t, &s, 1, POINTS - i < 7 ? POINTS - i : 7);
+    CHECK(s.samples == POINTS, "%d samples", s.samples);
+    read_sum(&s, sum[1]);
+    CHECK(!memcmp(sum[0], sum[1], sizeof sum[0]), "not the same on every run");
+    for (int i = 0; i < 2; i++) {
+        gl.GetTextureImage(t.view.target.color[i], 0, GL_RGBA, GL_FLOAT, sizeof place[i], place[i]);
+    }
+    bvh *tree = bvh_create(&t.s);
+    double squares = 0;
+    int count = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i += 5) {
+        const vec3 p = vec_of(place[0] + 4 * i), n = vec_of(place[1] + 4 * i);
+        const vec3 middle = vec_of(position), start = vec_mad(p, n, 1e-3f);
+        if (place[0][4 * i + 3] == 0 || vec_dot(n, vec_sub(middle, p)) < 0.3f) continue;
+        int lit = 0;
+        for (int k = 0; k < 256; k++) {
+            const float x = ((float)(k % 16) + 0.5f) / 8 - 1,
+                        y = ((float)k / 16 + 0.5f / 16) / 8 - 1;
+            const vec3 to = vec_add(middle, vec(half_width * x, 0, half_width * y));
+            lit += !bvh_hit_any(tree, start, vec_sub(to, start), 1);
+        }
+        squares += pow((double)(sum[0][4 * i] / sum[0][4 * i + 3]) - lit / 256.0, 2);
+        count++;
+    }
+    bvh_free(tree);
+    test_note("rms of %d samples against ray tracing: %.4f over %d pixels", POINTS,
+              sqrt(squares / count), count);
+    CHECK(count > 200 && sqrt(squares / count) < 0.05, "rms %.4f", sqrt(squares / count));
+    gl_sampled_free(&s);
+    end(&t);
+}
+
+// Any first n points leave no large hole: the largest gap shrinks like that of a Poisson disc.
+static void points_are_spread_at_every_number(void)
+{
+    static gl_sampled s;
+    stage t;
+    message why;
+    if (!begin(&t)) return;
+    CHECK(gl_sampled_create(&s, 8, 8, 8, &why), "create: %s", why.text);
+    CHECK(s.point[0][0] == 0 && s.point[0][1] == 0, "the middle is not first");
+    for (int n = 4; n <= GL_SAMPLED_POINTS; n *= 4) {
+        float closest = 9, mean[2] = {0, 0};
+        for (int i = 0; i < n; i++) {
+            CHECK(fabsf(s.point[i][0]) <= 1 && fabsf(s.point[i][1]) <= 1, "outside");
+            mean[0] += s.point[i][0] / (float)n, mean[1] += s.point[i][1] / (float)n;
+            for (int j = 0; j < i; j++) {
+                closest = fminf(
+                    closest, hypotf(s.point[i][0] - s.point[j][0], s.point[i][1] - s.point[j][1]));
+            }
+        }
+        const float grid = 2 / sqrtf((float)n); // distance of as many points on a grid
+        CHECK(closest > 0.4f * grid, "%d points, two %.3f of a grid's distance apart", n,
+              (double)(closest / grid));
+        CHECK(hypotf(mean[0], mean[1]) < 0.6f * grid, "%d points lean to one side", n);
+    }
+    gl_sampled_free(&s);
+    end(&t);
+}
+
+// Ranges read from the GPU against a rasterizer of our own; what moves is not cut off.
+static void depth_ranges_from_the_gpu(void)
+{
+    enum { SIDE = 128 };
+    static float depth[SIDE * SIDE * 4];
+    const mssm_gl_desc desc = {.load = gl_context_function, .lights = 2, .side = SIDE};
+    stage t;
+    mssm_gl *maps = NULL;
+    gl_range range;
+    message why;
+    mssm_light light[2];
+    if (!begin(&t)) return;
+    const float low[3] = {-7, -3, -7}, high[3] = {7, 5, 7}, sun[3] = {-0.7f, 1, 0.5f};
+    light[0] = at_point(NULL, 0, 0);
+    CHECK(!mssm_light_directional(&light[1], sun, axis, 0.1f, 0.1f, low, high), "light");
+    CHECK(!mssm_gl_create(&maps, &desc) && gl_range_create(&range, 2, SIDE, &why), "create");
+    for (int frame = 0; frame < 4; frame++) {
+        for (int i = 0; i < 2; i++) {
+            const mssm_light f = gl_range_fit(&range, i, &light[i]);
+            const raster_frustum r = {f.world_to_shadow, f.perspective != 0, f.z_near, f.z_far};
+            float nearest = 0, farthest = 0;
+            CHECK(raster_depth(&t.s, &r, RASTER_FRONT, SIDE, 4, depth), "raster");
+            CHECK(mssm_depth_range(depth, SIDE * SIDE * 4, &nearest, &farthest), "nothing drawn");
+            // Fitted with a tenth on both sides: 1.2 of the range between -0.99 and 0.8.
+            if (frame > 0) {
+                CHECK(fabsf(nearest + 0.841f) < 0.03f && fabsf(farthest - 0.651f) < 0.03f,
+                      "light %d, frame %d: %g to %g", i, frame, (double)nearest, (double)farthest);
+            } else {
+                CHECK(f.z_far == light[i].z_far, "fitted to nothing");
+            }
+            CHECK(!mssm_gl_set_light(maps, i, &f) && !mssm_gl_begin_depth(maps, i, 0), "begin");
+            gl.UseProgram(t.depth_program);
+            gl.ProgramUniformMatrix4fv(t.depth_program, 0, 1, GL_FALSE, f.world_to_shadow);
+            gl_mesh_draw(&t.casters);
+            gl_range_reduce(&range, i);
+            CHECK(!mssm_gl_end_depth(maps), "end");
+        }
+    }
+    gl_range_free(&range);
+    mssm_gl_destroy(maps);
+    end(&t);
+}
+
+// ---- Shared functions in GLSL --------------------------------------------------------------------
+
+enum { CASES = 4096 };
+static const char ask_text[] =
+    "layout(local_size_x = 64) in;\n"
+    "layout(std430, binding = 0) readonly buffer Inputs { vec4 asked[]; };\n"
+    "layout(std430, binding = 1) writeonly buffer Outputs { float told[][8]; };\n"
+    "void main()\n"
+    "{\n"
+    "    uint i = gl_GlobalInvocationID.x;\n"
+    "    vec4 a = asked[i];\n"
+    "    mssm_faces f = mssm_point_faces(a.x, a.y, a.z);\n"
+    "    for (int k = 0; k < 3; k++) {\n"
+    "        told[i][k] = float(f.face[k]);\n"
+    "        told[i][3 + k] = f.weight[k];\n"
+    "    }\n"
+    "    told[i][6] = mssm_attenuation(abs(a.x), 0.5, abs(a.y), abs(a.z));\n"
+    "    told[i][7] = mssm_cone(0.25 * a.w, 0.8, 0.6, 3.0);\n"
+    "}\n";
+
+static void falloffs_are_the_same_in_glsl(void)
+{
+    static float asked[CASES][4], told[CASES][8];
+    const char *const text[] = {"#version 450 core\n", mssm_glsl_lights(), ask_text};
+    stage t;
+    GLint good = 0;
+    GLuint buffer[2];
+    uint64_t state = 4;
+    if (!begin(&t)) return;
+    for (int i = 0; i < CASES; i++) {
+        for (int k = 0; k < 4; k++) asked[i][k] = (float)test_range(&state, -4, 4);
+        if (i % 2) asked[i][1] = asked[i][0] * (float)test_range(&state, 0.9, 1.1); // near an edge
+    }
+    const GLuint program = gl.CreateProgram(), shader = gl.CreateShader(GL_COMPUTE_SHADER);
+    gl.ShaderSource(shader, 3, text, NULL);
+    gl.CompileShader(shader);
+    gl.AttachShader(program, shader);
+    gl.LinkProgram(program);
+    gl.GetProgramiv(program, GL_LINK_STATUS, &good);
+    CHECK(good, "mssm_glsl_lights does not compile");
+    for (GLuint i = 0; i < 2; i++) {
+        gl.CreateBuffers(1, &buffer[i]);
+        gl.NamedBufferStorage(buffer[i], i ? sizeof told : sizeof asked, i ? NULL : asked, 0);
+        gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, i, buffer[i]);
+    }
+    gl.UseProgram(program);
+    gl.DispatchCompute(CASES / 64, 1, 1);
+    gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    gl.GetNamedBufferSubData(buffer[1], 0, sizeof told, told);
+    for (int i = 0; i < CASES; i++) {
+        const float *a = asked[i], *b = told[i];
+        const mssm_faces f = mssm_point_faces(a[0], a[1], a[2]);
+        for (int k = 0; k < 3; k++) {
+            CHECK(b[k] == (float)f.face[k] && fabsf(b[3 + k] - f.weight[k]) < 1e-5f, "faces");
+        }
+        const float d = mssm_attenuation(fabsf(a[0]), 0.5f, fabsf(a[1]), fabsf(a[2]));
+        CHECK(fabsf(b[6] - d) < 1e-5f * d, "attenuation %g, not %g", (double)b[6], (double)d);
+        CHECK(fabsf(b[7] - mssm_cone(0.25f * a[3], 0.8f, 0.6f, 3)) < 1e-5f, "cone");
+    }
+    gl.DeleteBuffers(2, buffer);
+    gl.DeleteShader(shader);
+    gl.DeleteProgram(program);
+    end(&t);
+}
+
+const test_case lights_gl_tests[] = {
+    {"GL: the sampled light is the truth, and the same on every run",
+     the_sampled_light_is_the_truth},
+    {"GL: the sampled light's points are spread at every number",
+     points_are_spread_at_every_number},
+    {"GL: depth ranges from the GPU are those drawn", depth_ranges_from_the_gpu},
+    {"GL: falloffs of lights are the same in GLSL", falloffs_are_the_same_in_glsl},
+    {0, 0}};
