@@ -1708,8 +1708,10 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     LIGHTPROBE_PRECISE double middle = 0.5 * (a + c), half_apart = 0.5 * (a - c);
     LIGHTPROBE_PRECISE double wide = sqrt(0.25 * (a - c) * (a - c) + b * b);
     double cos2 = wide > 0.0 ? half_apart / wide : 1.0; // of twice the angle from e to u
-    LIGHTPROBE_PRECISE double cosine = sqrt(0.5 * (1.0 + cos2));
-    LIGHTPROBE_PRECISE double sine = (b < 0.0 ? -1.0 : 1.0) * sqrt(0.5 * (1.0 - cos2));
+    // Where products are not rounded to double, cos2 may be a little beyond 1.
+    LIGHTPROBE_PRECISE double over = 0.5 * (1.0 + cos2), under = 0.5 * (1.0 - cos2);
+    LIGHTPROBE_PRECISE double cosine = sqrt(over > 0.0 ? over : 0.0);
+    LIGHTPROBE_PRECISE double sine = (b < 0.0 ? -1.0 : 1.0) * sqrt(under > 0.0 ? under : 0.0);
     // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.
     LIGHTPROBE_PRECISE double cos_alpha = 2.0 * size / r.luminance - 1.0;
     lightprobe_light light;
@@ -3378,8 +3380,10 @@ static const char lightprobe__glsl_write[] =
     "    LIGHTPROBE_PRECISE double middle = 0.5 * (a + c), half_apart = 0.5 * (a - c);\n"
     "    LIGHTPROBE_PRECISE double wide = sqrt(0.25 * (a - c) * (a - c) + b * b);\n"
     "    double cos2 = wide > 0.0 ? half_apart / wide : 1.0; // of twice the angle from e to u\n"
-    "    LIGHTPROBE_PRECISE double cosine = sqrt(0.5 * (1.0 + cos2));\n"
-    "    LIGHTPROBE_PRECISE double sine = (b < 0.0 ? -1.0 : 1.0) * sqrt(0.5 * (1.0 - cos2));\n"
+    "    // Where products are not rounded to double, cos2 may be a little beyond 1.\n"
+    "    LIGHTPROBE_PRECISE double over = 0.5 * (1.0 + cos2), under = 0.5 * (1.0 - cos2);\n"
+    "    LIGHTPROBE_PRECISE double cosine = sqrt(over > 0.0 ? over : 0.0);\n"
+    "    LIGHTPROBE_PRECISE double sine = (b < 0.0 ? -1.0 : 1.0) * sqrt(under > 0.0 ? under : 0.0);\n"
     "    // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.\n"
     "    LIGHTPROBE_PRECISE double cos_alpha = 2.0 * size / r.luminance - 1.0;\n"
     "    lightprobe_light light;\n"

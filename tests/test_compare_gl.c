@@ -169,7 +169,9 @@ static void a_frame_costs_less_than_with_convolution(void)
     for (int i = 0; i < 2; i++) frame[i] = measure_gl_median(times[i].frame, ROUNDS);
     test_note("16 lights: frame %.0f ms, with convolution %.0f ms, ratio %.2f", frame[0], frame[1],
               frame[1] / frame[0]);
-    CHECK(frame[1] > FRAME_RATIO * frame[0], "ratio %.2f", frame[1] / frame[0]);
+    // Builds that are slowed down on purpose (TEST_SCALE) only run it.
+    CHECK(test_trials(10) < 10 || frame[1] > FRAME_RATIO * frame[0], "ratio %.2f",
+          frame[1] / frame[0]);
 }
 
 const test_case compare_gl_tests[] = {

@@ -191,10 +191,10 @@ static void means_of(const lookup *l, const int32_t *table, size_t channels, flo
             for (int i = 0; i < 3; i++) {
                 const size_t at = l->x[i + 1] * channels;
                 const ints next = load_ints(high + at) - load_ints(low + at);
-                row += l->weight_x[i] * __builtin_convertvector(next - column, floats);
+                row += all_of(l->weight_x[i]) * __builtin_convertvector(next - column, floats);
                 column = next;
             }
-            sum += l->weight_y[j] * row;
+            sum += all_of(l->weight_y[j]) * row;
         }
         memcpy(mean + first, &sum, sizeof sum);
     }

@@ -34,6 +34,12 @@ enum { LANES = 4 };
 typedef float floats __attribute__((vector_size(16)));
 typedef int32_t ints __attribute__((vector_size(16)));
 
+static inline floats all_of(float x)
+{
+    const floats all = {x, x, x, x};
+    return all;
+}
+
 static inline floats load(const float *from)
 {
     floats x;
