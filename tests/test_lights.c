@@ -343,6 +343,30 @@ static void bad_lights_are_refused(void)
     CHECK(mssm_depth_range(some, 3, &low, &high) && low == -0.5f && high == 0.5f, "range");
 }
 
+// Ranges of no width, next to the light, and where numbers end.
+static void fitting_holds_at_its_ends(void)
+{
+    const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    mssm_light l = scene_spot(0.1f), kept;
+    CHECK(!mssm_light_fit(&l, 0.2f, 0.2f) && l.z_far > l.z_near, "one depth");
+    l = scene_spot(0.1f);
+    l.z_near = 0.01f;
+    CHECK(!mssm_light_fit(&l, -1, 1) && l.z_near == 0.005f && l.z_far > 1, "%g to %g next to it",
+          (double)l.z_near, (double)l.z_far);
+    CHECK(mssm_light_fit(&l, 0, NAN), "an end that is no number");
+    CHECK(!mssm_light_directional(&l, up, axis, 0, 0, low, high), "light");
+    for (int i = 0; i < 3; i++) {
+        kept = l;
+        if (i == 0) kept.z_far = kept.z_near;
+        if (i == 1) kept.world_to_shadow[2] = 3e38f; // divided by a small range
+        if (i == 2) kept.z_near = 1e8f, kept.z_far = 1e8f + 8; // steps of 8 cannot hold less
+        mssm_light fitted = kept;
+        CHECK(mssm_light_fit(&fitted, 0.2f, 0.2f), "case %d is taken", i);
+        CHECK(!memcmp(&fitted, &kept, sizeof kept), "case %d is touched", i);
+    }
+    CHECK(strstr(mssm_glsl_lights(), "float mssm_cone("), "GLSL text");
+}
+
 const test_case lights_tests[] = {
     {"point lights agree with ray tracing", point_lights_agree_with_ray_tracing},
     {"point lights have no seams", point_lights_have_no_seams},
@@ -350,6 +374,7 @@ const test_case lights_tests[] = {
     {"wide lights near their blockers agree with ray tracing", wide_lights_near_their_blockers},
     {"a fitted light maps the drawn range and nothing else", fitting_maps_the_drawn_range},
     {"a fitted light is no less accurate", fitting_does_not_cost_accuracy},
+    {"a fitted light holds at the ends of its range", fitting_holds_at_its_ends},
     {"falloffs are what they say", falloffs},
     {"bad lights are refused, and left alone", bad_lights_are_refused},
     {0, 0}};
