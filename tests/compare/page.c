@@ -691,9 +691,14 @@ static void write_method(const figures *f, FILE *page)
         "- A method counts as of constant time if the widest kernel costs less than 1.5 times "
         "the narrowest.\n\n"
         "Run it again:\n\n```sh\nmake chart          # everything: accuracy.csv, this page, "
-        "its pictures; about a quarter of an hour\n"
+        "its pictures; five to fifteen minutes\n"
         "make chart-quick    # the same with fewer receivers, to build/\n"
-        "make chart-check    # do README and docs still say what the figures say?\n```\n",
+        "make chart-check    # do README and docs still say what the figures say?\n```\n\n"
+        "On a mesh or a light probe of your own, after `make build/release/measure`:\n\n```sh\n"
+        "build/release/measure --scene mesh.obj --sun 0.3,1,0.45   # v and f lines, +Y up, any unit; "
+        "a ground is put under it\n"
+        "build/release/measure --probe probe.hdr --out mine.csv    # lat-long, or six faces from top "
+        "to bottom; .hdr or .pfm\n```\n",
         methods.count, PCSS_VECTORS, PCSS_ALL);
 }
 
