@@ -3834,6 +3834,7 @@ typedef struct lightprobe__gl_bindings {
 static void lightprobe__save_bindings(const lightprobe_gl *gl, lightprobe__gl_bindings *b)
 {
     const lightprobe__gl_functions *f = &gl->f;
+    memset(b, 0, sizeof *b); // a lost context writes nothing
     b->program = lightprobe__get(gl, LIGHTPROBE__GL_CURRENT_PROGRAM);
     b->active = lightprobe__get(gl, LIGHTPROBE__GL_ACTIVE_TEXTURE);
     f->ActiveTexture(LIGHTPROBE__GL_TEXTURE0 + (unsigned)gl->desc.first_texture_unit);
