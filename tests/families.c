@@ -171,3 +171,14 @@ float family_receiver(int kind, int count, const float *depth, uint64_t *state)
         return (float)family_range(state, -1, 1);
     }
 }
+
+double family_chebyshev(int k, double z)
+{
+    double before = 1, now = z;
+    for (int i = 1; i < k; i++) {
+        const double next = 2 * z * now - before;
+        before = now;
+        now = next;
+    }
+    return now;
+}

@@ -36,6 +36,9 @@ extern const char *const family_names[FAMILY_COUNT];
 uint64_t family_random(uint64_t *state);
 double family_range(uint64_t *state, double low, double high);
 
+// The Chebyshev polynomial T_k, k >= 1, by its recurrence.
+double family_chebyshev(int k, double z);
+
 // Writes side*side depths in [-1,1], row by row. Side at most 32.
 void family_patch(int family, int side, uint64_t *state, float *depth);
 

@@ -377,17 +377,6 @@ typedef struct patch {
     float depth[28 * 28], weight_x[28], weight_y[28];
 } patch;
 
-static double chebyshev(int k, double z)
-{
-    double before = 1, now = z;
-    for (int i = 1; i < k; i++) {
-        const double next = 2 * z * now - before;
-        before = now;
-        now = next;
-    }
-    return now;
-}
-
 static patch random_patch(uint64_t *state)
 {
     patch p;
@@ -417,7 +406,7 @@ static float rectangle(const patch *p, int k, int i, int j, int is_signed, doubl
     int64_t sum = 0;
     for (int y = from[i]; y < to[i]; y++) {
         for (int x = from[j]; x < to[j]; x++) {
-            const double T = chebyshev(k, (double)p->depth[y * p->side + x]);
+            const double T = family_chebyshev(k, (double)p->depth[y * p->side + x]);
             sum += llrint((is_signed ? T : 0.5 * T + 0.5) * scale);
         }
     }
@@ -473,7 +462,7 @@ static double patch_mean(const patch *p, int k, int powers, double step)
         for (int x = 0; x < p->side; x++) {
             const double z = (double)p->depth[y * p->side + x];
             const double w = (double)(p->weight_x[x] * p->weight_y[y]);
-            const double v = powers ? pow(z, k) : chebyshev(k, z);
+            const double v = powers ? pow(z, k) : family_chebyshev(k, z);
             sum += w * (step > 0 ? step * (double)llrint(v / step) : v);
             total += w;
         }

@@ -52,17 +52,6 @@ static patch random_patch(int family, uint64_t *state)
     return p;
 }
 
-static double chebyshev(int k, double z)
-{
-    double before = 1, now = z;
-    for (int i = 1; i < k; i++) {
-        const double next = 2 * z * now - before;
-        before = now;
-        now = next;
-    }
-    return now;
-}
-
 static moments decoded(int m, moments q)
 {
     mssm_moments4 q4;
@@ -91,7 +80,7 @@ static moments stored(const patch *p, int m, int format)
             const double z = (double)p->depth[i];
             double power = z;
             for (int j = 1; j < k; j++) power *= z;
-            const double q = 0.5 + 0.5 * chebyshev(k, z);
+            const double q = 0.5 + 0.5 * family_chebyshev(k, z);
             sum += format == FLOAT32 ? power : format == UNORM16 ? q : floor(q * scale + 0.5);
         }
         const double mean = sum / p->count;

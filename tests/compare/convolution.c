@@ -91,16 +91,9 @@ static void waves_of(float u, int terms, float *wave)
 
 static void find_range(state *p)
 {
-    const size_t count = (size_t)p->view.side * (size_t)p->view.side;
-    float nearest = 1, farthest = -1;
-    for (size_t i = 0; i < count; i++) {
-        const float z = limited(p->view.depth[i], -1, 1);
-        nearest = least(nearest, z);
-        if (z < 1) farthest = most(farthest, z);
-    }
-    p->empty = nearest >= 1;
-    p->nearest = nearest;
-    p->range = most(farthest - nearest, 1e-3f);
+    const float range = view_range(&p->view, &p->nearest);
+    p->empty = p->nearest >= 1;
+    p->range = most(range, 1e-3f);
 }
 
 // Depth in half periods of the series. Empty texels are drawn up to the casters, and receivers

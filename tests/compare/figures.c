@@ -70,7 +70,9 @@ bool figures_save(const figures *f, const char *path)
         write_name(file, g->method);
         fprintf(file, "%.7g,", g->x);
         write_name(file, g->metric);
-        fprintf(file, "%.5g,%.5g,%.5g\n", g->value, g->low, g->high);
+        fprintf(file, "%.5g", g->value);
+        if (g->low < g->value || g->high > g->value) fprintf(file, ",%.5g,%.5g", g->low, g->high);
+        fputc('\n', file);
     }
     const bool written = !ferror(file);
     return fclose(file) == 0 && written;
@@ -96,13 +98,23 @@ static bool read_number(const char **at, char behind, double *value)
     return true;
 }
 
+// Without a spread the line ends behind the value.
+static bool read_spread(const char **at, figure *g)
+{
+    char *end;
+    g->value = g->low = g->high = strtod(*at, &end);
+    if (end == *at || !isfinite(g->value)) return false;
+    *at = end + 1;
+    if (*end == '\n') return true;
+    return *end == ',' && read_number(at, ',', &g->low) && read_number(at, '\n', &g->high);
+}
+
 static bool read_figure(const char *line, figure *g)
 {
     const char *at = line;
     return read_name(&at, g->experiment) && read_name(&at, g->scene) && read_name(&at, g->method) &&
            read_number(&at, ',', &g->x) && read_name(&at, g->metric) &&
-           read_number(&at, ',', &g->value) && read_number(&at, ',', &g->low) &&
-           read_number(&at, '\n', &g->high) && !*at;
+           read_spread(&at, g) && !*at;
 }
 
 bool figures_load(figures *f, const char *path)

@@ -9,7 +9,8 @@
 enum { FIGURE_NAME = 48 };
 
 // experiment,scene,method,x,metric,value,low,high
-// value is a median (or the one value there is), low and high its spread (equal to it without one).
+// value is a median (or the one value there is), low and high its spread (equal to it without one; the
+// file then leaves them out).
 typedef struct figure {
     char experiment[FIGURE_NAME];  // see the list below
     char scene[FIGURE_NAME];       // "all" for means over scenes

@@ -107,6 +107,21 @@ static inline void view_update(view *v, const depth_map *map)
     v->depth = v->mean;
 }
 
+// The nearest depth of the map, 1 if it is empty, and how much farther the farthest caster lies
+// (negative if there is none).
+static inline float view_range(const view *v, float *nearest)
+{
+    const size_t count = (size_t)v->side * (size_t)v->side;
+    float farthest = -1;
+    *nearest = 1;
+    for (size_t i = 0; i < count; i++) {
+        const float z = limited(v->depth[i], -1, 1);
+        *nearest = least(*nearest, z);
+        if (z < 1) farthest = most(farthest, z);
+    }
+    return farthest - *nearest;
+}
+
 // A receiver: texels, and depth with the bias taken off.
 typedef struct place {
     float x, y, z;

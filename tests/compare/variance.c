@@ -28,15 +28,7 @@ static const float exponent_positive = 0.55f, exponent_negative = 11.7f;
 // receivers that are farther.
 static void find_range(state *p)
 {
-    const size_t count = (size_t)p->view.side * (size_t)p->view.side;
-    float nearest = 1, farthest = -1;
-    for (size_t i = 0; i < count; i++) {
-        const float z = limited(p->view.depth[i], -1, 1);
-        nearest = least(nearest, z);
-        if (z < 1) farthest = most(farthest, z);
-    }
-    p->nearest = nearest;
-    p->range = most(farthest - nearest, 0) + 2 * p->view.texel;
+    p->range = most(view_range(&p->view, &p->nearest), 0) + 2 * p->view.texel;
 }
 
 static float scaled(const state *p, float z)

@@ -37,17 +37,6 @@ static double power(int k, double z)
     return r;
 }
 
-static double chebyshev(int k, double z)
-{
-    double before = 1, now = z;
-    for (int i = 1; i < k; i++) {
-        const double next = 2 * z * now - before;
-        before = now;
-        now = next;
-    }
-    return now;
-}
-
 static void decode(const double q[6], float b[6])
 {
     mssm_moments6 m;
@@ -79,7 +68,7 @@ static void store_unorm16(const patch *p, int passes, float b[6])
         for (int y = 0; y < p->side; y++) {
             double row = 0;
             for (int x = 0; x < p->side; x++) {
-                const double v = 0.5 + 0.5 * chebyshev(k, (double)p->depth[y * p->side + x]);
+                const double v = 0.5 + 0.5 * family_chebyshev(k, (double)p->depth[y * p->side + x]);
                 row += passes == 3 ? unorm16(v) : v;
             }
             sum += passes == 3 ? unorm16(row / p->side) : row / p->side;
@@ -136,7 +125,7 @@ static void store_slides(const patch *p, float b[6])
     for (int k = 1; k <= 6; k++) {
         uint32_t sum = 0;
         for (int i = 0; i < p->count; i++) {
-            const double v = 0.5 + 0.5 * chebyshev(k, (double)p->depth[i]);
+            const double v = 0.5 + 0.5 * family_chebyshev(k, (double)p->depth[i]);
             sum += (uint32_t)(v * (double)scale + 0.5);
         }
         q[k - 1] = (double)((float)sum / (scale * (float)p->count));
