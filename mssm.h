@@ -56,6 +56,7 @@
 //
 //   MSSM_IMPLEMENTATION   in one source file: compiles the functions
 //   MSSM_NO_GL            there: leaves out the OpenGL half, which needs no GL header or library
+//   MSSM_NO_FILTERED      everywhere: leaves out filtered hard shadows and translucent casters
 //   MSSM_MALLOC(bytes), MSSM_FREE(memory)   there: for the OpenGL half; the rest never allocates
 //
 // Threads: no global state. Functions that take a const map may run in parallel on one map.
@@ -288,6 +289,59 @@ float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
 // mssm_moments6_bias(m, MSSM_BIAS6_DECODED) makes them safe. With 4 moments the last two are 0.
 mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
 
+#ifndef MSSM_NO_FILTERED
+// ------------------------------------------------------------------------------------------------
+// Filtered hard shadows and translucent casters (docs/filtered.md)
+// ------------------------------------------------------------------------------------------------
+//
+// Lights without size, antialiased by one look at a blurred map of 64 bits a texel (96 with 6
+// moments): 16-bit moments under a Gaussian, with a mip chain, read trilinearly.
+
+typedef struct mssm_filter {  // zero means default everywhere
+    float moment_bias;  // 0: MSSM_BIAS4_UNORM16_FILTERED or MSSM_BIAS6_UNORM16_FILTERED
+    float depth_bias;   // in units of z; 0: by the width of the filter
+    float full_shadow;  // share of occlusion that counts as all, against weak leaks; 0: 0.98; 1: off
+} mssm_filter;
+
+typedef struct mssm_filtered mssm_filtered;
+
+// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments, 0 if out of range: 2 for each
+// moment and a third more for the mip chain, and 8 to work in (so that every level is rounded once).
+size_t mssm_filtered_bytes(int side, int moments);
+
+// As mssm_map_init: any alignment, not to be moved, everything lit. Fails with *map untouched.
+mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, int side,
+                               int moments);
+
+// Takes a depth map, laid out as for mssm_map_update, blurs it by a Gaussian of 2 * radius + 1 texels
+// (standard deviation radius / 2; 0 to 32) and makes the mip chain. Beyond the map all is lit. Fails
+// with the map untouched.
+mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples, int radius);
+
+// The same from encoded moments of one's own, encoded[(y*side + x)*moments + k]: what
+// mssm_moments*_encode gives, for translucent casters what mssm_moments*_blend has made of it.
+mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encoded, int radius);
+
+// Soft shadows of the same moments.
+mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded);
+
+// Moments at shadow-space x, y under a footprint that is width wide (shadow space; 0: the finest).
+// Not biased yet. With 4 moments the last two are 0.
+mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, float width);
+
+// Visibility of the light from a world-space point, in [0,1]: the upper bound. width: the pixel's
+// footprint in world units at the point; 0: a point. filter may be NULL. Points outside the map,
+// nearer than its near plane or not finite are lit.
+float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
+                               const mssm_filter *filter, const float point[3], float width);
+
+// A layer at depth z that lets 1 - opacity of the light through, over what is there: standard alpha
+// blending. After layers from far to near, P(depth < z) is exactly the light that those nearer than z
+// keep off, 1 - product(1 - opacity): so the bounds enclose the transmittance.
+mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity);
+mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity);
+#endif
+
 // GLSL 4.50 text of the moment math alone: same names and structs as the C functions above.
 // To be put after #version. Static storage.
 const char *mssm_glsl_math(void);
@@ -378,6 +432,78 @@ const char *mssm_gl_shader(const mssm_gl *gl);
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
 // levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments.
 unsigned mssm_gl_texture(const mssm_gl *gl, int which);
+
+#ifndef MSSM_NO_FILTERED
+// Filtered hard shadows, with translucent casters where wanted. For each light that has changed:
+//
+//     mssm_gl_filtered_set_light(gl, i, &light);
+//     mssm_gl_filtered_begin_depth(gl, i);
+//     draw_casters(light.world_to_shadow);
+//     mssm_gl_filtered_end_depth(gl);
+//     mssm_gl_filtered_begin_translucent(gl);  // these three only where there is smoke or glass
+//     draw_smoke_from_far_to_near(light.world_to_shadow);
+//     mssm_gl_filtered_end_translucent(gl);
+//     mssm_gl_filtered_build(gl);
+//
+// then mssm_gl_filtered_bind and drawing. The promises about GL state, contexts and labels are those
+// of mssm_gl.
+
+typedef struct mssm_gl_filtered_desc {  // zero means default everywhere
+    mssm_gl_loader load;       // needed
+    int lights;                // 1 to 4096; default 1
+    int side;                  // of the maps, best a power of two; default 1024
+    int samples;               // of the depth target, default 4
+    int moments;               // 4 (64 bits a texel) or 6 (96); default 4
+    int radius;                // of the Gaussian, 1 to 32 texels, -1: none; default 2
+    int anisotropy;            // looks along the longer side of a pixel's footprint, 1 to 16; default 4
+    mssm_filter filter;        // compiled into the shading text
+    int first_texture_unit;    // mssm_gl_filtered_bind takes two texture units from here
+    int first_buffer_binding;  // and this binding of shader storage buffers
+    void (*log)(void *user, const char *message);  // as in mssm_gl_desc
+    void *user;
+} mssm_gl_filtered_desc;
+
+typedef struct mssm_gl_filtered mssm_gl_filtered;
+
+// N lights of side^2: N * side^2 * 8 bytes (12 with 6 moments) and a third more; to work in, for all
+// lights together, side^2 * (4 * samples + 79).
+mssm_result mssm_gl_filtered_create(mssm_gl_filtered **gl, const mssm_gl_filtered_desc *desc);
+void mssm_gl_filtered_destroy(mssm_gl_filtered *gl);  // gl may be NULL
+mssm_result mssm_gl_filtered_set_light(mssm_gl_filtered *gl, int index, const mssm_light *light);
+
+// As mssm_gl_begin_depth and _end_depth, without back faces.
+mssm_result mssm_gl_filtered_begin_depth(mssm_gl_filtered *gl, int index);
+mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl);
+
+// Between these the application blends translucent casters, from far to near, into the moments of the
+// light just drawn: its fragment shader calls mssm_translucent (mssm_glsl_translucent). Blending is
+// its own to set, for both targets: glEnable(GL_BLEND); glBlendFunc(GL_SRC_ALPHA,
+// GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out what lies behind opaque casters.
+mssm_result mssm_gl_filtered_begin_translucent(mssm_gl_filtered *gl);
+mssm_result mssm_gl_filtered_end_translucent(mssm_gl_filtered *gl);
+
+// GLSL for that shader, after mssm_glsl_math(): void mssm_translucent(float depth, float opacity),
+// depth as in shadow space (directional lights: 2 * gl_FragCoord.z - 1). Static storage.
+const char *mssm_glsl_translucent(void);
+
+// Gaussian and mip chain of the light just drawn.
+mssm_result mssm_gl_filtered_build(mssm_gl_filtered *gl);
+mssm_result mssm_gl_filtered_bind(mssm_gl_filtered *gl);
+
+// GLSL 4.50 text to put after #version: float mssm_filtered_visibility(int light, vec3
+// world_position, vec3 ddx, vec3 ddy), the latter the derivatives of the position (dFdx and dFdy in a
+// forward pass, zero for a point). Includes mssm_glsl_math(). Lives as long as gl.
+const char *mssm_gl_filtered_shader(const mssm_gl_filtered *gl);
+
+// Textures, for tools and tests. which 0, 1: the maps, 2D arrays with a layer a light (RGBA16, RG16
+// or 0); 2: the encoded moments of the light just drawn, before the Gaussian until the build and
+// after it from then on: an array of two layers (RGBA32F), moments 1 to 3 and 4 to 6.
+unsigned mssm_gl_filtered_texture(const mssm_gl_filtered *gl, int which);
+
+// Soft shadows of such moments: in place of a depth pass of mssm_gl. texture: an array of two layers
+// as above, at least as large as the map. Texels beyond the map are not read. Then mssm_gl_build.
+mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
+#endif
 
 #ifdef __cplusplus
 }
@@ -2252,6 +2378,274 @@ mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half
     return m;
 }
 
+#ifndef MSSM_NO_FILTERED
+// ---- Filtered hard shadows ----
+
+mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity)
+{
+    const mssm_moments4 layer = mssm_moments4_of_depth(z);
+    const float a = mssm_clamp(opacity, 0.0f, 1.0f);
+    for (int k = 0; k < 4; k++) m.b[k] = (1.0f - a) * m.b[k] + a * layer.b[k];
+    return m;
+}
+
+mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity)
+{
+    const mssm_moments6 layer = mssm_moments6_of_depth(z);
+    const float a = mssm_clamp(opacity, 0.0f, 1.0f);
+    for (int k = 0; k < 6; k++) m.b[k] = (1.0f - a) * m.b[k] + a * layer.b[k];
+    return m;
+}
+
+#define MSSM__RADIUS 32  // of the Gaussian, in texels
+
+// Level l holds size^2 texels of moments channels; a texel outside of a level is lit, all ones.
+struct mssm_filtered {
+    int side, moments, levels, radius;
+    int size[MSSM__LEVELS];
+    uint16_t *texel[MSSM__LEVELS];
+    float *work, *rows;  // side^2 texels each
+};
+
+// The view is that of mssm_map_visibility; of the settings, max_kernel is the Gaussian's width, and
+// tolerance what occlusion may lack to count as all.
+static mssm_settings mssm__filter_settings(const mssm_filter *filter, int moments, int radius)
+{
+    static const mssm_filter defaults = {0, 0, 0};
+    const mssm_filter *f = filter ? filter : &defaults;
+    const float alpha = moments == 6 ? MSSM_BIAS6_UNORM16_FILTERED : MSSM_BIAS4_UNORM16_FILTERED;
+    mssm_settings s = {moments, MSSM_LAYERED, 0, f->depth_bias, 2 * radius + 1, 0};
+    s.moment_bias = mssm__or_default(f->moment_bias, alpha);
+    s.tolerance = 1.0f - mssm_clamp(mssm__or_default(f->full_shadow, 0.98f), 0.5f, 1.0f - 1e-7f);
+    return s;
+}
+
+// [glsl begin filtered]
+// Width of a texel at the receiver in units of z.
+MSSM_SHARED float mssm_texel_at(mssm_view v, struct mssm_receiver r)
+{
+    return v.perspective != 0 ? -v.texel / r.spread : v.texel;
+}
+
+// The upper bound from Chebyshev moments under a footprint that is width texels wide. A surface at 45
+// degrees, Gaussian over the filter, has its outer node at sqrt(3) standard deviations; a quarter of
+// the footprint and half a deviation leave little acne and firm contacts.
+MSSM_CALLED float mssm_filtered_bound(mssm_view v, struct mssm_options o, struct mssm_receiver r,
+                                      mssm_moments6 t, float width)
+{
+    float bias = mssm_texel_at(v, r) * (0.25f * width + 0.25f * (v.max_half - 0.5f));
+    float z = r.z_own - (o.depth_bias > 0.0f ? 0.0f : bias);
+    z = z < r.z_test ? z : r.z_test;
+    float upper = 1.0f;
+    if (o.moments == 6) {
+        upper = mssm_split_bounds(mssm_split6(mssm_kernel6_stored(t, o.alpha6, z))).upper;
+    } else {
+        upper = mssm_split_bounds(mssm_split4(mssm_kernel4_stored(t, o.alpha4, z))).upper;
+    }
+    return mssm_clamp((upper - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);
+}
+// [glsl end]
+
+size_t mssm_filtered_bytes(int side, int moments)
+{
+    uint64_t words;
+    if (!mssm__layout(side, moments, &words)) return 0;
+    const uint64_t work = 2 * (uint64_t)side * (uint64_t)side * (uint64_t)moments * sizeof(float);
+    const uint64_t bytes = work + words * sizeof(uint16_t) + sizeof(mssm_filtered) + 63;
+    return bytes <= SIZE_MAX ? (size_t)bytes : 0;
+}
+
+// What one pass averages for texel (x,y) of its target: texels from (left, low) to (right, high)
+// round (scale * x, scale * y) of its source, by weight. One routine for rows, columns and halves.
+struct mssm__pass { int left, low, right, high, scale; };
+
+static void mssm__filter_pass(const mssm_filtered *map, const float *from, int from_size, float *to,
+                              int size, struct mssm__pass p, const float *weight)
+{
+    const int moments = map->moments;
+    for (int i = 0; i < size * size; i++) {
+        float sum[6] = {0}, weights = 0;
+        for (int y = p.low; y <= p.high; y++) {
+            for (int x = p.left; x <= p.right; x++) {
+                const int u = i % size * p.scale + x, v = i / size * p.scale + y;
+                const int outside = u < 0 || v < 0 || u >= from_size || v >= from_size;
+                const float w = weight[x + y < 0 ? -x - y : x + y];
+                const size_t at = outside ? 0 : ((size_t)v * (size_t)from_size + (size_t)u);
+                weights += w;
+                for (int k = 0; k < moments; k++) {
+                    sum[k] += w * (outside ? 1.0f : from[at * (size_t)moments + (size_t)k]);
+                }
+            }
+        }
+        for (int k = 0; k < moments; k++) *to++ = sum[k] / weights;
+    }
+}
+
+// Blurs what is in `work` and makes all levels of it. Halving in place: nothing is written before it
+// was read.
+static void mssm__filter(mssm_filtered *map, int radius)
+{
+    static const struct mssm__pass halve = {0, 0, 1, 1, 2};
+    static const float even[3] = {1, 1, 1};
+    const struct mssm__pass rows = {-radius, 0, radius, 0, 1}, columns = {0, -radius, 0, radius, 1};
+    float weight[MSSM__RADIUS + 1];
+    const float falloff = radius > 0 ? 2.0f / (float)(radius * radius) : 0.0f;
+    for (int i = 0; i <= radius; i++) weight[i] = expf(-falloff * (float)(i * i));
+    map->radius = radius;
+    if (radius > 0) {
+        mssm__filter_pass(map, map->work, map->side, map->rows, map->side, rows, weight);
+        mssm__filter_pass(map, map->rows, map->side, map->work, map->side, columns, weight);
+    }
+    for (int level = 0; level < map->levels; level++) {
+        const int size = map->size[level];
+        const size_t count = (size_t)size * (size_t)size * (size_t)map->moments;
+        if (level > 0) {
+            mssm__filter_pass(map, map->work, map->size[level - 1], map->work, size, halve, even);
+        }
+        for (size_t i = 0; i < count; i++) {
+            map->texel[level][i] = (uint16_t)(mssm_clamp(map->work[i], 0, 1) * 65535.0f + 0.5f);
+        }
+    }
+}
+
+mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, int side,
+                               int moments)
+{
+    uint64_t words;
+    const size_t needed = mssm_filtered_bytes(side, moments);
+    if (!map || !memory || !needed) return MSSM_ERROR_ARGUMENT;
+    if (bytes < needed) return MSSM_ERROR_MEMORY;
+    const size_t misfit = (size_t)((uintptr_t)memory % 16);
+    mssm_filtered *m = (mssm_filtered *)(void *)((unsigned char *)memory + (misfit ? 16 - misfit : 0));
+    memset(m, 0, sizeof *m);
+    m->side = side;
+    m->moments = moments;
+    m->levels = mssm__layout(side, moments, &words);
+    const size_t count = (size_t)side * (size_t)side * (size_t)moments;
+    m->work = (float *)(void *)(m + 1);
+    m->rows = m->work + count;
+    uint16_t *texel = (uint16_t *)(void *)(m->rows + count);
+    for (int level = 0, size = side; level < m->levels; level++, size = (size + 1) / 2) {
+        m->size[level] = size;
+        m->texel[level] = texel;
+        texel += (size_t)size * (size_t)size * (size_t)moments;
+    }
+    for (size_t i = 0; i < count; i++) m->work[i] = 1;
+    mssm__filter(m, 0);
+    *map = m;
+    return MSSM_OK;
+}
+
+mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples, int radius)
+{
+    if (!map || !depth || samples < 1 || samples > 64 || radius < 0 || radius > MSSM__RADIUS) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    const size_t texels = (size_t)map->side * (size_t)map->side;
+    float *to = map->work;
+    for (size_t i = 0; i < texels; i++) {
+        float sum[6] = {0};
+        for (int s = 0; s < samples; s++) {
+            const mssm_moments6 t = mssm_chebyshev(mssm__depth(*depth++));
+            for (int k = 0; k < 6; k++) sum[k] += t.b[k];
+        }
+        for (int k = 0; k < map->moments; k++) *to++ = mssm_to_unit(sum[k] / (float)samples);
+    }
+    mssm__filter(map, radius);
+    return MSSM_OK;
+}
+
+mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encoded, int radius)
+{
+    if (!map || !encoded || radius < 0 || radius > MSSM__RADIUS) return MSSM_ERROR_ARGUMENT;
+    const size_t count = (size_t)map->side * (size_t)map->side * (size_t)map->moments;
+    for (size_t i = 0; i < count; i++) map->work[i] = mssm_clamp(encoded[i], 0, 1);
+    mssm__filter(map, radius);
+    return MSSM_OK;
+}
+
+mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded)
+{
+    if (!map || !encoded) return MSSM_ERROR_ARGUMENT;
+    const int side = map->side, moments = map->moments;
+    const size_t stride = (size_t)(side + 1) * (size_t)moments;
+    for (int y = 0; y < side; y++) {
+        uint32_t run[6] = {0};
+        for (int x = 0; x < side; x++) {
+            uint32_t *below = map->table[0] + (size_t)y * stride + (size_t)((x + 1) * moments);
+            for (int k = 0; k < moments; k++) {
+                const float t = 2.0f * mssm_clamp(*encoded++, 0, 1) - 1.0f, one = (float)MSSM_SCALE;
+                run[k] += (uint32_t)((int32_t)(t * one + (one + 1.5f)) - (MSSM_SCALE + 1));
+                below[stride + (size_t)k] = below[k] + run[k];
+            }
+        }
+    }
+    for (int level = 1; level < map->levels; level++) mssm__fill_level(map, level, NULL, NULL, 1);
+    map->averaged = 0;
+    return MSSM_OK;
+}
+
+// Adds share times the bilinear sample of a level at x, y (in texels of level 0), as T_k.
+static void mssm__add_level(const mssm_filtered *map, int level, float x, float y, float share,
+                            float sum[6])
+{
+    const float scale = 1.0f / (float)(1 << level), size = (float)map->size[level];
+    const float u = mssm_clamp(x * scale - 0.5f, -2, size + 1),
+                v = mssm_clamp(y * scale - 0.5f, -2, size + 1);
+    const int left = (int)floorf(u), low = (int)floorf(v), moments = map->moments;
+    for (int j = 0; j < 4; j++) {
+        const int i = left + j % 2, row = low + j / 2;
+        const float across = u - (float)left, up = v - (float)low;
+        const float w = share * (j % 2 ? across : 1 - across) * (j / 2 ? up : 1 - up);
+        const int outside = i < 0 || row < 0 || i >= map->size[level] || row >= map->size[level];
+        const size_t at = outside ? 0 : (size_t)row * (size_t)map->size[level] + (size_t)i;
+        const uint16_t *texel = map->texel[level] + at * (size_t)moments;
+        for (int k = 0; k < moments; k++) {
+            sum[k] += w * (outside ? 1.0f : (float)texel[k] * (2.0f / 65535.0f) - 1.0f);
+        }
+    }
+}
+
+// Trilinear Chebyshev moments: x, y and width in texels of level 0.
+static mssm_moments6 mssm__sample(const mssm_filtered *map, float x, float y, float width)
+{
+    const float level = log2f(mssm_clamp(width, 1, (float)(1 << (map->levels - 1))));
+    const int fine = (int)level;
+    const float rest = level - (float)fine;
+    mssm_moments6 t = {{0}};
+    mssm__add_level(map, fine, x, y, 1 - rest, t.b);
+    if (rest > 0) mssm__add_level(map, fine + 1, x, y, rest, t.b);
+    return t;
+}
+
+mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, float width)
+{
+    if (!map) return mssm_moments6_of_depth(1.0f);
+    const float scale = 0.5f * (float)map->side;
+    mssm_moments6 t = mssm__sample(map, mssm_clamp((x + 1) * scale, -MSSM_FAR_AWAY, MSSM_FAR_AWAY),
+                                   mssm_clamp((y + 1) * scale, -MSSM_FAR_AWAY, MSSM_FAR_AWAY),
+                                   width * scale);
+    for (int k = 0; k < 6; k++) t.b[k] = mssm_to_unit(t.b[k]);
+    t = mssm_moments6_decode(t);
+    if (map->moments == 4) t.b[4] = t.b[5] = 0.0f;
+    return t;
+}
+
+float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
+                               const mssm_filter *filter, const float point[3], float width)
+{
+    if (!map || !light || !point || !mssm__all_finite(point, 3)) return 1;
+    const mssm_settings s = mssm__filter_settings(filter, map->moments, map->radius);
+    const mssm_view v = mssm__view(light, &s, map->side, map->levels, 1);
+    const struct mssm_options o = mssm__options(&s, map->moments);
+    const struct mssm_receiver r = mssm_receive(v, o, point[0], point[1], point[2]);
+    if (r.lit) return 1;
+    const float texels = width / (mssm_texel_at(v, r) * v.distance_scale);
+    const float footprint = mssm__is_finite(texels) ? mssm_clamp(texels, 1, v.side) : 1.0f;
+    return mssm_filtered_bound(v, o, r, mssm__sample(map, r.x, r.y, footprint), footprint);
+}
+#endif  // MSSM_NO_FILTERED
+
 // ---- GLSL text ----
 
 #if defined __GNUC__
@@ -3521,6 +3915,14 @@ static const char mssm__glsl_lights[] =
     // [glsl text end]
     MSSM__GLSL_FORGET;
 
+#ifndef MSSM_NO_FILTERED
+static const char mssm__glsl_filtered[] =
+    MSSM__GLSL_NAMES
+    // [glsl text begin filtered] made by "make glsl", do not edit
+    // [glsl text end]
+    MSSM__GLSL_FORGET;
+#endif
+
 #if defined __GNUC__
 #pragma GCC diagnostic pop
 #endif
@@ -3563,7 +3965,18 @@ typedef unsigned int mssm__glenum;
 typedef unsigned char mssm__glboolean;
 
 // X(result, name without "gl", parameters)
+#ifndef MSSM_NO_FILTERED
+#define MSSM__GL_FILTERED_FUNCTIONS(X)                                                             \
+    X(void, BlitNamedFramebuffer,                                                                  \
+      (unsigned, unsigned, int, int, int, int, int, int, int, int, unsigned, mssm__glenum))        \
+    X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int))            \
+    X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))                    \
+    X(void, TextureParameterfv, (unsigned, mssm__glenum, const float *))
+#else
+#define MSSM__GL_FILTERED_FUNCTIONS(X)
+#endif
 #define MSSM__GL_FUNCTIONS(X)                                                                      \
+    MSSM__GL_FILTERED_FUNCTIONS(X)                                                                 \
     X(void, GetIntegerv, (mssm__glenum, int *))                                                    \
     X(const unsigned char *, GetString, (mssm__glenum))                                            \
     X(mssm__glenum, GetError, (void))                                                              \
@@ -3715,7 +4128,7 @@ typedef struct mssm__gl_functions {
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
 
-enum { MSSM__RESOLVE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__PROGRAMS };
+enum { MSSM__RESOLVE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__FILTER, MSSM__MOMENTS, MSSM__PROGRAMS };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 11 };
 
@@ -3740,6 +4153,8 @@ struct mssm_gl {
     int drawing, back;  // light of the pass between begin and end, or -1; which faces
     int front_of;       // light whose front faces the depth target holds, or -1
     int views_stale;
+    int depths;         // how many depth targets there are
+    mssm__glenum format[2];  // of the tables
     unsigned depth[2], framebuffer[2], table[2], views, program[MSSM__PROGRAMS];
     mssm__gl_state saved;
     mssm__gl_light *lights;
@@ -3748,6 +4163,17 @@ struct mssm_gl {
 };
 
 static const char mssm__glsl_version[] = "#version 450 core\n";
+
+// Depth as drawn to depth linear in distance.
+static const char mssm__glsl_linear_depth[] =
+    "layout(location = 3) uniform vec4 range;  // perspective: 1, near, far\n"
+    "float linear_depth(float d)\n"
+    "{\n"
+    "    precise float z = 2.0 * d - 1.0;\n"
+    "    float w = 2.0 * range.y * range.z / (range.z + range.y - z * (range.z - range.y));\n"
+    "    float linear = -1.0 + 2.0 * (w - range.y) / (range.z - range.y);\n"
+    "    return d >= 1.0 ? 1.0 : clamp(range.x > 0.0 ? linear : z, -1.0, 1.0);\n"
+    "}\n";
 
 // Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from
 // fusing what the C code does not fuse: tables are equal bit for bit.
@@ -3762,14 +4188,6 @@ static const char mssm__glsl_resolve[] =
     "layout(location = 0) uniform int samples;\n"
     "layout(location = 1) uniform int averaged;\n"
     "layout(location = 2) uniform int layer;\n"
-    "layout(location = 3) uniform vec4 range;  // perspective: 1, near, far\n"
-    "float linear_depth(float d)\n"
-    "{\n"
-    "    precise float z = 2.0 * d - 1.0;\n"
-    "    float w = 2.0 * range.y * range.z / (range.z + range.y - z * (range.z - range.y));\n"
-    "    float linear = -1.0 + 2.0 * (w - range.y) / (range.z - range.y);\n"
-    "    return d >= 1.0 ? 1.0 : clamp(range.x > 0.0 ? linear : z, -1.0, 1.0);\n"
-    "}\n"
     "ivec4 to_integer(vec4 t)\n"
     "{\n"
     "    float one = float(MSSM_SCALE);\n"
@@ -4081,7 +4499,8 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
 
 static mssm_result mssm__build_program(mssm_gl *gl, int which, const char *const *text, int count)
 {
-    static const char *const names[] = {"mssm resolve", "mssm rows", "mssm halve", "mssm columns"};
+    static const char *const names[] = {"mssm resolve", "mssm rows",   "mssm halve",
+                                        "mssm columns", "mssm filter"};
     const mssm__gl_functions *f = &gl->f;
     int good = 0;
     const unsigned shader = f->CreateShader(MSSM__GL_COMPUTE_SHADER);
@@ -4115,13 +4534,13 @@ static mssm_result mssm__build_programs(mssm_gl *gl)
              "#define MSSM_SCALE %d\n",
              gl->desc.moments, gl->desc.first_texture_unit, (int)MSSM__BATCH, MSSM_SCALE);
     const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
-                                   mssm__glsl_resolve};
+                                   mssm__glsl_linear_depth, mssm__glsl_resolve};
     const char *const rows[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_rows};
     const char *const halve[] = {mssm__glsl_version, defines, "#define MSSM_HALVE\n",
                                  mssm__glsl_tables, mssm__glsl_rows};
     const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables,
                                    mssm__glsl_columns};
-    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 4);
+    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 5);
     if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
     if (!r) r = mssm__build_program(gl, MSSM__HALVE, halve, 5);
     if (!r) r = mssm__build_program(gl, MSSM__COLUMNS, columns, 4);
@@ -4136,7 +4555,9 @@ static int mssm__print_float(char *to, size_t size, const char *before, float x)
     return snprintf(to, size, "%suintBitsToFloat(0x%08xu)", before, (unsigned)bits);
 }
 
-static mssm_result mssm__write_shader(mssm_gl *gl)
+// The texts differ between soft and filtered shadows.
+static mssm_result mssm__write_shader(mssm_gl *gl, const char *more, int taps,
+                                      const char *entry)
 {
     const struct mssm_options o = mssm__options(&gl->desc.settings, gl->desc.moments);
     const float numbers[] = {o.alpha4, o.alpha6, o.depth_bias, o.tolerance};
@@ -4144,25 +4565,25 @@ static mssm_result mssm__write_shader(mssm_gl *gl)
     snprintf(
         defines, sizeof defines,
         "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_BINDING %d\n"
-        "#define MSSM_SCALE %d\n#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n",
-        gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_buffer_binding, MSSM_SCALE);
+        "#define MSSM_SCALE %d\n#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n"
+        "#define MSSM_ANISOTROPY %d\n",
+        gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_buffer_binding, MSSM_SCALE, taps);
     int at = snprintf(chosen, sizeof chosen, "#define mssm_chosen mssm_options(%d, %d", o.moments,
                       o.estimator);
     for (int i = 0; i < 4; i++) {
         at += mssm__print_float(chosen + at, sizeof chosen - (size_t)at, ", ", numbers[i]);
     }
     snprintf(chosen + at, sizeof chosen - (size_t)at, ")\n");
-    const char *const parts[] = {mssm__glsl_math, mssm__glsl_shading, defines, chosen,
-                                 mssm__glsl_entry};
+    const char *const parts[] = {mssm__glsl_math, mssm__glsl_shading, more, defines, chosen, entry};
     size_t length = 1;
-    for (int i = 0; i < 5; i++) length += strlen(parts[i]);
+    for (int i = 0; i < 6; i++) length += strlen(parts[i]);
     gl->shader = (char *)MSSM_MALLOC(length);
     if (!gl->shader) {
         mssm__log(gl, "no memory", NULL);
         return MSSM_ERROR_MEMORY;
     }
     gl->shader[0] = 0;
-    for (int i = 0; i < 5; i++) strcat(gl->shader, parts[i]);
+    for (int i = 0; i < 6; i++) strcat(gl->shader, parts[i]);
     return MSSM_OK;
 }
 
@@ -4218,8 +4639,8 @@ static mssm_result mssm__create_table(mssm_gl *gl, int i)
     const mssm__gl_functions *f = &gl->f;
     f->CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &gl->table[i]);
     if (!gl->table[i]) return MSSM_ERROR_GL;
-    f->TextureStorage3D(gl->table[i], gl->levels, i == 0 ? MSSM__GL_RGBA32I : MSSM__GL_RG32I,
-                        gl->padded, gl->padded, gl->desc.lights);
+    f->TextureStorage3D(gl->table[i], gl->levels, gl->format[i], gl->padded,
+                        gl->padded, gl->desc.lights);
     // Integer textures are complete with these filters only.
     f->TextureParameteri(gl->table[i], MSSM__GL_TEXTURE_MIN_FILTER,
                          MSSM__GL_NEAREST_MIPMAP_NEAREST);
@@ -4252,7 +4673,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     memset(gl->lights, 0, count * sizeof *gl->lights);
     memset(gl->view, 0, count * sizeof *gl->view);
     mssm_result r = MSSM_OK;
-    for (int i = 0; i < 2 && !r; i++) r = mssm__create_depth(gl, i);
+    for (int i = 0; i < gl->depths && !r; i++) r = mssm__create_depth(gl, i);
     if (!r) r = mssm__create_table(gl, 0);
     if (!r && gl->desc.moments == 6) r = mssm__create_table(gl, 1);
     f->CreateBuffers(1, &gl->views);
@@ -4315,10 +4736,9 @@ static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b
 
 static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, mssm__glenum access)
 {
-    static const mssm__glenum formats[2] = {MSSM__GL_RGBA32I, MSSM__GL_RG32I};
     for (unsigned i = 0; i < 2; i++) {
         if (gl->table[i]) {
-            gl->f.BindImageTexture(first_unit + i, gl->table[i], level, 1, 0, access, formats[i]);
+            gl->f.BindImageTexture(first_unit + i, gl->table[i], level, 1, 0, access, gl->format[i]);
         }
     }
 }
@@ -4482,6 +4902,9 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     memset(g, 0, sizeof *g);
     g->desc = *desc;
     g->drawing = -1;
+    g->depths = 2;
+    g->format[0] = MSSM__GL_RGBA32I;
+    g->format[1] = MSSM__GL_RG32I;
     mssm_result r = mssm__check_desc(g);
     if (!r) r = mssm__load(g);
     if (r) {
@@ -4491,7 +4914,7 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     if (mssm__take_error(g)) mssm__log(g, "a GL error was pending before mssm_gl_create", NULL);
     r = mssm__check_units(g);
     if (!r) r = mssm__build_programs(g);
-    if (!r) r = mssm__write_shader(g);
+    if (!r) r = mssm__write_shader(g, "", 1, mssm__glsl_entry);
     if (!r) r = mssm__create_storage(g);
     if (r) {
         mssm_gl_destroy(g);
@@ -4551,6 +4974,26 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
     return MSSM_OK;
 }
 
+// Saves the caller's state and sets that of a pass over a map.
+static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, int back_faces)
+{
+    mssm__gl_state s;
+    mssm__save_state(gl, &gl->saved);
+    memset(&s, 0, sizeof s);
+    s.framebuffer = (int)framebuffer;
+    s.depth_func = MSSM__GL_LESS;
+    s.depth_mask = depth_mask;
+    s.cull_mode = MSSM__GL_FRONT;
+    s.clip_origin = MSSM__GL_LOWER_LEFT;
+    s.clip_depth = MSSM__GL_NEGATIVE_ONE_TO_ONE;
+    s.polygon_mode[0] = MSSM__GL_FILL;
+    for (int i = 0; i < MSSM__CAPABILITIES; i++) s.enabled[i] = i < 2;
+    if (back_faces) s.enabled[3] = 1; // cull front faces
+    s.viewport[2] = s.viewport[3] = (float)gl->desc.side;
+    s.depth_range[1] = 1;
+    mssm__set_state(gl, &s);
+}
+
 mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
 {
     if (!gl || index < 0 || index >= gl->desc.lights) return MSSM_ERROR_ARGUMENT;
@@ -4562,24 +5005,10 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
                   NULL);
         return MSSM_ERROR_ORDER;
     }
-    const float side = (float)gl->desc.side, farthest = 1;
-    mssm__gl_state s;
-    mssm__save_state(gl, &gl->saved);
-    memset(&s, 0, sizeof s);
+    const float farthest = 1;
     gl->drawing = index;
     gl->back = back_faces != 0;
-    s.framebuffer = (int)gl->framebuffer[gl->back];
-    s.depth_func = MSSM__GL_LESS;
-    s.depth_mask = 1;
-    s.cull_mode = MSSM__GL_FRONT;
-    s.clip_origin = MSSM__GL_LOWER_LEFT;
-    s.clip_depth = MSSM__GL_NEGATIVE_ONE_TO_ONE;
-    s.polygon_mode[0] = MSSM__GL_FILL;
-    for (int i = 0; i < MSSM__CAPABILITIES; i++) s.enabled[i] = i < 2;
-    if (back_faces) s.enabled[3] = 1; // cull front faces
-    s.viewport[2] = s.viewport[3] = side;
-    s.depth_range[1] = 1;
-    mssm__set_state(gl, &s);
+    mssm__pass_state(gl, gl->framebuffer[gl->back], 1, back_faces);
     gl->f.ClearNamedFramebufferfv(gl->framebuffer[gl->back], MSSM__GL_DEPTH, 0, &farthest);
     return MSSM_OK;
 }
@@ -4658,6 +5087,470 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 {
     return gl && (which == 0 || which == 1) ? gl->table[which] : 0;
 }
+
+#ifndef MSSM_NO_FILTERED
+// ---- Filtered hard shadows in OpenGL ----
+
+enum {
+    MSSM__GL_COLOR_ATTACHMENT0 = 0x8CE0,
+    MSSM__GL_DEPTH_BUFFER_BIT = 0x0100,
+    MSSM__GL_RGBA32F = 0x8814,
+    MSSM__GL_RGBA16 = 0x805B,
+    MSSM__GL_RG16 = 0x822C,
+    MSSM__GL_LINEAR = 0x2601,
+    MSSM__GL_LINEAR_MIPMAP_LINEAR = 0x2703,
+    MSSM__GL_TEXTURE_WRAP_S = 0x2802,
+    MSSM__GL_TEXTURE_WRAP_T = 0x2803,
+    MSSM__GL_TEXTURE_BORDER_COLOR = 0x1004,
+    MSSM__GL_CLAMP_TO_BORDER = 0x812D,
+    MSSM__GL_ALL_BARRIERS = 0x20 | 0x8 | 0x400  // image access, texture fetch, framebuffer
+};
+
+struct mssm_gl_filtered {
+    mssm_gl base;  // first, as mssm_gl_destroy frees it; its tables are the filtered maps
+    mssm_filter filter;
+    int radius, anisotropy;
+    int ready;        // light whose moments are in `work`, not built yet, or -1
+    int translucent;  // the pass under way is one of translucent casters
+    unsigned work, rows, depth, target;
+};
+
+static const char mssm__glsl_translucent[] =
+    "layout(location = 0) out vec4 mssm_layer_low;\n"
+    "layout(location = 1) out vec4 mssm_layer_high;\n"
+    "void mssm_translucent(float depth, float opacity)\n"
+    "{\n"
+    "    mssm_moments6 t = mssm_chebyshev(clamp(depth, -1.0, 1.0));\n"
+    "    float a = clamp(opacity, 0.0, 1.0);\n"
+    "    mssm_layer_low = vec4(0.5 + 0.5 * vec3(t.b[0], t.b[1], t.b[2]), a);\n"
+    "    mssm_layer_high = vec4(0.5 + 0.5 * vec3(t.b[3], t.b[4], t.b[5]), a);\n"
+    "}\n";
+
+const char *mssm_glsl_translucent(void)
+{
+    return mssm__glsl_translucent;
+}
+
+// Depth to encoded moments: 1 to 3 in one layer, 4 to 6 in the other, so that alpha is free for
+// blending.
+static const char mssm__glsl_filtered_resolve[] =
+    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "layout(binding = 0, rgba32f) writeonly uniform image2DArray work;\n"
+    "layout(location = 0) uniform int samples;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
+    "    if (any(greaterThanEqual(p, imageSize(work).xy))) return;\n"
+    "    bool inside = all(lessThan(p, textureSize(front)));\n"
+    "    vec3 low = vec3(0.0), high = vec3(0.0);\n"
+    "    for (int s = 0; s < samples; s++) {\n"
+    "        mssm_moments6 t = mssm_chebyshev(inside ? linear_depth(texelFetch(front, p, s).x) : 1.0);\n"
+    "        low += vec3(t.b[0], t.b[1], t.b[2]);\n"
+    "        high += vec3(t.b[3], t.b[4], t.b[5]);\n"
+    "    }\n"
+    "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * low / float(samples), 1.0));\n"
+    "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * high / float(samples), 1.0));\n"
+    "}\n";
+
+// Rows, columns and halves as in mssm__filter_pass; each level is rounded into the map, from floats.
+// With MSSM_SCALE: encoded moments into the first level of the tables of mssm_gl.
+static const char mssm__glsl_filter[] =
+    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "layout(binding = 2, rgba32f) readonly uniform image2DArray source;\n"
+    "#ifdef MSSM_SCALE\n"
+    "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray map0;\n"
+    "layout(binding = 1, rg32i) writeonly uniform iimage2DArray map1;\n"
+    "ivec4 stored(vec4 q)\n"
+    "{\n"
+    "    float one = float(MSSM_SCALE);\n"
+    "    precise vec4 scaled = (2.0 * clamp(q, 0.0, 1.0) - 1.0) * one + (one + 1.5);\n"
+    "    return ivec4(scaled) - (MSSM_SCALE + 1);\n"
+    "}\n"
+    "#else\n"
+    "layout(binding = 3, rgba32f) writeonly uniform image2DArray target;\n"
+    "layout(binding = 0, rgba16) writeonly uniform image2DArray map0;\n"
+    "layout(binding = 1, rg16) writeonly uniform image2DArray map1;\n"
+    "#define stored(q) q\n"
+    "#endif\n"
+    "// left, low, right, high, scale, layer of the map, side of the source\n"
+    "layout(location = 0) uniform int pass[7];\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
+    "    if (any(greaterThanEqual(p, imageSize(map0).xy))) return;\n"
+    "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
+    "    float radius = float(pass[2] + pass[3]), falloff = 2.0 / max(radius * radius, 1.0);\n"
+    "    for (int y = pass[1]; y <= pass[3]; y++) {\n"
+    "        for (int x = pass[0]; x <= pass[2]; x++) {\n"
+    "            ivec2 q = p * pass[4] + ivec2(x, y);\n"
+    "            bool outside = any(lessThan(q, ivec2(0))) || any(greaterThanEqual(q, ivec2(pass[6])));\n"
+    "            float w = pass[4] > 1 ? 1.0 : exp(-falloff * float(x * x + y * y));\n"
+    "            low += w * (outside ? vec4(1.0) : vec4(imageLoad(source, ivec3(q, 0)).xyz, 1.0));\n"
+    "            high += w * (outside ? vec4(1.0) : imageLoad(source, ivec3(q, 1)));\n"
+    "        }\n"
+    "    }\n"
+    "    high /= low.w;  // the sum of weights\n"
+    "    low /= low.w;\n"
+    "#ifndef MSSM_SCALE\n"
+    "    imageStore(target, ivec3(p, 0), low);\n"
+    "    imageStore(target, ivec3(p, 1), high);\n"
+    "#endif\n"
+    "    imageStore(map0, ivec3(p, pass[5]), stored(vec4(low.xyz, high.x)));\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    imageStore(map1, ivec3(p, pass[5]), stored(vec4(high.yz, 1.0, 1.0)));\n"
+    "#endif\n"
+    "}\n";
+
+// Shading. The longer axis of the footprint is covered by taps of our own: moments are linear, and
+// llvmpipe hangs with anisotropic samplers.
+static const char mssm__glsl_filtered_entry[] =
+    "layout(binding = MSSM_UNIT) uniform sampler2DArray mssm_map0;\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "layout(binding = MSSM_UNIT + 1) uniform sampler2DArray mssm_map1;\n"
+    "#endif\n"
+    "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
+    "vec2 mssm_ddx, mssm_ddy; // of the place in the map, in texels\n"
+    "vec2 mssm_axis(vec2 d, vec2 least, float most)\n"
+    "{\n"
+    "    float l = length(d);\n"
+    "    return l > 1.0 ? d * (min(l, most) / l) : least;\n"
+    "}\n"
+    "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y)\n"
+    "{\n"
+    "    vec2 scale = 1.0 / vec2(textureSize(mssm_map0, 0).xy), at = vec2(x, y) * scale;\n"
+    "    bool swap = length(mssm_ddx) < length(mssm_ddy);\n"
+    "    vec2 wide = (swap ? mssm_ddy : mssm_ddx) * scale, slim = (swap ? mssm_ddx : mssm_ddy) * scale;\n"
+    "    int taps = int(clamp(floor(length(wide) / length(slim) + 0.5), 1.0, float(MSSM_ANISOTROPY)));\n"
+    "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
+    "    wide /= float(taps);\n"
+    "    for (int i = 0; i < taps; i++) {\n"
+    "        vec3 p = vec3(at + (float(i) + 0.5 - 0.5 * float(taps)) * wide, float(light));\n"
+    "        low += (2.0 * textureGrad(mssm_map0, p, wide, slim) - 1.0) / float(taps);\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "        high += (2.0 * textureGrad(mssm_map1, p, wide, slim) - 1.0) / float(taps);\n"
+    "#endif\n"
+    "    }\n"
+    "    mssm_moments6 t;\n"
+    "    t.b[0] = low.x;\n"
+    "    t.b[1] = low.y;\n"
+    "    t.b[2] = low.z;\n"
+    "    t.b[3] = low.w;\n"
+    "    t.b[4] = high.x;\n"
+    "    t.b[5] = high.y;\n"
+    "    return t;\n"
+    "}\n"
+    "float mssm_filtered_visibility(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
+    "{\n"
+    "    mssm_view v = mssm_views[light];\n"
+    "    if (v.side == 0.0) return 1.0;\n"
+    "    vec3 p = world_position, px = p + ddx, py = p + ddy;\n"
+    "    mssm_receiver r = mssm_receive(v, mssm_chosen, p.x, p.y, p.z);\n"
+    "    mssm_receiver rx = mssm_receive(v, mssm_chosen, px.x, px.y, px.z);\n"
+    "    mssm_receiver ry = mssm_receive(v, mssm_chosen, py.x, py.y, py.z);\n"
+    "    if (r.lit != 0) return 1.0;\n"
+    "    mssm_ddx = mssm_axis(vec2(rx.x - r.x, rx.y - r.y), vec2(1.0, 0.0), v.side);\n"
+    "    mssm_ddy = mssm_axis(vec2(ry.x - r.x, ry.y - r.y), vec2(0.0, 1.0), v.side);\n"
+    "    float width = min(length(mssm_ddx), length(mssm_ddy));\n"
+    "    mssm_moments6 t = mssm_query(light, MSSM_MOMENTS, r.x, r.y, 0.5, 0.5);\n"
+    "    return mssm_filtered_bound(v, mssm_chosen, r, t, width);\n"
+    "}\n";
+
+static unsigned mssm__filtered_array(mssm_gl *gl, int levels, mssm__glenum format, int layers,
+                                     const char *label)
+{
+    unsigned texture = 0;
+    gl->f.CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &texture);
+    if (!texture) return 0;
+    gl->f.TextureStorage3D(texture, levels, format, gl->padded, gl->padded, layers);
+    gl->f.TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_NEAREST_MIPMAP_NEAREST);
+    gl->f.TextureParameteri(texture, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
+    gl->f.ObjectLabel(MSSM__GL_TEXTURE, texture, -1, label);
+    return texture;
+}
+
+// The maps are read trilinearly, and lit beyond their edges.
+static void mssm__filtered_sampling(mssm_gl_filtered *gl, unsigned texture)
+{
+    static const float lit[4] = {1, 1, 1, 1};
+    const mssm__gl_functions *f = &gl->base.f;
+    f->TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_LINEAR_MIPMAP_LINEAR);
+    f->TextureParameteri(texture, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_LINEAR);
+    f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_BORDER);
+    f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_BORDER);
+    f->TextureParameterfv(texture, MSSM__GL_TEXTURE_BORDER_COLOR, lit);
+}
+
+static mssm_result mssm__filtered_targets(mssm_gl_filtered *gl)
+{
+    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
+                                            MSSM__GL_COLOR_ATTACHMENT0 + 1};
+    mssm_gl *b = &gl->base;
+    const mssm__gl_functions *f = &b->f;
+    gl->work = mssm__filtered_array(b, b->levels, MSSM__GL_RGBA32F, 2, "mssm moments");
+    gl->rows = mssm__filtered_array(b, 1, MSSM__GL_RGBA32F, 2, "mssm blurred rows");
+    gl->depth = mssm__filtered_array(b, 1, MSSM__GL_DEPTH_COMPONENT32F, 1, "mssm depth, one sample");
+    f->CreateFramebuffers(1, &gl->target);
+    if (!gl->work || !gl->rows || !gl->depth || !gl->target) return MSSM_ERROR_GL;
+    for (int i = 0; i < 2; i++) {
+        if (b->table[i]) mssm__filtered_sampling(gl, b->table[i]);
+        f->NamedFramebufferTextureLayer(gl->target, buffers[i], gl->work, 0, i);
+    }
+    f->NamedFramebufferTextureLayer(gl->target, MSSM__GL_DEPTH_ATTACHMENT, gl->depth, 0, 0);
+    f->NamedFramebufferDrawBuffers(gl->target, 2, buffers);
+    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, gl->target, -1, "mssm translucent casters");
+    const int good = f->CheckNamedFramebufferStatus(gl->target, MSSM__GL_DRAW_FRAMEBUFFER) ==
+                     MSSM__GL_FRAMEBUFFER_COMPLETE;
+    return !mssm__take_error(b) && good ? MSSM_OK : MSSM_ERROR_GL;
+}
+
+static mssm_result mssm__filtered_objects(mssm_gl_filtered *gl)
+{
+    mssm_gl *b = &gl->base;
+    char defines[128];
+    snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n",
+             b->desc.moments, b->desc.first_texture_unit);
+    const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
+                                   mssm__glsl_linear_depth, mssm__glsl_filtered_resolve};
+    const char *const filter[] = {mssm__glsl_version, defines, mssm__glsl_filter};
+    mssm_result r = mssm__check_units(b);
+    if (!r) r = mssm__build_program(b, MSSM__RESOLVE, resolve, 5);
+    if (!r) r = mssm__build_program(b, MSSM__FILTER, filter, 3);
+    if (!r) r = mssm__write_shader(b, mssm__glsl_filtered, gl->anisotropy, mssm__glsl_filtered_entry);
+    if (!r) r = mssm__create_storage(b);
+    if (r) return r;
+    r = mssm__filtered_targets(gl);
+    if (r) mssm__log(b, "the driver refuses the targets of filtered maps", NULL);
+    return r;
+}
+
+// Defaults filled in, or MSSM_ERROR_ARGUMENT.
+static mssm_result mssm__check_filtered(mssm_gl_filtered *gl, const mssm_gl_filtered_desc *d)
+{
+    mssm_gl_desc *b = &gl->base.desc;
+    b->load = d->load;
+    b->lights = d->lights;
+    b->side = d->side ? d->side : 1024;
+    b->samples = d->samples;
+    b->moments = d->moments ? d->moments : 4;
+    b->first_texture_unit = d->first_texture_unit;
+    b->first_buffer_binding = d->first_buffer_binding;
+    b->log = d->log;
+    b->user = d->user;
+    gl->radius = d->radius == -1 ? 0 : d->radius ? d->radius : 2;
+    gl->anisotropy = d->anisotropy ? d->anisotropy : 4;
+    b->settings = mssm__filter_settings(&d->filter, b->moments, gl->radius);
+    const mssm_result r = mssm__check_desc(&gl->base);
+    const int good = gl->radius >= 0 && gl->radius <= MSSM__RADIUS && gl->anisotropy >= 1;
+    if (r || (good && gl->anisotropy <= 16)) return r;
+    mssm__log(&gl->base, "radius or anisotropy is out of range", NULL);
+    return MSSM_ERROR_ARGUMENT;
+}
+
+mssm_result mssm_gl_filtered_create(mssm_gl_filtered **gl, const mssm_gl_filtered_desc *desc)
+{
+    if (!gl || !desc || !desc->load) return MSSM_ERROR_ARGUMENT;
+    mssm_gl_filtered *g = (mssm_gl_filtered *)MSSM_MALLOC(sizeof *g);
+    if (!g) {
+        if (desc->log) desc->log(desc->user, "mssm: no memory");
+        return MSSM_ERROR_MEMORY;
+    }
+    memset(g, 0, sizeof *g);
+    g->base.drawing = g->ready = -1;
+    g->base.depths = 1;
+    g->base.format[0] = MSSM__GL_RGBA16;
+    g->base.format[1] = MSSM__GL_RG16;
+    mssm_result r = mssm__check_filtered(g, desc);
+    if (!r) r = mssm__load(&g->base);
+    if (r) {
+        MSSM_FREE(g);
+        return r;
+    }
+    if (mssm__take_error(&g->base)) {
+        mssm__log(&g->base, "a GL error was pending before mssm_gl_filtered_create", NULL);
+    }
+    r = mssm__filtered_objects(g);
+    if (!r) *gl = g;
+    else mssm_gl_filtered_destroy(g);
+    return r;
+}
+
+void mssm_gl_filtered_destroy(mssm_gl_filtered *gl)
+{
+    if (!gl) return;
+    const unsigned textures[3] = {gl->work, gl->rows, gl->depth};
+    if (gl->base.drawing >= 0) mssm__set_state(&gl->base, &gl->base.saved);
+    gl->base.drawing = -1;
+    if (gl->target) gl->base.f.DeleteFramebuffers(1, &gl->target);
+    for (int i = 0; i < 3; i++) {
+        if (textures[i]) gl->base.f.DeleteTextures(1, &textures[i]);
+    }
+    mssm_gl_destroy(&gl->base);
+}
+
+mssm_result mssm_gl_filtered_set_light(mssm_gl_filtered *gl, int index, const mssm_light *light)
+{
+    return gl ? mssm_gl_set_light(&gl->base, index, light) : MSSM_ERROR_ARGUMENT;
+}
+
+mssm_result mssm_gl_filtered_begin_depth(mssm_gl_filtered *gl, int index)
+{
+    return gl ? mssm_gl_begin_depth(&gl->base, index, 0) : MSSM_ERROR_ARGUMENT;
+}
+
+// Order of calls: says what is wrong unless `good`.
+static mssm_result mssm__filtered_order(const mssm_gl_filtered *gl, int good, const char *what)
+{
+    if (good) return MSSM_OK;
+    mssm__log(&gl->base, what, NULL);
+    return MSSM_ERROR_ORDER;
+}
+
+mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    mssm_gl *b = &gl->base;
+    const mssm_result r = mssm__filtered_order(gl, b->drawing >= 0 && !gl->translucent,
+                                               "mssm_gl_filtered_end_depth without its begin");
+    if (r) return r;
+    const mssm_light *light = &b->lights[b->drawing].light;
+    const unsigned program = b->program[MSSM__RESOLVE], groups = (unsigned)(b->padded + 7) / 8;
+    const unsigned unit = (unsigned)b->desc.first_texture_unit;
+    mssm__gl_bindings saved;
+    mssm__set_state(b, &b->saved);
+    mssm__save_bindings(b, &saved);
+    b->f.BindTextureUnit(unit, b->depth[0]);
+    b->f.BindSampler(unit, 0);
+    b->f.BindImageTexture(0, gl->work, 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
+    b->f.ProgramUniform1i(program, 0, b->samples);
+    b->f.ProgramUniform4f(program, 3, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
+                          0);
+    b->f.UseProgram(program);
+    b->f.DispatchCompute(groups, groups, 1);
+    (b->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+    mssm__restore_bindings(b, &saved);
+    gl->ready = b->drawing;
+    b->drawing = -1;
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_filtered_begin_translucent(mssm_gl_filtered *gl)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    mssm_gl *b = &gl->base;
+    mssm_result r =
+        mssm__filtered_order(gl, b->drawing < 0 && gl->ready >= 0,
+                             "translucent casters must follow the depth pass of their light");
+    if (r) return r;
+    const int side = b->desc.side;
+    mssm__pass_state(b, gl->target, 0, 0);
+    b->f.BlitNamedFramebuffer(b->framebuffer[0], gl->target, 0, 0, side, side, 0, 0, side, side,
+                              MSSM__GL_DEPTH_BUFFER_BIT, MSSM__GL_NEAREST);
+    b->drawing = gl->ready;
+    gl->translucent = 1;
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_filtered_end_translucent(mssm_gl_filtered *gl)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    const mssm_result r = mssm__filtered_order(
+        gl, gl->translucent, "mssm_gl_filtered_end_translucent without its begin");
+    if (r) return r;
+    mssm__set_state(&gl->base, &gl->base.saved);
+    gl->translucent = 0;
+    gl->base.drawing = -1;
+    return MSSM_OK;
+}
+
+static void mssm__filter_level(mssm_gl_filtered *gl, unsigned source, int source_level,
+                               unsigned target, int level, const int pass[7])
+{
+    const mssm_gl *b = &gl->base;
+    const unsigned groups = ((unsigned)(b->padded >> level) + 7) / 8;
+    mssm__bind_level(b, 0, level, MSSM__GL_READ_WRITE);
+    b->f.BindImageTexture(2, source, source_level, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
+    b->f.BindImageTexture(3, target, level, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
+    b->f.ProgramUniform1iv(b->program[MSSM__FILTER], 0, 7, pass);
+    b->f.DispatchCompute(groups, groups, 1);
+    (b->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+}
+
+mssm_result mssm_gl_filtered_build(mssm_gl_filtered *gl)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    mssm_gl *b = &gl->base;
+    const mssm_result error = mssm__filtered_order(gl, b->drawing < 0 && gl->ready >= 0,
+                                                   "mssm_gl_filtered_build before a light was drawn");
+    if (error) return error;
+    const int r = gl->radius, index = gl->ready;
+    const int side = b->padded, rows[7] = {-r, 0, r, 0, 1, index, side};
+    const int columns[7] = {0, -r, 0, r, 1, index, side}, halve[7] = {0, 0, 1, 1, 2, index, side};
+    mssm__gl_light *light = &b->lights[index];
+    mssm__gl_bindings saved;
+    (b->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+    mssm__save_bindings(b, &saved);
+    b->f.UseProgram(b->program[MSSM__FILTER]);
+    mssm__filter_level(gl, gl->work, 0, gl->rows, 0, rows);
+    mssm__filter_level(gl, gl->rows, 0, gl->work, 0, columns);
+    for (int i = 1; i < b->levels; i++) mssm__filter_level(gl, gl->work, i - 1, gl->work, i, halve);
+    mssm__restore_bindings(b, &saved);
+    light->filled = light->averaged = 1;
+    light->built = b->levels;
+    b->views_stale = 1;
+    gl->ready = -1;
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_filtered_bind(mssm_gl_filtered *gl)
+{
+    return gl ? mssm_gl_bind(&gl->base) : MSSM_ERROR_ARGUMENT;
+}
+
+const char *mssm_gl_filtered_shader(const mssm_gl_filtered *gl)
+{
+    return gl ? gl->base.shader : NULL;
+}
+
+unsigned mssm_gl_filtered_texture(const mssm_gl_filtered *gl, int which)
+{
+    return gl && which == 2 ? gl->work : gl ? mssm_gl_texture(&gl->base, which) : 0;
+}
+
+mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
+{
+    if (!gl || !texture || index < 0 || index >= gl->desc.lights) return MSSM_ERROR_ARGUMENT;
+    if (gl->drawing >= 0) return MSSM_ERROR_ORDER;
+    unsigned *program = &gl->program[MSSM__FILTER];
+    if (!*program) {  // made when first needed
+        char defines[128];
+        snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_SCALE %d\n",
+                 gl->desc.moments, MSSM_SCALE);
+        const char *const text[] = {mssm__glsl_version, defines, mssm__glsl_filter};
+        const mssm_result r = mssm__build_program(gl, MSSM__FILTER, text, 3);
+        if (r && *program) gl->f.DeleteProgram(*program);
+        if (r) *program = 0;
+        if (r) return r;
+    }
+    const unsigned groups = (unsigned)(gl->padded + 7) / 8;
+    const int pass[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
+    mssm__gl_bindings saved;
+    (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+    mssm__save_bindings(gl, &saved);
+    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
+    gl->f.BindImageTexture(2, texture, 0, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
+    gl->f.ProgramUniform1iv(*program, 0, 7, pass);
+    gl->f.UseProgram(*program);
+    gl->f.DispatchCompute(groups, groups, 1);
+    (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
+    mssm__restore_bindings(gl, &saved);
+    gl->lights[index].averaged = gl->lights[index].built = 0;
+    gl->lights[index].filled = 1;
+    gl->front_of = -1;
+    gl->views_stale = 1;
+    return MSSM_OK;
+}
+#endif  // MSSM_NO_FILTERED
 
 #endif // MSSM_NO_GL
 
