@@ -56,6 +56,8 @@ extern const test_case governor_tests[];
 extern const test_case cuts_tests[];
 extern const test_case lights_tests[];
 extern const test_case lights_gl_tests[];
+extern const test_case filtered_tests[];
+extern const test_case filtered_gl_tests[];
 extern const test_case compare_tests[];
 extern const test_case compare_gl_tests[];
 

@@ -1,0 +1,350 @@
+// Filtered hard shadows and translucent casters on the CPU, against sums over the samples of the depth
+// map in double precision and against stacks of layers whose transmittance is a product.
+#include "../mssm.h"
+#include "scenes.h"
+#include "test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SIDE = 64, SAMPLES = 4 };
+
+static void *allocate(size_t bytes)
+{
+    void *memory = malloc(bytes);
+    if (!memory) abort();
+    return memory;
+}
+
+static mssm_filtered *make_filtered(void **memory, int side, int moments)
+{
+    const size_t bytes = mssm_filtered_bytes(side, moments);
+    mssm_filtered *map = NULL;
+    *memory = allocate(bytes);
+    CHECK(!mssm_filtered_init(&map, *memory, bytes, side, moments), "init");
+    return map;
+}
+
+// Sum over all samples under the Gaussian round texel (x,y): of z^power, or for power 0 of z < limit.
+static double gaussian_sum(const float *depth, int x, int y, int radius, int power, double limit)
+{
+    double sum = 0, weights = 0;
+    for (int j = -radius; j <= radius; j++) {
+        for (int i = -radius; i <= radius; i++) {
+            const double d = radius ? 2.0 / radius : 0, w = exp(-0.5 * d * d * (i * i + j * j));
+            const int u = x + i, v = y + j;
+            const int outside = u < 0 || v < 0 || u >= SIDE || v >= SIDE;
+            weights += w;
+            for (int s = 0; s < SAMPLES; s++) {
+                const double z = outside ? 1 : depth[(v * SIDE + u) * SAMPLES + s];
+                sum += w / SAMPLES * (power ? pow(z, power) : z < limit);
+            }
+        }
+    }
+    return sum / weights;
+}
+
+static float centre_of(int texel)
+{
+    return (2.0f * (float)texel + 1) / SIDE - 1;
+}
+
+static void one_look_gives_the_gaussian(void)
+{
+    static float depth[SIDE * SIDE * SAMPLES];
+    uint64_t seed = 61;
+    double worst = 0;
+    for (int i = 0; i < SIDE * SIDE * SAMPLES; i++) depth[i] = (float)test_range(&seed, -1, 1);
+    for (int moments = 4; moments <= 6; moments += 2) {
+        void *memory;
+        mssm_filtered *map = make_filtered(&memory, SIDE, moments);
+        for (int radius = 0; radius <= 7; radius += 7) {
+            CHECK(!mssm_filtered_update(map, depth, SAMPLES, radius), "update");
+            for (int t = 0; t < 60; t++) {
+                const int x = (int)test_range(&seed, 0, SIDE), y = (int)test_range(&seed, 0, SIDE);
+                const mssm_moments6 m = mssm_filtered_moments(map, centre_of(x), centre_of(y), 0);
+                for (int k = 0; k < moments; k++) {
+                    const double b = gaussian_sum(depth, x, y, radius, k + 1, 0);
+                    worst = fmax(worst, fabs(m.b[k] - b));
+                }
+            }
+        }
+        free(memory);
+    }
+    // 16 bits: half a step, times at most 3.75 (the row of b5), and float sums.
+    CHECK(worst < 3.75 * 0.5 / 65535 + 2e-6, "worst error %g", worst);
+    test_note("worst error of a moment %.2g", worst);
+}
+
+static void wide_looks_average(void)
+{
+    static float depth[SIDE * SIDE * SAMPLES];
+    uint64_t seed = 62;
+    double mean[6] = {0}, worst = 0;
+    void *memory;
+    mssm_filtered *map = make_filtered(&memory, SIDE, 6);
+    for (int i = 0; i < SIDE * SIDE * SAMPLES; i++) depth[i] = (float)test_range(&seed, -1, 1);
+    CHECK(!mssm_filtered_update(map, depth, SAMPLES, 0), "update");
+    // The level of 16 texels a side, at the middle of one of its texels; then half-way to the next.
+    for (int level = 2; level <= 3; level++) {
+        const int width = 1 << level, x0 = 3 * width, y0 = 2 * width;
+        memset(mean, 0, sizeof mean);
+        for (int i = 0; i < width * width * SAMPLES; i++) {
+            const int x = x0 + i / SAMPLES % width, y = y0 + i / SAMPLES / width;
+            const double z = depth[(y * SIDE + x) * SAMPLES + i % SAMPLES];
+            for (int k = 0; k < 6; k++) mean[k] += pow(z, k + 1) / (width * width * SAMPLES);
+        }
+        const mssm_moments6 m =
+            mssm_filtered_moments(map, (float)(2 * x0 + width) / SIDE - 1,
+                                  (float)(2 * y0 + width) / SIDE - 1, 2.0f * (float)width / SIDE);
+        for (int k = 0; k < 6; k++) worst = fmax(worst, fabs(m.b[k] - mean[k]));
+    }
+    CHECK(worst < 3.75 * 0.5 / 65535 + 2e-6, "worst error %g: levels are rounded once", worst);
+    // Between two levels: between their answers.
+    const mssm_moments6 a = mssm_filtered_moments(map, 0.1f, 0.2f, 8.0f / SIDE),
+                        b = mssm_filtered_moments(map, 0.1f, 0.2f, 16.0f / SIDE),
+                        c = mssm_filtered_moments(map, 0.1f, 0.2f, 8 * sqrtf(2) / SIDE);
+    for (int k = 0; k < 6; k++) {
+        CHECK(fabs(0.5 * (a.b[k] + b.b[k]) - c.b[k]) < 1e-5, "moment %d is not half-way", k + 1);
+    }
+    const mssm_moments6 out = mssm_filtered_moments(map, 3, 0, 0.5f);
+    for (int k = 0; k < 6; k++) CHECK(fabsf(out.b[k] - 1) < 1e-5f, "outside is empty");
+    free(memory);
+}
+
+// The bound never darkens: it is at least what percentage-closer filtering with the same kernel says.
+static void never_darker_than_percentage_closer(void)
+{
+    static float depth[SIDE * SIDE * SAMPLES];
+    uint64_t seed = 63;
+    const mssm_filter plain = {0, 1e-4f, 1};
+    for (int moments = 4; moments <= 6; moments += 2) {
+        double darker = 0, error = 0, leak = 0;
+        int count = 0;
+        void *memory;
+        mssm_filtered *map = make_filtered(&memory, SIDE, moments);
+        for (int which = 0; which < SCENE_COUNT; which++) {
+            scene s;
+            mssm_light light;
+            scene_make(&s, which);
+            CHECK(!scene_light(&s, 0, 0, &light), "light");
+            scene_depth(&s, &light, SIDE, SAMPLES, depth, NULL);
+            CHECK(!mssm_filtered_update(map, depth, SAMPLES, 4), "update");
+            const float *m = light.world_to_shadow;
+            for (int t = 0; t < test_trials(400); t++) {
+                const int x = (int)test_range(&seed, 0, SIDE), y = (int)test_range(&seed, 0, SIDE);
+                const double z = test_range(&seed, -1, 0.85);
+                // Back to the world: rows of the matrix are orthogonal.
+                float point[3];
+                const double at[3] = {centre_of(x), centre_of(y), z};
+                for (int k = 0; k < 3; k++) {
+                    double p = 0;
+                    for (int r = 0; r < 3; r++) {
+                        const double l = (double)m[r] * m[r] + (double)m[4 + r] * m[4 + r] +
+                                         (double)m[8 + r] * m[8 + r];
+                        p += m[4 * k + r] * (at[r] - m[12 + r]) / l;
+                    }
+                    point[k] = (float)p;
+                }
+                const double seen = mssm_filtered_visibility(map, &light, &plain, point, 0);
+                const double pcf = 1 - gaussian_sum(depth, x, y, 4, 0, z - 1e-4);
+                darker = fmax(darker, pcf - seen);
+                error += (seen - pcf) * (seen - pcf);
+                leak = fmax(leak, seen - pcf);
+                count++;
+            }
+        }
+        free(memory);
+        // Shadow that is not there: no more than the bias that 16 bits ask for.
+        CHECK(darker < 2e-3, "%d moments: darker than all samples by %g", moments, darker);
+        test_note("%d moments: rms %.3f against percentage-closer filtering, at most %.3f lighter",
+                  moments, sqrt(error / count), leak);
+    }
+}
+
+static void surfaces_are_lit_and_walls_are_dark(void)
+{
+    static float depth[SIDE * SIDE];
+    const float to_light[3] = {0, 0, 1}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    mssm_light light;
+    void *memory;
+    CHECK(!mssm_light_directional(&light, to_light, axis, 0, 0, low, high), "light");
+    for (int moments = 4; moments <= 6; moments += 2) {
+        mssm_filtered *map = make_filtered(&memory, SIDE, moments);
+        for (int tilted = 0; tilted < 2; tilted++) {
+            float darkest = 1, lightest = 0;
+            for (int i = 0; i < SIDE * SIDE; i++) {
+                const float x = (float)(i % SIDE * 2 + 1) / SIDE - 1;
+                const float p[3] = {x * light.extent_u, 0, tilted ? -0.7f * x * light.extent_u : 0};
+                float shadow[3];
+                CHECK(mssm_light_project(&light, p, shadow), "project");
+                depth[i] = shadow[2];
+            }
+            CHECK(!mssm_filtered_update(map, depth, 1, 4), "update");
+            for (int i = -30; i <= 30; i++) {
+                const float x = 0.015f * (float)i;
+                const float on[3] = {x, 0, tilted ? -0.7f * x : 0}, behind[3] = {x, 0, on[2] - 0.5f};
+                darkest = fminf(darkest, mssm_filtered_visibility(map, &light, NULL, on, 0.05f));
+                lightest = fmaxf(lightest, mssm_filtered_visibility(map, &light, NULL, behind, 0));
+            }
+            CHECK(darkest > 0.97f, "tilted %d, %d moments: a lit surface at %g", tilted, moments, darkest);
+            CHECK(lightest == 0, "tilted %d, %d moments: %g behind a wall", tilted, moments, lightest);
+        }
+        free(memory);
+    }
+}
+
+static void a_stack_of_layers_is_enclosed(void)
+{
+    uint64_t seed = 64;
+    double gap[2] = {0, 0}, outside = 0;
+    const int trials = test_trials(20000);
+    for (int t = 0; t < trials; t++) {
+        const int layers = 1 + (int)test_range(&seed, 0, 12);
+        float z[12], opacity[12];
+        mssm_moments4 m4 = mssm_moments4_of_depth(1);
+        mssm_moments6 m6 = mssm_moments6_of_depth(1);
+        for (int i = layers - 1; i >= 0; i--) { // i: from the light; drawn from far to near
+            z[i] = (float)(-0.9 + 1.7 * (i + test_uniform(&seed)) / layers);
+            opacity[i] = (float)test_uniform(&seed);
+            m4 = mssm_moments4_blend(m4, z[i], opacity[i]);
+            m6 = mssm_moments6_blend(m6, z[i], opacity[i]);
+        }
+        const float at = (float)test_range(&seed, -1, 0.99);
+        double truth = 1;
+        for (int i = 0; i < layers; i++) truth *= z[i] < at ? 1.0 - opacity[i] : 1.0;
+        const mssm_bounds b[2] = {mssm_visibility4(mssm_moments4_bias(m4, 3e-6f), at),
+                                  mssm_visibility6(mssm_moments6_bias(m6, 1e-5f), at)};
+        for (int i = 0; i < 2; i++) {
+            outside = fmax(outside, fmax(b[i].lower - truth, truth - b[i].upper));
+            gap[i] += fabs(0.5 * (b[i].upper + b[i].lower) - truth) / trials;
+        }
+    }
+    CHECK(outside < 1e-3, "the transmittance is outside of its bounds by %g", outside);
+    CHECK(gap[1] < gap[0] && gap[0] < 0.1, "middle of the bounds: off by %g and %g", gap[0], gap[1]);
+    test_note("middle of the bounds off by %.3f with 4 moments, %.3f with 6; outside by %.1g", gap[0],
+              gap[1], outside);
+}
+
+// A veil of one opacity over a half of the map: soft and hard shadows of it are what it lets through.
+static void a_veil_casts_its_share_of_shadow(void)
+{
+    static float encoded[SIDE * SIDE * 6];
+    const float to_light[3] = {0, 0, 1}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    const float veiled[3] = {-0.6f, 0, -0.5f}, free_point[3] = {0.8f, 0, -0.5f}, above[3] = {-0.6f, 0, 0.9f};
+    mssm_light light;
+    CHECK(!mssm_light_directional(&light, to_light, axis, 0.1f, 0.1f, low, high), "light");
+    for (int moments = 4; moments <= 6; moments += 2) {
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            const float opacity = i % SIDE < SIDE / 2 ? 0.3f : 0.0f;
+            const mssm_moments6 q =
+                mssm_moments6_encode(mssm_moments6_blend(mssm_moments6_of_depth(1), -0.5f, opacity));
+            memcpy(encoded + i * moments, q.b, (size_t)moments * sizeof(float));
+        }
+        void *memory, *soft_memory = allocate(mssm_map_bytes(SIDE, moments));
+        mssm_map *soft;
+        mssm_filtered *map = make_filtered(&memory, SIDE, moments);
+        CHECK(!mssm_map_init(&soft, soft_memory, mssm_map_bytes(SIDE, moments), SIDE, moments), "init");
+        CHECK(!mssm_filtered_update_moments(map, encoded, 2), "hard");
+        CHECK(!mssm_map_update_moments(soft, encoded), "soft");
+        const mssm_filter plain = {0, 0, 1};
+        const float hard[3] = {mssm_filtered_visibility(map, &light, &plain, veiled, 0),
+                               mssm_filtered_visibility(map, &light, &plain, free_point, 0),
+                               mssm_filtered_visibility(map, &light, &plain, above, 0)};
+        const float wide[3] = {mssm_map_visibility(soft, &light, NULL, veiled),
+                               mssm_map_visibility(soft, &light, NULL, free_point),
+                               mssm_map_visibility(soft, &light, NULL, above)};
+        const float truth[3] = {0.7f, 1, 1};
+        for (int i = 0; i < 3; i++) {
+            CHECK(fabsf(hard[i] - truth[i]) < 0.01f, "%d moments: hard %d is %g", moments, i, hard[i]);
+            CHECK(fabsf(wide[i] - truth[i]) < 0.01f, "%d moments: soft %d is %g", moments, i, wide[i]);
+        }
+        free(memory);
+        free(soft_memory);
+    }
+}
+
+// The tables from encoded moments are those from the depths.
+static void moments_and_depths_fill_the_same_tables(void)
+{
+    static float depth[SIDE * SIDE], encoded[SIDE * SIDE * 6];
+    uint64_t seed = 65;
+    const size_t bytes = mssm_map_bytes(SIDE, 6);
+    void *memory[2] = {allocate(bytes), allocate(bytes)};
+    mssm_map *map[2];
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        depth[i] = (float)test_range(&seed, -1, 1);
+        const mssm_moments6 q = mssm_moments6_encode(mssm_moments6_of_depth(depth[i]));
+        memcpy(encoded + i * 6, q.b, sizeof q.b);
+    }
+    for (int i = 0; i < 2; i++) CHECK(!mssm_map_init(&map[i], memory[i], bytes, SIDE, 6), "init");
+    CHECK(!mssm_map_update(map[0], depth, NULL, 1), "depth");
+    CHECK(!mssm_map_update_moments(map[1], encoded), "moments");
+    double worst = 0;
+    for (int t = 0; t < 500; t++) {
+        const float x = (float)test_range(&seed, -1.2, 1.2), y = (float)test_range(&seed, -1.2, 1.2),
+                    h = (float)test_range(&seed, 0.02, 0.9);
+        const mssm_moments6 a = mssm_map_moments(map[0], x, y, h, h),
+                            b = mssm_map_moments(map[1], x, y, h, h);
+        for (int k = 0; k < 6; k++) worst = fmax(worst, fabs(a.b[k] - b.b[k]));
+    }
+    CHECK(worst < 4e-6, "moments differ by %g", worst);
+    free(memory[0]);
+    free(memory[1]);
+}
+
+static void bad_arguments_are_refused(void)
+{
+    const size_t bytes = mssm_filtered_bytes(5, 4);
+    float depth[25], encoded[100];
+    const float at[3] = {0, 0, 0};
+    for (int i = 0; i < 25; i++) depth[i] = i % 3 ? (float)NAN : -2.0f;
+    for (int i = 0; i < 100; i++) encoded[i] = i % 3 ? (float)NAN : -2.0f;
+    // Exactly as many bytes as asked for, at an odd address: a sanitizer would see an overrun.
+    unsigned char *memory = allocate(bytes + 1);
+    mssm_filtered *map = NULL;
+    CHECK(mssm_filtered_bytes(0, 4) == 0 && mssm_filtered_bytes(16385, 4) == 0 &&
+              mssm_filtered_bytes(5, 5) == 0,
+          "bytes of impossible maps");
+    CHECK(mssm_filtered_init(&map, memory, bytes - 1, 5, 4) == MSSM_ERROR_MEMORY, "memory");
+    CHECK(mssm_filtered_init(&map, NULL, bytes, 5, 4) == MSSM_ERROR_ARGUMENT && !map, "null");
+    CHECK(!mssm_filtered_init(&map, memory + 1, bytes, 5, 4), "init");
+    CHECK(mssm_filtered_update(map, depth, 0, 1) == MSSM_ERROR_ARGUMENT, "samples");
+    CHECK(mssm_filtered_update(map, depth, 1, 33) == MSSM_ERROR_ARGUMENT, "radius");
+    CHECK(mssm_filtered_update_moments(map, encoded, -1) == MSSM_ERROR_ARGUMENT, "radius");
+    CHECK(mssm_map_update_moments(NULL, encoded) == MSSM_ERROR_ARGUMENT, "map");
+    CHECK(!mssm_filtered_update(map, depth, 1, 1), "depths that are not numbers");
+    CHECK(!mssm_filtered_update_moments(map, encoded, 32), "moments that are not numbers");
+    mssm_light light;
+    memset(&light, 0, sizeof light);
+    const float seen = mssm_filtered_visibility(map, &light, NULL, at, (float)NAN);
+    CHECK(seen >= 0 && seen <= 1, "a light of zeros gives %g", seen);
+    const float nowhere[3] = {0, (float)NAN, 0};
+    CHECK(mssm_filtered_visibility(NULL, &light, NULL, at, 0) == 1, "no map");
+    CHECK(mssm_filtered_visibility(map, NULL, NULL, at, 0) == 1, "no light");
+    CHECK(mssm_filtered_visibility(map, &light, NULL, NULL, 0) == 1, "no point");
+    CHECK(mssm_filtered_visibility(map, &light, NULL, nowhere, 0) == 1, "a point nowhere");
+    CHECK(mssm_filtered_moments(NULL, 0, 0, 0).b[0] == 1, "moments of no map");
+    CHECK(mssm_filtered_init(NULL, memory, bytes, 5, 4) == MSSM_ERROR_ARGUMENT, "no place");
+    CHECK(mssm_filtered_init(&map, memory, bytes, 0, 4) == MSSM_ERROR_ARGUMENT, "no side");
+    CHECK(mssm_filtered_update(NULL, depth, 1, 1) == MSSM_ERROR_ARGUMENT, "no map");
+    CHECK(mssm_filtered_update(map, NULL, 1, 1) == MSSM_ERROR_ARGUMENT, "no depth");
+    CHECK(mssm_filtered_update(map, depth, 65, 1) == MSSM_ERROR_ARGUMENT, "samples");
+    CHECK(mssm_filtered_update(map, depth, 1, -1) == MSSM_ERROR_ARGUMENT, "radius");
+    CHECK(mssm_filtered_update_moments(NULL, encoded, 1) == MSSM_ERROR_ARGUMENT, "no map");
+    CHECK(mssm_filtered_update_moments(map, NULL, 1) == MSSM_ERROR_ARGUMENT, "no moments");
+    CHECK(mssm_filtered_update_moments(map, encoded, 33) == MSSM_ERROR_ARGUMENT, "radius");
+    free(memory);
+}
+
+const test_case filtered_tests[] = {
+    {"filtered: one look gives the moments under a Gaussian", one_look_gives_the_gaussian},
+    {"filtered: wide looks average, and every level is rounded once", wide_looks_average},
+    {"filtered: never darker than percentage-closer filtering", never_darker_than_percentage_closer},
+    {"filtered: surfaces are lit, walls are dark", surfaces_are_lit_and_walls_are_dark},
+    {"translucent: bounds enclose the transmittance of a stack", a_stack_of_layers_is_enclosed},
+    {"translucent: a veil casts its share of shadow, hard and soft", a_veil_casts_its_share_of_shadow},
+    {"translucent: moments and depths fill the same tables", moments_and_depths_fill_the_same_tables},
+    {"filtered: bad arguments are refused, odd memory is enough", bad_arguments_are_refused},
+    {0, 0}};
