@@ -1,0 +1,190 @@
+// Antialiased hard shadows of a sun from a moment map of 64 bits a texel, beside percentage-closer
+// filtering of the same kernel and beside rays, with errors and costs, OpenGL 4.5, no window:
+//     cc -O2 -I. examples/gl_hard.c examples/common/*.c -lm -lpthread -ldl && ./a.out hard.png
+// writes hard.png, hard.png-pcf.png and hard.png-truth.png.
+#include "mssm.h"
+
+#include "common/gl_context.h"
+#include "common/gl_draw.h"
+#include "common/raytrace.h"
+#include "common/threads.h"
+
+#include <stdio.h>
+
+enum { WIDTH = 640, HEIGHT = 360, SIDE = 512, RADIUS = 2, FRAMES = 5 };
+static const float to_sun[3] = {-0.6f, 1, 0.5f}, axis[3] = {1, 0, 0};
+static gl_target target, picture, plain; // multisampled, resolved, and a depth map for the rival
+static gl_mesh solids;
+static image truth;
+
+static const char shading[] = // behind a text that declares visibility()
+    "layout(location = 1) uniform vec3 to_sun;\n"
+    "in vec3 position, normal, albedo;\n"
+    "out vec4 color;\n"
+    "void main()\n"
+    "{\n"
+    "    vec3 n = normalize(normal);\n"
+    "    float seen = visibility(position, dFdx(position), dFdy(position));\n"
+    "    color = vec4(albedo * (max(dot(n, to_sun), 0) * seen + 0.2 + 0.1 * n.y), 1);\n"
+    "}\n";
+static const char moments_text[] =
+    "float visibility(vec3 p, vec3 x, vec3 y) { return mssm_filtered_visibility(0, p, x, y); }\n";
+static const char pcf_text[] = // every texel of the same Gaussian
+    "layout(location = 2) uniform mat4 world_to_shadow;\n"
+    "layout(location = 3) uniform int radius;\n"
+    "layout(binding = 2) uniform sampler2D depth_map;\n"
+    "float visibility(vec3 p, vec3 x, vec3 y)\n"
+    "{\n"
+    "    vec3 at = 0.5 + 0.5 * (world_to_shadow * vec4(p, 1)).xyz;\n"
+    "    ivec2 size = textureSize(depth_map, 0);\n"
+    "    vec2 sum = vec2(0);\n"
+    "    for (int j = -radius; j <= radius; j++) for (int i = -radius; i <= radius; i++) {\n"
+    "        ivec2 t = ivec2(floor(at.xy * size)) + ivec2(i, j);\n"
+    "        float w = exp(-2.0 * (i * i + j * j) / (radius * radius));\n"
+    "        bool outside = any(lessThan(t, ivec2(0))) || any(greaterThanEqual(t, size));\n"
+    "        sum += w * vec2(outside || texelFetch(depth_map, t, 0).x > at.z - 0.006, 1);\n"
+    "    }\n"
+    "    return sum.x / sum.y;\n"
+    "}\n";
+
+typedef struct ray_job {
+    view eye; // of twice the width and height: 16 samples a pixel
+    const scene *s;
+    const bvh *tree;
+} ray_job;
+
+static void trace_row(void *context, int y)
+{
+    const ray_job *job = context;
+    const vec3 sun = vec_unit(vec_of(to_sun));
+    for (int i = 0; i < 4 * WIDTH; i++) {
+        surface piece[VIEW_SAMPLES];
+        const int x = i / 4;
+        vec3 sum = i % 4 ? image_get(&truth, x, y) : vec(0, 0, 0);
+        const int pieces = view_surfaces(&job->eye, job->s, 2 * x + i % 2, 2 * y + i / 2 % 2, piece);
+        for (int k = 0; k < pieces; k++) {
+            const vec3 n = piece[k].normal, p = vec_mad(piece[k].position, n, 2e-3f);
+            const float facing = fmaxf(vec_dot(n, sun), 0);
+            const float seen = facing > 0 && !bvh_hit_any(job->tree, p, sun, 100) ? 1.0f : 0.0f;
+            sum = vec_mad(sum, job->s->albedo[piece[k].object],
+                          0.25f * piece[k].share * (facing * seen + 0.2f + 0.1f * n.y));
+        }
+        image_set(&truth, x, y, sum);
+    }
+}
+
+// Seconds of the shading pass, the least of a few.
+static double draw(GLuint program, const camera *eye)
+{
+    double least = 1e9;
+    float world_to_clip[16];
+    const vec3 sun = vec_unit(vec_of(to_sun));
+    gl_camera_matrix(eye, 0.1f, 30, world_to_clip);
+    gl.ProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, world_to_clip);
+    gl.ProgramUniform3fv(program, 1, 1, &sun.x);
+    gl.UseProgram(program);
+    for (int i = 0; i < FRAMES; i++) {
+        gl_target_begin(&target);
+        gl.Enable(GL_DEPTH_TEST);
+        gl.Finish();
+        const double start = seconds_now();
+        gl_mesh_draw(&solids);
+        gl.Finish();
+        least = fmin(least, seconds_now() - start);
+    }
+    return least;
+}
+
+static bool save(const char *name, const char *end, message *why)
+{
+    image result;
+    char file[300];
+    double sum = 0;
+    gl.BlitNamedFramebuffer(target.framebuffer, picture.framebuffer, 0, 0, WIDTH, HEIGHT, 0, 0, WIDTH,
+                            HEIGHT, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    if (!gl_target_read(&picture, &result, why)) return false;
+    for (int i = 0; i < 3 * WIDTH * HEIGHT; i++) sum += pow(result.rgb[i] - truth.rgb[i], 2);
+    snprintf(file, sizeof file, "%s%s", name, end);
+    printf("%s: rms error %.4f\n", file, sqrt(sum / (3.0 * WIDTH * HEIGHT)));
+    const bool written = image_save_png(&result, 1.3f, file, why);
+    image_free(&result);
+    return written;
+}
+
+// The last radius is saved.
+static bool compare(const mssm_light *light, const camera *eye, const char *file, message *why)
+{
+    const char *const vertices[] = {gl_scene_vertex, NULL}, *const rival[] = {pcf_text, shading, NULL};
+    const GLuint depth = gl_program_simple("depth", gl_depth_vertex, NULL, why);
+    const GLuint pcf = gl_program("percentage-closer filtering", vertices, rival, why);
+    if (!depth || !pcf) return false;
+    gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light->world_to_shadow);
+    gl.ProgramUniformMatrix4fv(pcf, 2, 1, GL_FALSE, light->world_to_shadow);
+    gl_target_begin(&plain);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.UseProgram(depth);
+    gl_mesh_draw(&solids);
+    for (int radius = 4 * RADIUS; radius >= RADIUS; radius /= 2) {
+        const mssm_gl_filtered_desc desc = {
+            .load = gl_context_function, .side = SIDE, .radius = radius};
+        mssm_gl_filtered *shadow;
+        if (mssm_gl_filtered_create(&shadow, &desc)) return fail(why, "no filtered maps");
+        const char *const texts[] = {mssm_gl_filtered_shader(shadow), moments_text, shading, NULL};
+        const GLuint program = gl_program("moments", vertices, texts, why);
+        if (!program) return false;
+        mssm_gl_filtered_set_light(shadow, 0, light);
+        mssm_gl_filtered_begin_depth(shadow, 0);
+        gl.UseProgram(depth);
+        gl_mesh_draw(&solids);
+        gl.Finish();
+        const double start = seconds_now();
+        mssm_gl_filtered_end_depth(shadow);
+        mssm_gl_filtered_build(shadow);
+        gl.Finish();
+        const double build = seconds_now() - start;
+        mssm_gl_filtered_bind(shadow);
+        gl.ProgramUniform1i(pcf, 3, radius);
+        gl.BindTextureUnit(2, plain.depth);
+        const double rival_seconds = draw(pcf, eye);
+        if (radius == RADIUS && !save(file, "-pcf.png", why)) return false;
+        const double seconds = draw(program, eye);
+        printf("radius %d: moments %.1f ms (and %.1f ms to build), percentage-closer %.1f ms\n", radius,
+               1e3 * seconds, 1e3 * build, 1e3 * rival_seconds);
+        mssm_gl_filtered_destroy(shadow);
+        gl.DeleteProgram(program);
+    }
+    return save(file, "", why);
+}
+
+static bool run(const char *file, message *why)
+{
+    const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F}, none[GL_TARGET_COLORS] = {0};
+    const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 16.0f / 9);
+    scene s;
+    mssm_light light;
+    ray_job job = {.s = &s};
+    char name[300];
+    if (!scene_create(&s, 0, NULL) || !(job.tree = bvh_create(&s)) || !image_create(&truth, WIDTH, HEIGHT) ||
+        !view_create(&job.eye, &s, &eye, 2 * WIDTH, 2 * HEIGHT)) {
+        return fail(why, "no memory");
+    }
+    parallel_for(HEIGHT, trace_row, &job, NULL);
+    const float low[3] = {s.low.x, s.low.y, s.low.z}, high[3] = {s.high.x, s.high.y, s.high.z};
+    mssm_light_directional(&light, to_sun, axis, 0, 0, low, high);
+    snprintf(name, sizeof name, "%s-truth.png", file);
+    return gl_mesh_upload(&solids, &s, why) && gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why) &&
+           gl_target_create(&picture, WIDTH, HEIGHT, 1, formats, why) &&
+           gl_target_create(&plain, SIDE, SIDE, 1, none, why) &&
+           compare(&light, &eye, file, why) && image_save_png(&truth, 1.3f, name, why);
+}
+
+int main(int argc, char **argv)
+{
+    gl_context context;
+    const char *missing;
+    message why = {"cannot start"};
+    const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
+                      run(argc > 1 ? argv[1] : "hard.png", &why);
+    if (!done) fprintf(stderr, "gl_hard: %s\n", why.text);
+    return done ? 0 : 1;
+}
