@@ -3919,6 +3919,29 @@ static const char mssm__glsl_lights[] =
 static const char mssm__glsl_filtered[] =
     MSSM__GLSL_NAMES
     // [glsl text begin filtered] made by "make glsl", do not edit
+    "// Width of a texel at the receiver in units of z.\n"
+    "MSSM_SHARED float mssm_texel_at(mssm_view v, mssm_receiver r)\n"
+    "{\n"
+    "    return v.perspective != 0 ? -v.texel / r.spread : v.texel;\n"
+    "}\n"
+    "\n"
+    "// The upper bound from Chebyshev moments under a footprint that is width texels wide. A surface at 45\n"
+    "// degrees, Gaussian over the filter, has its outer node at sqrt(3) standard deviations; a quarter of\n"
+    "// the footprint and half a deviation leave little acne and firm contacts.\n"
+    "MSSM_CALLED float mssm_filtered_bound(mssm_view v, mssm_options o, mssm_receiver r,\n"
+    "                                      mssm_moments6 t, float width)\n"
+    "{\n"
+    "    float bias = mssm_texel_at(v, r) * (0.25f * width + 0.25f * (v.max_half - 0.5f));\n"
+    "    float z = r.z_own - (o.depth_bias > 0.0f ? 0.0f : bias);\n"
+    "    z = z < r.z_test ? z : r.z_test;\n"
+    "    float upper = 1.0f;\n"
+    "    if (o.moments == 6) {\n"
+    "        upper = mssm_split_bounds(mssm_split6(mssm_kernel6_stored(t, o.alpha6, z))).upper;\n"
+    "    } else {\n"
+    "        upper = mssm_split_bounds(mssm_split4(mssm_kernel4_stored(t, o.alpha4, z))).upper;\n"
+    "    }\n"
+    "    return mssm_clamp((upper - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);\n"
+    "}\n"
     // [glsl text end]
     MSSM__GLSL_FORGET;
 #endif
