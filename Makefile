@@ -51,7 +51,7 @@ rivals = $(call part,methods percentage_closer variance convolution)
 report_only = $(call part,report charts page claims summary svg)
 report_objects = $(filter $(report_only) $(call part,figures),$(compare))
 measure_objects = $(filter-out $(report_only) $(call part,pictures),$(compare))
-test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,gl_convolution measure_gl figures light_cuts)
+test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases gl_convolution measure_gl figures light_cuts)
 stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $(call part,svg) \
     $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))

@@ -488,7 +488,45 @@ typedef struct tracing {
     int grid; // even
     uint64_t seed;
     receiver *receivers;
+    int radius; // of a Gaussian over the map instead of an area of the light; -1: none
+    float weight[TAPS_MOST], texel_u, texel_v; // texels in world units
 } tracing;
+
+// Drawn from the kernel, in texels: s in [0,1) takes a tap by its weight, and what is left of it a
+// point under the tap's tent.
+static float under_kernel(const tracing *t, float s)
+{
+    int i = 0;
+    while (i < 2 * t->radius && s >= t->weight[i]) s -= t->weight[i++];
+    const float rest = fminf(s / t->weight[i], 1);
+    const float tent = rest < 0.5f ? sqrtf(2 * rest) - 1 : 1 - sqrtf(2 - 2 * rest);
+    return (float)(i - t->radius) + tent;
+}
+
+// How far below, away from the light, the next surface is.
+static float next_below(const tracing *t, vec3 from)
+{
+    const float ground = (from.y - t->c->ground) / t->f.towards.y; // NAN: there is none
+    const float casters = bvh_hit_nearest(t->c->tree, from, vec_scale(t->f.towards, -1));
+    return ground >= 0 && ground < casters ? ground : casters;
+}
+
+// Whether something stands between the light and a tap, beside the receiver on its tangent plane. Where
+// the surface bends towards the light, the plane is under it: if nothing is nearer below, taps stand on
+// what is above by no more than they are away.
+static bool is_tap_blocked(const tracing *t, const receiver *r, vec3 from, float u, float v)
+{
+    const light_frame *f = &t->f;
+    const float x = t->texel_u * under_kernel(t, u), y = t->texel_v * under_kernel(t, v);
+    const float across = x * vec_dot(f->u, r->normal) + y * vec_dot(f->v, r->normal);
+    const vec3 aside = vec_mad(vec_mad(vec_scale(f->u, x), f->v, y), f->towards,
+                               -across / vec_dot(f->towards, r->normal));
+    const vec3 tap = vec_add(from, aside);
+    if (!bvh_hit_any(t->c->tree, tap, f->towards, HUGE_VALF)) return false;
+    const float reach = vec_length(aside), above = bvh_hit_nearest(t->c->tree, tap, f->towards);
+    if (above > reach || next_below(t, tap) <= above) return true;
+    return bvh_hit_any(t->c->tree, vec_mad(tap, f->towards, reach), f->towards, HUGE_VALF);
+}
 
 // One ray through every cell of a grid over the light. Its standard error comes from blocks of four
 // cells as if they were one cell, which errs to the safe side.
@@ -506,7 +544,9 @@ static void trace_one(void *context, int index)
             const int x = block % (t->grid / 2) * 2 + k % 2, y = block / (t->grid / 2) * 2 + k / 2;
             const float u = 2 * ((float)x + draw(&state, 0, 1)) / (float)t->grid - 1;
             const float v = 2 * ((float)y + draw(&state, 0, 1)) / (float)t->grid - 1;
-            of_four += !bvh_hit_any(t->c->tree, from, ray_to(&t->f, u, v), HUGE_VALF);
+            of_four += t->radius < 0
+                           ? !bvh_hit_any(t->c->tree, from, ray_to(&t->f, u, v), HUGE_VALF)
+                           : !is_tap_blocked(t, r, from, 0.5f * (u + 1), 0.5f * (v + 1));
         }
         seen += of_four;
         variance += of_four * (4 - of_four) / 3.0;
@@ -516,12 +556,36 @@ static void trace_one(void *context, int index)
     r->noise = (float)(sqrt(variance) / rays);
 }
 
-void case_truth(const compare_case *c, const mssm_light *light, int count, int rays, uint64_t seed,
-                receiver *receivers)
+static tracing tracing_of(const compare_case *c, const mssm_light *light, int rays, uint64_t seed,
+                          receiver *receivers)
 {
     const float size = vec_length(vec_sub(c->scene.high, c->scene.low));
     const int half = (int)(0.5 * sqrt(rays) + 0.5);
-    tracing t = {c, frame_of(light), 1e-4f * size, 2 * (half > 0 ? half : 1), seed, receivers};
+    const tracing t = {.c = c,
+                       .f = frame_of(light),
+                       .lift = 1e-4f * size,
+                       .grid = 2 * (half > 0 ? half : 1),
+                       .seed = seed,
+                       .receivers = receivers,
+                       .radius = -1};
+    return t;
+}
+
+void case_truth(const compare_case *c, const mssm_light *light, int count, int rays, uint64_t seed,
+                receiver *receivers)
+{
+    tracing t = tracing_of(c, light, rays, seed, receivers);
+    parallel_for(count, trace_one, &t, NULL);
+}
+
+void case_truth_filtered(const compare_case *c, const mssm_light *light, int side, int radius,
+                         int count, int rays, uint64_t seed, receiver *receivers)
+{
+    tracing t = tracing_of(c, light, rays, seed, receivers);
+    t.radius = radius;
+    t.texel_u = 2 * light->extent_u / (float)side;
+    t.texel_v = 2 * light->extent_v / (float)side;
+    gaussian(radius, t.weight);
     parallel_for(count, trace_one, &t, NULL);
 }
 

@@ -50,5 +50,10 @@ bool case_receivers(const compare_case *c, const mssm_light *light, int count, i
 // The truth alone, for receivers that stay while the case moves on. Same seed, same pattern of rays.
 void case_truth(const compare_case *c, const mssm_light *light, int count, int rays, uint64_t seed,
                 receiver *receivers);
+// The same for a light without size, seen through the Gaussian of methods.h over a map of that side:
+// rays along the light from all over the receiver's tangent plane under the kernel. That is what
+// percentage-closer filtering would give with endless texels and a bias that follows the surface.
+void case_truth_filtered(const compare_case *c, const mssm_light *light, int side, int radius,
+                         int count, int rays, uint64_t seed, receiver *receivers);
 
 #endif

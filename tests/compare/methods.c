@@ -1,6 +1,7 @@
 // The table of methods, and the library's own behind the same interface.
 #include "methods.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -68,7 +69,79 @@ static float moment_visibility(const void *state, const float point[3], float bi
     return mssm_map_visibility(p->map, &p->light, &p->settings, point);
 }
 
-// ---- the table ---------------------------------------------------------------------------------
+// ---- hard shadows --------------------------------------------------------------------------------
+
+void gaussian(int radius, float weight[TAPS_MOST])
+{
+    double w[TAPS_MOST], sum = 0;
+    for (int i = -radius; i <= radius; i++) {
+        w[i + radius] = radius ? exp(-2.0 * i * i / ((double)radius * radius)) : 1;
+        sum += w[i + radius];
+    }
+    for (int i = 0; i <= 2 * radius; i++) weight[i] = (float)(w[i] / sum);
+}
+
+typedef struct filtered_state {
+    mssm_filtered *map;
+    mssm_light light;
+    mssm_filter filter;
+    int radius;
+    void *memory;
+} filtered_state;
+
+static void *filtered_create(int moments, float full_shadow, int radius, int side, size_t *bytes)
+{
+    filtered_state *p = calloc(1, sizeof *p);
+    if (!p) return NULL;
+    *bytes = mssm_filtered_bytes(side, moments);
+    p->memory = malloc(*bytes);
+    p->radius = radius;
+    p->filter.full_shadow = full_shadow;
+    if (p->memory && !mssm_filtered_init(&p->map, p->memory, *bytes, side, moments)) return p;
+    free(p->memory);
+    free(p);
+    return NULL;
+}
+
+static void *filtered_create_4(const struct method *m, int side, size_t *bytes)
+{
+    return filtered_create(4, 0, m->variant, side, bytes);
+}
+
+static void *filtered_create_4_plain(const struct method *m, int side, size_t *bytes)
+{
+    return filtered_create(4, 1, m->variant, side, bytes);
+}
+
+static void *filtered_create_6(const struct method *m, int side, size_t *bytes)
+{
+    return filtered_create(6, 0, m->variant, side, bytes);
+}
+
+static void filtered_destroy(void *state)
+{
+    filtered_state *p = state;
+    free(p->memory);
+    free(p);
+}
+
+static void filtered_update(void *state, const depth_map *map)
+{
+    filtered_state *p = state;
+    p->light = *map->light;
+    mssm_filtered_update(p->map, map->front, 1, p->radius);
+}
+
+static float filtered_visibility(const void *state, const float point[3], float bias,
+                                 unsigned pixel)
+{
+    const filtered_state *p = state;
+    (void)bias;
+    (void)pixel;
+    return mssm_filtered_visibility(p->map, &p->light, &p->filter, point, 0);
+}
+
+// ---- the tables --------------------------------------------------------------------------------
 
 #define PERCENTAGE_CLOSER \
     percentage_closer_create, percentage_closer_destroy, percentage_closer_update
@@ -114,10 +187,33 @@ const method methods[] = {
 };
 const int method_count = (int)(sizeof methods / sizeof *methods);
 
+#define FILTERED filtered_destroy, filtered_update, filtered_visibility
+
+const method hard_methods[] = {
+    {"hard", "hard", "Williams 1978, Casting Curved Shadows on Curved Surfaces", 1, 0,
+     PERCENTAGE_CLOSER, hard_visibility, 2},
+    {"PCF, Gaussian", "PCF",
+     "Reeves, Salesin and Cook 1987, Rendering Antialiased Shadows with Depth Maps", 0, 0,
+     gaussian_create, percentage_closer_destroy, percentage_closer_update, gaussian_visibility, 4},
+    {"VSM, Gaussian", "VSM", "Donnelly and Lauritzen 2006, Variance Shadow Maps", 1, 0,
+     variance_hard_create, variance_destroy, variance_update, variance_visibility, 0},
+    {"EVSM, Gaussian", "VSM", "Lauritzen and McCool 2008, Layered Variance Shadow Maps", 1, 0,
+     exponential_hard_create, variance_destroy, exponential_hard_update,
+     exponential_hard_visibility, 0},
+    {"filtered, 4 moments", "filtered", "docs/filtered.md", 1, 0, filtered_create_4, FILTERED, 0},
+    {"filtered, 4 moments, full_shadow 1", "filtered", "docs/filtered.md", 1, 0,
+     filtered_create_4_plain, FILTERED, 0},
+    {"filtered, 6 moments", "filtered", "docs/filtered.md", 1, 0, filtered_create_6, FILTERED, 0},
+};
+const int hard_method_count = (int)(sizeof hard_methods / sizeof *hard_methods);
+
 const method *method_named(const char *name)
 {
     for (int i = 0; i < method_count; i++) {
         if (!strcmp(methods[i].name, name)) return &methods[i];
+    }
+    for (int i = 0; i < hard_method_count; i++) {
+        if (!strcmp(hard_methods[i].name, name)) return &hard_methods[i];
     }
     return NULL;
 }

@@ -35,6 +35,16 @@ typedef struct method {
 extern const method methods[];
 extern const int method_count;
 
-const method *method_named(const char *name);  // NULL if there is none
+// Hard shadows under a Gaussian of the map, for lights without size; the variant of a copy is set to its
+// radius before create.
+extern const method hard_methods[];
+extern const int hard_method_count;
+
+const method *method_named(const char *name);  // of either; NULL if there is none
+
+// The Gaussian all of them share: weights of 2 * radius + 1 texels, standard deviation radius / 2, sum 1.
+// It is read bilinearly, so that its taps are joined by straight lines.
+enum { RADIUS_MOST = 32, TAPS_MOST = 2 * RADIUS_MOST + 1 };
+void gaussian(int radius, float weight[TAPS_MOST]);
 
 #endif

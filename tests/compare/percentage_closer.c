@@ -16,6 +16,8 @@ typedef struct state {
     view view;
     int samples;
     ring_sample sample[SAMPLES_MAX];
+    int radius;
+    float weight[TAPS_MOST]; // of a Gaussian
 } state;
 
 // ---- the pattern of samples --------------------------------------------------------------------
@@ -245,6 +247,56 @@ float pcf_visibility(const void *state_, const float point[3], float bias, unsig
     place r;
     (void)pixel;
     return place_of(&p->view, point, bias, &r) ? visible_share(&p->view, &r, five, false) : 1;
+}
+
+// Shares of the texels along one axis under a Gaussian that stands at a place between them: one more
+// than it has taps. Returns the first texel.
+static int shares_at(const state *p, float at, float share[TAPS_MOST + 1])
+{
+    const int taps = 2 * p->radius + 1;
+    const float first = floorf(at - 0.5f), rest = at - 0.5f - first;
+    float before = 0;
+    for (int i = 0; i <= taps; i++) {
+        const float now = i < taps ? p->weight[i] : 0;
+        share[i] = (1 - rest) * now + rest * before;
+        before = now;
+    }
+    return (int)first - p->radius;
+}
+
+void *gaussian_create(const struct method *m, int side, size_t *bytes)
+{
+    state *p = percentage_closer_create(m, side, bytes);
+    if (!p) return NULL;
+    p->radius = m->variant;
+    gaussian(p->radius, p->weight);
+    return p;
+}
+
+// Every texel under a Gaussian, each compared with its neighbours bilinearly as by a GPU: the kernel of
+// a blurred map read bilinearly. In vectors of four.
+float gaussian_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
+{
+    const state *p = state_;
+    const view *v = &p->view;
+    float across[TAPS_MOST + 1], up[TAPS_MOST + 1], blocked = 0;
+    place r;
+    (void)pixel;
+    if (!place_of(v, point, bias, &r)) return 1;
+    const float limit = least(r.z, 1);
+    const int x0 = shares_at(p, r.x, across), y0 = shares_at(p, r.y, up), taps = 2 * p->radius + 2;
+    const int first = x0 < 0 ? -x0 : 0, last = x0 + taps > v->side ? v->side - x0 : taps;
+    for (int j = y0 < 0 ? -y0 : 0; j < taps && y0 + j < v->side; j++) {
+        const float *depth = v->depth + (size_t)(y0 + j) * (size_t)v->side;
+        floats row = {0};
+        int i = first;
+        for (; i + LANES <= last; i += LANES)
+            row += where(load(depth + (x0 + i)) < limit, load(across + i));
+        float sum = sum_of(row);
+        for (; i < last; i++) sum += depth[x0 + i] < limit ? across[i] : 0;
+        blocked += up[j] * sum;
+    }
+    return limited(1 - blocked, 0, 1);
 }
 
 // Fernando 2005 with as many samples for the blocker search as for the filter.

@@ -182,16 +182,18 @@ typedef void method_update(void *state, const depth_map *map);
 typedef float method_visibility(const void *state, const float point[3], float bias,
                                 unsigned pixel);
 
-method_create percentage_closer_create;
+method_create percentage_closer_create, gaussian_create;
 method_destroy percentage_closer_destroy;
 method_update percentage_closer_update;
 method_visibility hard_visibility, pcf_visibility, pcss_sampled_visibility, pcss_visibility,
-    back_projection_visibility;
+    back_projection_visibility, gaussian_visibility;
 
-method_create variance_create, variance_soft_create, exponential_create;
+method_create variance_create, variance_soft_create, exponential_create, variance_hard_create,
+    exponential_hard_create;
 method_destroy variance_destroy;
-method_update variance_update, variance_soft_update, exponential_update;
-method_visibility variance_visibility, variance_soft_visibility, exponential_visibility;
+method_update variance_update, variance_soft_update, exponential_update, exponential_hard_update;
+method_visibility variance_visibility, variance_soft_visibility, exponential_visibility,
+    exponential_hard_visibility;
 
 method_create convolution_create;
 method_destroy convolution_destroy;

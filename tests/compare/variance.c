@@ -1,5 +1,5 @@
-// Methods that keep a mean and a variance of depth: variance shadow maps with a fixed filter,
-// variance soft shadow maps, and exponential variance shadow maps with a blocker search.
+// Methods that keep a mean and a variance of depth: variance and exponential variance shadow maps with
+// a fixed filter, variance soft shadow maps, and exponential variance shadow maps with a blocker search.
 #include "rivals.h"
 
 #include <string.h>
@@ -10,9 +10,13 @@ typedef struct state {
     view view;
     int channels;
     float nearest, range; // of casters, and a little more behind: depth is 0 to 1 below
-    float *filtered;      // VSM: mean and mean square a texel, filtered
-    double *table;        // the others: summed-area table, (side + 1)^2 times the channels
-    float *ranges;        // VSSM: least and largest depth, level after level, each half the side
+    float *filtered;      // fixed filters: means a texel, filtered
+    int radius;
+    float weight[TAPS_MOST];  // of the filter
+    float empty[4];           // a texel without depth
+    float bleeding, variance; // cut off, at least
+    double *table;            // the others: summed-area table, (side + 1)^2 times the channels
+    float *ranges; // VSSM: least and largest depth, level after level, each half the side
     size_t level[LEVELS_MAX]; // where they start
 } state;
 
@@ -20,6 +24,11 @@ typedef struct state {
 static const float bleeding_vsm = 0.0f, bleeding_vssm = 0.12f, bleeding_evsm = 0.10f;
 static const float variance_vsm = 1e-7f, variance_vssm = 1e-3f, variance_evsm = 1e-8f;
 static const float exponent_positive = 0.55f, exponent_negative = 11.7f;
+
+// The same for hard shadows, over Gaussians of 1 to 16 texels and the scenes of cases.c. Of exponents of
+// 5, 10, 20 and 40 these are best; more than 40 does not fit the squares of float32.
+static const float bleeding_hard_vsm = 0.05f, bleeding_hard_evsm = 0.02f, variance_hard = 1e-5f;
+static const float hard_positive = 40, hard_negative = 5;
 
 // ---- depth ready for filtering -----------------------------------------------------------------
 
@@ -53,19 +62,50 @@ static float chebyshev(float mean, float square, float t, float floor_of_varianc
 
 // ---- variance shadow maps ----------------------------------------------------------------------
 
-void *variance_create(const struct method *m, int side, size_t *bytes)
+static void *filter_create(int side, int channels, size_t *bytes)
 {
     state *p = view_create(sizeof *p, side);
-    const size_t texels = (size_t)side * (size_t)side;
-    (void)m;
+    const size_t count = (size_t)channels * (size_t)side * (size_t)side;
     if (!p) return NULL;
-    p->filtered = calloc(4 * texels, sizeof *p->filtered); // the half is for between two passes
+    p->channels = channels;
+    p->filtered = calloc(2 * count, sizeof *p->filtered); // the half is for between two passes
     if (!p->filtered) {
         variance_destroy(p);
         return NULL;
     }
-    *bytes = 2 * texels * sizeof(float);
+    *bytes = count * sizeof(float);
     return p;
+}
+
+// Five texels.
+void *variance_create(const struct method *m, int side, size_t *bytes)
+{
+    static const float binomial[5] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
+    state *p = filter_create(side, 2, bytes);
+    (void)m;
+    if (!p) return NULL;
+    p->radius = 2;
+    p->bleeding = bleeding_vsm;
+    p->variance = variance_vsm;
+    memcpy(p->weight, binomial, sizeof binomial);
+    return p;
+}
+
+static void *filter_create_gaussian(int radius, int side, int channels, float bleeding,
+                                    size_t *bytes)
+{
+    state *p = filter_create(side, channels, bytes);
+    if (!p) return NULL;
+    p->radius = radius;
+    p->bleeding = bleeding;
+    p->variance = variance_hard;
+    gaussian(radius, p->weight);
+    return p;
+}
+
+void *variance_hard_create(const struct method *m, int side, size_t *bytes)
+{
+    return filter_create_gaussian(m->variant, side, 2, bleeding_hard_vsm, bytes);
 }
 
 void variance_destroy(void *state_)
@@ -77,61 +117,78 @@ void variance_destroy(void *state_)
     view_destroy(&p->view);
 }
 
-// One pass of a five-texel Gauss filter along an axis; step is the distance of neighbours.
-static void gauss_row(const float *from, float *to, int count, size_t step)
+typedef void channels_of(float z, double *value);
+
+static void powers_of(float z, double *value)
 {
-    static const float weight[5] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
+    value[0] = (double)z;
+    value[1] = (double)z * (double)z;
+}
+
+// One pass along an axis; step is the distance of neighbours. Here and below n, the channels, is a
+// constant to the compiler.
+static inline void filter_row(const state *p, const float *from, float *to, int count, size_t step,
+                              size_t n)
+{
     for (int i = 0; i < count; i++) {
-        float sum[2] = {0, 0};
-        for (int k = -2; k <= 2; k++) {
+        float sum[CHANNELS_MAX] = {0};
+        for (int k = -p->radius; k <= p->radius; k++) {
             const bool in = i + k >= 0 && i + k < count;
-            const float *at = from + 2 * step * (size_t)(in ? i + k : i);
-            sum[0] += weight[k + 2] * (in ? at[0] : 1);
-            sum[1] += weight[k + 2] * (in ? at[1] : 1);
+            const float *at = in ? from + n * step * (size_t)(i + k) : p->empty;
+            for (size_t c = 0; c < n; c++) sum[c] += p->weight[k + p->radius] * at[c];
         }
-        memcpy(to + 2 * step * (size_t)i, sum, sizeof sum);
+        memcpy(to + n * step * (size_t)i, sum, n * sizeof *sum);
+    }
+}
+
+static inline void make_filtered(state *p, const depth_map *map, channels_of *channels, size_t n)
+{
+    double value[CHANNELS_MAX];
+    view_update(&p->view, map);
+    find_range(p);
+    const size_t side = (size_t)p->view.side, texels = side * side;
+    float *between = p->filtered + n * texels;
+    for (size_t i = 0; i <= texels; i++) {
+        channels(i < texels ? scaled(p, p->view.depth[i]) : 1, value);
+        float *to = i < texels ? p->filtered + n * i : p->empty;
+        for (size_t c = 0; c < n; c++) to[c] = (float)value[c];
+    }
+    for (size_t y = 0; y < side; y++)
+        filter_row(p, p->filtered + n * y * side, between + n * y * side, (int)side, 1, n);
+    for (size_t x = 0; x < side; x++)
+        filter_row(p, between + n * x, p->filtered + n * x, (int)side, side, n);
+}
+
+// The filtered map read bilinearly.
+static inline void read_filtered(const state *p, const place *r, int n, float *mean)
+{
+    const float x = floorf(r->x - 0.5f), y = floorf(r->y - 0.5f), side = (float)p->view.side;
+    for (int c = 0; c < n; c++) mean[c] = 0;
+    for (int i = 0; i < 4; i++) {
+        const float tx = x + (float)(i % 2), ty = y + (float)(i / 2);
+        const float weight = (1 - fabsf(r->x - 0.5f - tx)) * (1 - fabsf(r->y - 0.5f - ty));
+        const float *at = p->empty;
+        if (tx >= 0 && ty >= 0 && tx < side && ty < side)
+            at = p->filtered + (size_t)n * ((size_t)ty * (size_t)p->view.side + (size_t)tx);
+        for (int c = 0; c < n; c++) mean[c] += weight * at[c];
     }
 }
 
 void variance_update(void *state_, const depth_map *map)
 {
-    state *p = state_;
-    view_update(&p->view, map);
-    find_range(p);
-    const size_t side = (size_t)p->view.side, texels = side * side;
-    float *between = p->filtered + 2 * texels;
-    for (size_t i = 0; i < texels; i++) {
-        const float z = scaled(p, p->view.depth[i]);
-        p->filtered[2 * i] = z;
-        p->filtered[2 * i + 1] = z * z;
-    }
-    for (size_t y = 0; y < side; y++) {
-        gauss_row(p->filtered + 2 * y * side, between + 2 * y * side, (int)side, 1);
-    }
-    for (size_t x = 0; x < side; x++) {
-        gauss_row(between + 2 * x, p->filtered + 2 * x, (int)side, side);
-    }
+    make_filtered(state_, map, powers_of, 2);
 }
 
 // Donnelly and Lauritzen 2006: a filtered map, read bilinearly.
 float variance_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
 {
     const state *p = state_;
+    float mean[2];
     place r;
     (void)pixel;
     if (!place_of(&p->view, point, bias, &r)) return 1;
-    const float x = floorf(r.x - 0.5f), y = floorf(r.y - 0.5f), side = (float)p->view.side;
-    float moments[2] = {0, 0};
-    for (int i = 0; i < 4; i++) {
-        const float tx = x + (float)(i % 2), ty = y + (float)(i / 2);
-        const float weight = (1 - fabsf(r.x - 0.5f - tx)) * (1 - fabsf(r.y - 0.5f - ty));
-        const bool in = tx >= 0 && ty >= 0 && tx < side && ty < side;
-        const float *at = p->filtered;
-        if (in) at += 2 * ((size_t)ty * (size_t)p->view.side + (size_t)tx);
-        moments[0] += weight * (in ? at[0] : 1);
-        moments[1] += weight * (in ? at[1] : 1);
-    }
-    return chebyshev(moments[0], moments[1], scaled(p, r.z), variance_vsm, bleeding_vsm);
+    read_filtered(p, &r, 2, mean);
+    return chebyshev(mean[0], mean[1], scaled(p, r.z), p->variance, p->bleeding);
 }
 
 // ---- summed-area tables ------------------------------------------------------------------------
@@ -162,8 +219,6 @@ static void add_texel(state *p, int x, int y, double running[CHANNELS_MAX], cons
         to[c] = (to - row)[c] + running[c];
     }
 }
-
-typedef void channels_of(float z, double *value);
 
 static void make_table(state *p, channels_of *channels)
 {
@@ -204,12 +259,6 @@ static void means_of(const state *p, const strips *x, const strips *y, const dou
 }
 
 // ---- variance soft shadow maps -----------------------------------------------------------------
-
-static void powers_of(float z, double *value)
-{
-    value[0] = (double)z;
-    value[1] = (double)z * (double)z;
-}
 
 static int half_side(int side, int level)
 {
@@ -366,24 +415,25 @@ float variance_soft_visibility(const void *state_, const float point[3], float b
 
 // ---- exponential variance ----------------------------------------------------------------------
 
-static double warp_positive(float z)
+// Values and squares of both warps.
+static void warp(float z, float positive, float negative, double value[4])
 {
-    return exp((double)(exponent_positive * (z - 1)));
-}
-
-static double warp_negative(float z)
-{
-    return -exp((double)(-exponent_negative * z));
+    const double a = exp((double)(positive * (z - 1))), b = -exp((double)(-negative * z));
+    value[0] = a;
+    value[1] = a * a;
+    value[2] = b;
+    value[3] = b * b;
 }
 
 static void warps_of(float z, double *value)
 {
-    const double a = warp_positive(z), b = warp_negative(z);
     value[0] = (double)z;
-    value[1] = a;
-    value[2] = a * a;
-    value[3] = b;
-    value[4] = b * b;
+    warp(z, exponent_positive, exponent_negative, value + 1);
+}
+
+static void hard_warps_of(float z, double *value)
+{
+    warp(z, hard_positive, hard_negative, value);
 }
 
 void *exponential_create(const struct method *m, int side, size_t *bytes)
@@ -400,7 +450,18 @@ void exponential_update(void *state_, const depth_map *map)
     make_table(p, warps_of);
 }
 
-// The lesser of the bounds from both warps; mean is that of depth itself.
+// The lesser of the bounds from both warps. The floor of the variance is carried over by their slopes.
+static float bound_of_warps(const float mean[4], float t, float positive, float negative,
+                            float floor_of_variance, float bleeding)
+{
+    double at[4];
+    warp(t, positive, negative, at);
+    const float a = (float)at[0], b = (float)at[2], slope_a = positive * a, slope_b = negative * b;
+    return least(chebyshev(mean[0], mean[1], a, slope_a * slope_a * floor_of_variance, bleeding),
+                 chebyshev(mean[2], mean[3], b, slope_b * slope_b * floor_of_variance, bleeding));
+}
+
+// mean is that of depth itself.
 static float exponential_bound(const state *p, const place *r, kernel k, float t, float bleeding,
                                float *mean)
 {
@@ -410,11 +471,7 @@ static float exponential_bound(const state *p, const place *r, kernel k, float t
     warps_of(1, empty);
     means_of(p, &x, &y, empty, m);
     *mean = m[0];
-    const float a = (float)warp_positive(t), b = (float)warp_negative(t);
-    // The floor of the variance, carried over by the warps' slopes.
-    const float slope_a = exponent_positive * a, slope_b = exponent_negative * b;
-    return least(chebyshev(m[1], m[2], a, slope_a * slope_a * variance_evsm, bleeding),
-                 chebyshev(m[3], m[4], b, slope_b * slope_b * variance_evsm, bleeding));
+    return bound_of_warps(m + 1, t, exponent_positive, exponent_negative, variance_evsm, bleeding);
 }
 
 // Lauritzen and McCool 2008 give the bound; the blocker depth is found as in variance soft shadow
@@ -432,4 +489,30 @@ float exponential_visibility(const void *state_, const float point[3], float bia
     if (lit >= 1 - 1e-4f) return 1;
     k = kernel_of(&p->view, &r, unscaled(p, limited((mean - lit * t) / (1 - lit), 0, t)));
     return limited(exponential_bound(p, &r, k, t, bleeding_evsm, &mean), 0, 1);
+}
+
+// ---- exponential variance under a fixed filter ---------------------------------------------------
+
+void *exponential_hard_create(const struct method *m, int side, size_t *bytes)
+{
+    return filter_create_gaussian(m->variant, side, 4, bleeding_hard_evsm, bytes);
+}
+
+void exponential_hard_update(void *state_, const depth_map *map)
+{
+    make_filtered(state_, map, hard_warps_of, 4);
+}
+
+// Lauritzen and McCool 2008.
+float exponential_hard_visibility(const void *state_, const float point[3], float bias,
+                                  unsigned pixel)
+{
+    const state *p = state_;
+    float mean[4];
+    place r;
+    (void)pixel;
+    if (!place_of(&p->view, point, bias, &r)) return 1;
+    read_filtered(p, &r, 4, mean);
+    return bound_of_warps(mean, scaled(p, r.z), hard_positive, hard_negative, p->variance,
+                          p->bleeding);
 }
