@@ -20,7 +20,12 @@ static const char *const selection[] = {"hard",
                                         "MSSM 6, upper blocker",
                                         AUTOMATIC,
                                         LAYERED,
-                                        BACK_PROJECTION};
+                                        BACK_PROJECTION,
+                                        PCF_GAUSSIAN,
+                                        "VSM, Gaussian",
+                                        EVSM_GAUSSIAN,
+                                        FILTERED_4,
+                                        FILTERED_6};
 enum { SELECTED = sizeof selection / sizeof *selection };
 
 // Markers and names of the families, in one row.
@@ -37,7 +42,10 @@ static void draw_key(svg *s, double y)
 // This library's methods stand out.
 static double name_size(const char *method)
 {
-    return strcmp(method, LAYERED) && strcmp(method, AUTOMATIC) ? 12 : -12;
+    static const char *const own[] = {LAYERED, AUTOMATIC, FILTERED_4, FILTERED_6};
+    for (int i = 0; i < 4; i++)
+        if (!strcmp(method, own[i])) return -12;
+    return 12;
 }
 
 // ---- error against time
@@ -376,6 +384,25 @@ static void message_lights(const figures *f, char *text, size_t room)
              n, best, next / lowest, second);
 }
 
+// Panels beneath each other, those that have figures.
+static bool draw_panels(const figures *f, const char *path, const char *text, const panel *what,
+                        int panels, bool selected)
+{
+    const double height = 230;
+    int shown = 0;
+    svg s;
+    for (int i = 0; i < panels; i++)
+        shown += sweep_of(f, what[i].experiment, NULL, what[i].metric).count > 0;
+    if (!svg_open(&s, path, WIDTH, shown * height, text)) return false;
+    double y = s.top + 4;
+    for (int i = 0; i < panels; i++) {
+        if (!sweep_of(f, what[i].experiment, NULL, what[i].metric).count) continue;
+        draw_lines(f, &s, &what[i], 0, y, WIDTH - 8, height - 10, selected);
+        y += height;
+    }
+    return svg_close(&s);
+}
+
 static bool draw_lights(const figures *f, const char *path)
 {
     static const panel what[] = {
@@ -383,19 +410,44 @@ static bool draw_lights(const figures *f, const char *path)
         {"lights", "picture_rms", "lights", "rms picture error, %", true, true, 0},
         {"lights", "ms", "lights", "ms to find them", true, true, 0}};
     char text[SENTENCE];
-    int shown = 0;
-    svg s;
     message_lights(f, text, sizeof text);
-    for (int i = 0; i < 3; i++) shown += sweep_of(f, "lights", NULL, what[i].metric).count > 0;
-    const double height = 230;
-    if (!svg_open(&s, path, WIDTH, shown * height, text)) return false;
-    double y = s.top + 4;
-    for (int i = 0; i < 3; i++) {
-        if (!sweep_of(f, "lights", NULL, what[i].metric).count) continue;
-        draw_lines(f, &s, &what[i], 0, y, WIDTH - 8, height - 10, false);
-        y += height;
-    }
-    return svg_close(&s);
+    return draw_panels(f, path, text, what, 3, false);
+}
+
+// ---- hard shadows
+
+static void message_hard(const figures *f, char *text, size_t room)
+{
+    const summary own = summarize(f, "hard", NULL, FILTERED_4, NAN, "ns"),
+                  pcf = summarize(f, "hard", NULL, PCF_GAUSSIAN, NAN, "ns");
+    const numbers radii = sweep_of(f, "hard", FILTERED_4, "ns");
+    const double error = mean_of(f, "hard", NULL, FILTERED_4, NAN, "rms");
+    char slower[48] = "stays shorter";
+    for (int i = radii.count - 1; i >= 0; i--)
+        if (mean_of(f, "hard", NULL, PCF_GAUSSIAN, radii.list[i], "ns") >
+            mean_of(f, "hard", NULL, FILTERED_4, radii.list[i], "ns"))
+            snprintf(slower, sizeof slower, "is longer from %g on", radii.list[i]);
+    snprintf(text, room,
+             "From a radius of %g texel to %g the time of \"" FILTERED_4
+             "\" stays within %.0f%%, that of percentage-closer filtering grows %.1f times and %s; "
+             "error: %.2f times that of percentage-closer filtering, %.2f times that of EVSM at "
+             "twice the memory.",
+             radii.list[0], radii.list[radii.count - 1], 100 * (own.most / own.least - 1),
+             pcf.most / pcf.least, slower,
+             error / mean_of(f, "hard", NULL, PCF_GAUSSIAN, NAN, "rms"),
+             error / mean_of(f, "hard", NULL, EVSM_GAUSSIAN, NAN, "rms"));
+}
+
+static bool draw_hard(const figures *f, const char *path)
+{
+    static const char radius[] = "radius of the Gaussian, texels";
+    static const panel what[] = {
+        {"hard", "rms", radius, "rms error of visibility", true, true, 0},
+        {"hard", "leak", radius, "light where all is dark", true, false, 0},
+        {"hard", "ns", radius, "nanoseconds a receiver", true, true, 0}};
+    char text[SENTENCE];
+    message_hard(f, text, sizeof text);
+    return draw_panels(f, path, text, what, 3, true);
 }
 
 // ---- bars
@@ -589,6 +641,7 @@ const chart charts[] = {
     {"memory.svg", draw_memory, message_memory, "side", true},
     {"temporal.svg", draw_temporal, message_temporal, "temporal", true},
     {"lights.svg", draw_lights, message_lights, "lights", false},
+    {"hard.svg", draw_hard, message_hard, "hard", false},
     {"settings.svg", draw_settings, message_settings, "setting", false},
 };
 const int chart_count = sizeof charts / sizeof *charts;

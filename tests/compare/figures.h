@@ -42,6 +42,12 @@ typedef struct figure {
 //                                         speedup, "6 moments, arrays"; scene: how it was compiled,
 //                                         "as built" or "vectorised"
 // bandwidth   side                        update_gbs copy_gbs share
+// hard        radius of a Gaussian        rms (against rays) shaded_rms (each receiver weighted by
+//                                         its cosine to the light) pcf_rms (against percentage-closer
+//                                         filtering) leak (visibility where all rays are blocked)
+//                                         false_shadow (occlusion where none is) ns update_ms, bias
+//                                         (texels; of rivals); scene "all"
+// hard_scene  radius of a Gaussian        rms                    every scene, one radius
 // picture     threads                     seconds lights         scene: size; methods "all" (from
 //                                         probe to picture) and "shading"
 // truth       as in the experiment        noise                  method: the experiment

@@ -26,7 +26,7 @@ static const struct {
     {"error", measure_error},       {"kernel", measure_kernel},       {"side", measure_side},
     {"temporal", measure_temporal}, {"setting", measure_setting},     {"lights", measure_lights},
     {"array", measure_array},       {"bandwidth", measure_bandwidth}, {"picture", measure_picture},
-    {"gl", measure_opengl},
+    {"hard", measure_hard},         {"gl", measure_opengl},
 };
 enum { EXPERIMENTS = sizeof experiments / sizeof *experiments };
 

@@ -27,6 +27,7 @@ experiment_run measure_error, measure_scene;                                    
 experiment_run measure_kernel, measure_side, measure_temporal, measure_setting; // measure_sweeps.c
 experiment_run measure_lights, measure_picture;                                 // measure_lights.c
 experiment_run measure_array, measure_bandwidth;                                // measure_speed.c
+experiment_run measure_hard;                                                    // measure_hard.c
 
 // Finds every method's bias on a small sample of the cases, unless it is known. (measure_error.c)
 bool measure_biases(measurement *m, message *why);

@@ -75,7 +75,8 @@ errors errors_of(const float *value, const receiver *r, int count, float *scratc
 
 bool takes_bias(const method *m)
 {
-    return strcmp(m->family, "MSSM") && strcmp(m->family, "layered");
+    return strcmp(m->family, "MSSM") && strcmp(m->family, "layered") &&
+           strcmp(m->family, "filtered");
 }
 
 bool bench_create(bench *b, int side, message *why)

@@ -81,5 +81,10 @@ const style *style_of(const char *method);
 #define PCSS_GL "PCSS, 27x27"
 #define CONVOLUTION_MIPS "convolution, 16 terms, mip maps"
 #define PCSS_VECTORS "PCSS, all texels in vectors"
+#define FILTERED_4 "filtered, 4 moments"
+#define FILTERED_PLAIN "filtered, 4 moments, full_shadow 1"
+#define FILTERED_6 "filtered, 6 moments"
+#define PCF_GAUSSIAN "PCF, Gaussian"
+#define EVSM_GAUSSIAN "EVSM, Gaussian"
 
 #endif
