@@ -61,7 +61,8 @@ static void trace_row(void *context, int y)
         surface piece[VIEW_SAMPLES];
         const int x = i / 4;
         vec3 sum = i % 4 ? image_get(&truth, x, y) : vec(0, 0, 0);
-        const int pieces = view_surfaces(&job->eye, job->s, 2 * x + i % 2, 2 * y + i / 2 % 2, piece);
+        const int pieces =
+            view_surfaces(&job->eye, job->s, 2 * x + i % 2, 2 * y + i / 2 % 2, piece);
         for (int k = 0; k < pieces; k++) {
             const vec3 n = piece[k].normal, p = vec_mad(piece[k].position, n, 2e-3f);
             const float facing = fmaxf(vec_dot(n, sun), 0);
@@ -100,8 +101,8 @@ static bool save(const char *name, const char *end, message *why)
     image result;
     char file[300];
     double sum = 0;
-    gl.BlitNamedFramebuffer(target.framebuffer, picture.framebuffer, 0, 0, WIDTH, HEIGHT, 0, 0, WIDTH,
-                            HEIGHT, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    gl.BlitNamedFramebuffer(target.framebuffer, picture.framebuffer, 0, 0, WIDTH, HEIGHT, 0, 0,
+                            WIDTH, HEIGHT, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     if (!gl_target_read(&picture, &result, why)) return false;
     for (int i = 0; i < 3 * WIDTH * HEIGHT; i++) sum += pow(result.rgb[i] - truth.rgb[i], 2);
     snprintf(file, sizeof file, "%s%s", name, end);
@@ -114,7 +115,8 @@ static bool save(const char *name, const char *end, message *why)
 // The last radius is saved.
 static bool compare(const mssm_light *light, const camera *eye, const char *file, message *why)
 {
-    const char *const vertices[] = {gl_scene_vertex, NULL}, *const rival[] = {pcf_text, shading, NULL};
+    const char *const vertices[] = {gl_scene_vertex, NULL}, *const rival[] = {pcf_text, shading,
+                                                                              NULL};
     const GLuint depth = gl_program_simple("depth", gl_depth_vertex, NULL, why);
     const GLuint pcf = gl_program("percentage-closer filtering", vertices, rival, why);
     if (!depth || !pcf) return false;
@@ -148,8 +150,8 @@ static bool compare(const mssm_light *light, const camera *eye, const char *file
         const double rival_seconds = draw(pcf, eye);
         if (radius == RADIUS && !save(file, "-pcf.png", why)) return false;
         const double seconds = draw(program, eye);
-        printf("radius %d: moments %.1f ms (and %.1f ms to build), percentage-closer %.1f ms\n", radius,
-               1e3 * seconds, 1e3 * build, 1e3 * rival_seconds);
+        printf("radius %d: moments %.1f ms (and %.1f ms to build), percentage-closer %.1f ms\n",
+               radius, 1e3 * seconds, 1e3 * build, 1e3 * rival_seconds);
         mssm_gl_filtered_destroy(shadow);
         gl.DeleteProgram(program);
     }
@@ -164,7 +166,8 @@ static bool run(const char *file, message *why)
     mssm_light light;
     ray_job job = {.s = &s};
     char name[300];
-    if (!scene_create(&s, 0, NULL) || !(job.tree = bvh_create(&s)) || !image_create(&truth, WIDTH, HEIGHT) ||
+    if (!scene_create(&s, 0, NULL) || !(job.tree = bvh_create(&s)) ||
+        !image_create(&truth, WIDTH, HEIGHT) ||
         !view_create(&job.eye, &s, &eye, 2 * WIDTH, 2 * HEIGHT)) {
         return fail(why, "no memory");
     }
@@ -172,10 +175,11 @@ static bool run(const char *file, message *why)
     const float low[3] = {s.low.x, s.low.y, s.low.z}, high[3] = {s.high.x, s.high.y, s.high.z};
     mssm_light_directional(&light, to_sun, axis, 0, 0, low, high);
     snprintf(name, sizeof name, "%s-truth.png", file);
-    return gl_mesh_upload(&solids, &s, why) && gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why) &&
+    return gl_mesh_upload(&solids, &s, why) &&
+           gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why) &&
            gl_target_create(&picture, WIDTH, HEIGHT, 1, formats, why) &&
-           gl_target_create(&plain, SIDE, SIDE, 1, none, why) &&
-           compare(&light, &eye, file, why) && image_save_png(&truth, 1.3f, name, why);
+           gl_target_create(&plain, SIDE, SIDE, 1, none, why) && compare(&light, &eye, file, why) &&
+           image_save_png(&truth, 1.3f, name, why);
 }
 
 int main(int argc, char **argv)

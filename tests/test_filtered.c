@@ -166,7 +166,8 @@ static void never_darker_than_percentage_closer(void)
 static void surfaces_are_lit_and_walls_are_dark(void)
 {
     static float depth[SIDE * SIDE];
-    const float to_light[3] = {0, 0, 1}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    const float to_light[3] = {0, 0, 1}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1},
+                high[3] = {1, 1, 1};
     mssm_light light;
     void *memory;
     CHECK(!mssm_light_directional(&light, to_light, axis, 0, 0, low, high), "light");
@@ -184,12 +185,15 @@ static void surfaces_are_lit_and_walls_are_dark(void)
             CHECK(!mssm_filtered_update(map, depth, 1, 4), "update");
             for (int i = -30; i <= 30; i++) {
                 const float x = 0.015f * (float)i;
-                const float on[3] = {x, 0, tilted ? -0.7f * x : 0}, behind[3] = {x, 0, on[2] - 0.5f};
+                const float on[3] = {x, 0, tilted ? -0.7f * x : 0},
+                            behind[3] = {x, 0, on[2] - 0.5f};
                 darkest = fminf(darkest, mssm_filtered_visibility(map, &light, NULL, on, 0.05f));
                 lightest = fmaxf(lightest, mssm_filtered_visibility(map, &light, NULL, behind, 0));
             }
-            CHECK(darkest > 0.97f, "tilted %d, %d moments: a lit surface at %g", tilted, moments, darkest);
-            CHECK(lightest == 0, "tilted %d, %d moments: %g behind a wall", tilted, moments, lightest);
+            CHECK(darkest > 0.97f, "tilted %d, %d moments: a lit surface at %g", tilted, moments,
+                  darkest);
+            CHECK(lightest == 0, "tilted %d, %d moments: %g behind a wall", tilted, moments,
+                  lightest);
         }
         free(memory);
     }
@@ -222,30 +226,34 @@ static void a_stack_of_layers_is_enclosed(void)
         }
     }
     CHECK(outside < 1e-3, "the transmittance is outside of its bounds by %g", outside);
-    CHECK(gap[1] < gap[0] && gap[0] < 0.1, "middle of the bounds: off by %g and %g", gap[0], gap[1]);
-    test_note("middle of the bounds off by %.3f with 4 moments, %.3f with 6; outside by %.1g", gap[0],
-              gap[1], outside);
+    CHECK(gap[1] < gap[0] && gap[0] < 0.1, "middle of the bounds: off by %g and %g", gap[0],
+          gap[1]);
+    test_note("middle of the bounds off by %.3f with 4 moments, %.3f with 6; outside by %.1g",
+              gap[0], gap[1], outside);
 }
 
 // A veil of one opacity over a half of the map: soft and hard shadows of it are what it lets through.
 static void a_veil_casts_its_share_of_shadow(void)
 {
     static float encoded[SIDE * SIDE * 6];
-    const float to_light[3] = {0, 0, 1}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
-    const float veiled[3] = {-0.6f, 0, -0.5f}, free_point[3] = {0.8f, 0, -0.5f}, above[3] = {-0.6f, 0, 0.9f};
+    const float to_light[3] = {0, 0, 1}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1},
+                high[3] = {1, 1, 1};
+    const float veiled[3] = {-0.6f, 0, -0.5f}, free_point[3] = {0.8f, 0, -0.5f},
+                above[3] = {-0.6f, 0, 0.9f};
     mssm_light light;
     CHECK(!mssm_light_directional(&light, to_light, axis, 0.1f, 0.1f, low, high), "light");
     for (int moments = 4; moments <= 6; moments += 2) {
         for (int i = 0; i < SIDE * SIDE; i++) {
             const float opacity = i % SIDE < SIDE / 2 ? 0.3f : 0.0f;
-            const mssm_moments6 q =
-                mssm_moments6_encode(mssm_moments6_blend(mssm_moments6_of_depth(1), -0.5f, opacity));
+            const mssm_moments6 q = mssm_moments6_encode(
+                mssm_moments6_blend(mssm_moments6_of_depth(1), -0.5f, opacity));
             memcpy(encoded + i * moments, q.b, (size_t)moments * sizeof(float));
         }
         void *memory, *soft_memory = allocate(mssm_map_bytes(SIDE, moments));
         mssm_map *soft;
         mssm_filtered *map = make_filtered(&memory, SIDE, moments);
-        CHECK(!mssm_map_init(&soft, soft_memory, mssm_map_bytes(SIDE, moments), SIDE, moments), "init");
+        CHECK(!mssm_map_init(&soft, soft_memory, mssm_map_bytes(SIDE, moments), SIDE, moments),
+              "init");
         CHECK(!mssm_filtered_update_moments(map, encoded, 2), "hard");
         CHECK(!mssm_map_update_moments(soft, encoded), "soft");
         const mssm_filter plain = {0, 0, 1};
@@ -257,8 +265,10 @@ static void a_veil_casts_its_share_of_shadow(void)
                                mssm_map_visibility(soft, &light, NULL, above)};
         const float truth[3] = {0.7f, 1, 1};
         for (int i = 0; i < 3; i++) {
-            CHECK(fabsf(hard[i] - truth[i]) < 0.01f, "%d moments: hard %d is %g", moments, i, hard[i]);
-            CHECK(fabsf(wide[i] - truth[i]) < 0.01f, "%d moments: soft %d is %g", moments, i, wide[i]);
+            CHECK(fabsf(hard[i] - truth[i]) < 0.01f, "%d moments: hard %d is %g", moments, i,
+                  hard[i]);
+            CHECK(fabsf(wide[i] - truth[i]) < 0.01f, "%d moments: soft %d is %g", moments, i,
+                  wide[i]);
         }
         free(memory);
         free(soft_memory);
@@ -283,7 +293,8 @@ static void moments_and_depths_fill_the_same_tables(void)
     CHECK(!mssm_map_update_moments(map[1], encoded), "moments");
     double worst = 0;
     for (int t = 0; t < 500; t++) {
-        const float x = (float)test_range(&seed, -1.2, 1.2), y = (float)test_range(&seed, -1.2, 1.2),
+        const float x = (float)test_range(&seed, -1.2, 1.2),
+                    y = (float)test_range(&seed, -1.2, 1.2),
                     h = (float)test_range(&seed, 0.02, 0.9);
         const mssm_moments6 a = mssm_map_moments(map[0], x, y, h, h),
                             b = mssm_map_moments(map[1], x, y, h, h);
@@ -341,10 +352,13 @@ static void bad_arguments_are_refused(void)
 const test_case filtered_tests[] = {
     {"filtered: one look gives the moments under a Gaussian", one_look_gives_the_gaussian},
     {"filtered: wide looks average, and every level is rounded once", wide_looks_average},
-    {"filtered: never darker than percentage-closer filtering", never_darker_than_percentage_closer},
+    {"filtered: never darker than percentage-closer filtering",
+     never_darker_than_percentage_closer},
     {"filtered: surfaces are lit, walls are dark", surfaces_are_lit_and_walls_are_dark},
     {"translucent: bounds enclose the transmittance of a stack", a_stack_of_layers_is_enclosed},
-    {"translucent: a veil casts its share of shadow, hard and soft", a_veil_casts_its_share_of_shadow},
-    {"translucent: moments and depths fill the same tables", moments_and_depths_fill_the_same_tables},
+    {"translucent: a veil casts its share of shadow, hard and soft",
+     a_veil_casts_its_share_of_shadow},
+    {"translucent: moments and depths fill the same tables",
+     moments_and_depths_fill_the_same_tables},
     {"filtered: bad arguments are refused, odd memory is enough", bad_arguments_are_refused},
     {0, 0}};

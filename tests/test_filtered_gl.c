@@ -55,7 +55,8 @@ static bool begin(void)
     gl_fakes_watch();
     gl_mesh_triangle(&stage.triangle);
     const char *const vertices[] = {gl_triangle_vertex, NULL};
-    const char *const fragments[] = {mssm_glsl_math(), mssm_glsl_translucent(), layer_fragment, NULL};
+    const char *const fragments[] = {mssm_glsl_math(), mssm_glsl_translucent(), layer_fragment,
+                                     NULL};
     stage.fill = gl_program_simple("fill", gl_triangle_vertex, fill_fragment, &why);
     stage.layer = gl_program("layer", vertices, fragments, &why);
     CHECK(stage.fill && stage.layer, "%s", why.text);
@@ -136,7 +137,8 @@ static void draw_layers(mssm_gl_filtered *g)
     gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     gl.UseProgram(stage.layer);
     for (int i = 0; i < LAYERS; i++) {
-        gl.ProgramUniform1f(stage.layer, gl.GetUniformLocation(stage.layer, "depth"), layer_depth[i]);
+        gl.ProgramUniform1f(stage.layer, gl.GetUniformLocation(stage.layer, "depth"),
+                            layer_depth[i]);
         gl.ProgramUniform1f(stage.layer, gl.GetUniformLocation(stage.layer, "opacity"),
                             layer_opacity[i]);
         gl_mesh_draw(&stage.triangle);
@@ -149,7 +151,8 @@ static void draw_layers(mssm_gl_filtered *g)
 // Answers at points (world position, and the footprint in w), by a text that declares ask(vec4).
 static void ask_gl(const char *shader, const char *ask, const float *point, float *result)
 {
-    const char *const text[] = {"#version 450 core\nlayout(local_size_x = 64) in;\n", shader, asking, ask,
+    const char *const text[] = {"#version 450 core\nlayout(local_size_x = 64) in;\n", shader,
+                                asking, ask,
                                 "void main() { uint i = gl_GlobalInvocationID.x;\n"
                                 "    result[i] = ask(point[i]); }\n"};
     const GLuint compute = gl.CreateShader(GL_COMPUTE_SHADER), program = gl.CreateProgram();
@@ -160,7 +163,8 @@ static void ask_gl(const char *shader, const char *ask, const float *point, floa
     gl.LinkProgram(program);
     gl.GetProgramiv(program, GL_LINK_STATUS, &linked);
     CHECK(linked, "the asking program does not link");
-    const GLuint points = buffer_of(point, POINTS * 16, 8), results = buffer_of(NULL, POINTS * 4, 9);
+    const GLuint points = buffer_of(point, POINTS * 16, 8),
+                 results = buffer_of(NULL, POINTS * 4, 9);
     gl.UseProgram(program);
     gl.DispatchCompute(POINTS / 64, 1, 1);
     gl.MemoryBarrier(0xFFFFFFFFu);
@@ -202,7 +206,8 @@ static void same_as_cpu(int moments, int radius)
     const double u = sqrt(m[0] * m[0] + m[4] * m[4] + m[8] * m[8]),
                  v = sqrt(m[1] * m[1] + m[5] * m[5] + m[9] * m[9]);
     snprintf(ask, sizeof ask,
-             "float ask(vec4 p) { return mssm_filtered_visibility(1, p.xyz, p.w * vec3(%.9g, %.9g, %.9g),"
+             "float ask(vec4 p) { return mssm_filtered_visibility(1, p.xyz, p.w * vec3(%.9g, %.9g, "
+             "%.9g),"
              " p.w * vec3(%.9g, %.9g, %.9g)); }\n",
              m[0] / u, m[4] / u, m[8] / u, m[1] / v, m[5] / v, m[9] / v);
     CHECK(!mssm_gl_filtered_create(&g, &desc), "create: %s", fakes.message);
@@ -224,7 +229,8 @@ static void same_as_cpu(int moments, int radius)
     }
     CHECK(shadowed > POINTS / 10, "only %d points in part shadow", shadowed);
     CHECK(mean < 1e-3 && worst < 0.06, "GL differs by %.2g, at worst %.2g", mean, worst);
-    test_note("%d moments, radius %d: GL differs by %.1e, at worst %.1e", moments, radius, mean, worst);
+    test_note("%d moments, radius %d: GL differs by %.1e, at worst %.1e", moments, radius, mean,
+              worst);
     mssm_gl_filtered_destroy(g);
     free(memory);
 }
@@ -289,13 +295,15 @@ static void layers_are_blended_behind_and_before(void)
     random_points(point, 73);
     mssm_gl_filtered_bind(g);
     ask_gl(mssm_gl_filtered_shader(g),
-           "float ask(vec4 p) { return mssm_filtered_visibility(0, p.xyz, vec3(0), vec3(0)); }\n", point,
-           hard);
+           "float ask(vec4 p) { return mssm_filtered_visibility(0, p.xyz, vec3(0), vec3(0)); }\n",
+           point, hard);
     mssm_gl_bind(t);
-    ask_gl(mssm_gl_shader(t), "float ask(vec4 p) { return mssm_visibility(0, p.xyz); }\n", point, soft);
+    ask_gl(mssm_gl_shader(t), "float ask(vec4 p) { return mssm_visibility(0, p.xyz); }\n", point,
+           soft);
     double mean[2] = {0, 0};
     for (int i = 0; i < POINTS; i++) {
-        mean[0] += fabs(hard[i] - mssm_filtered_visibility(map, &stage.light, NULL, point + 4 * i, 0));
+        mean[0] +=
+            fabs(hard[i] - mssm_filtered_visibility(map, &stage.light, NULL, point + 4 * i, 0));
         mean[1] += fabs(soft[i] - mssm_map_visibility(soft_map, &stage.light, NULL, point + 4 * i));
     }
     CHECK(mean[0] / POINTS < 2e-3, "hard shadows of layers differ by %g", mean[0] / POINTS);
@@ -312,7 +320,8 @@ static void compare_state(gl_state *before, gl_state *after, const char *allowed
 {
     char text[300];
     gl_state_take(after);
-    CHECK(!gl_state_differences(before, after, allowed, text, sizeof text), "%s changes %s", call, text);
+    CHECK(!gl_state_differences(before, after, allowed, text, sizeof text), "%s changes %s", call,
+          text);
     gl_state_take(before);
 }
 
@@ -368,9 +377,11 @@ static void failures_leave_nothing(void)
                 break;
             }
             CHECK(!g && fakes.messages, "failure %d.%d: no word, or an object", what, n);
-            CHECK(!gl_fakes_living(false, text, sizeof text), "failure %d.%d left %s", what, n, text);
+            CHECK(!gl_fakes_living(false, text, sizeof text), "failure %d.%d left %s", what, n,
+                  text);
             CHECK(!gl_fakes_living_memory(), "failure %d.%d left memory", what, n);
-            while (gl.GetError()) {}
+            while (gl.GetError()) {
+            }
         }
     }
     gl_fakes_reset();
@@ -396,7 +407,8 @@ static void any_footprint_is_answered(void)
         mssm_gl_filtered_desc desc = base;
         mssm_gl_filtered *g = NULL;
         desc.anisotropy = 16;
-        CHECK(!spot || !mssm_light_spot(&stage.light, from, down, axis, 0.8f, 0.1f, 4, 0, 0), "spot");
+        CHECK(!spot || !mssm_light_spot(&stage.light, from, down, axis, 0.8f, 0.1f, 4, 0, 0),
+              "spot");
         CHECK(!mssm_gl_filtered_create(&g, &desc), "create: %s", fakes.message);
         if (!g) break;
         draw_depth(g, 1);
@@ -408,7 +420,8 @@ static void any_footprint_is_answered(void)
                " p.w > 1e38 ? vec3(sqrt(-p.w)) : vec3(0.0, 1e-3 * p.w, p.w)); }\n",
                point, result);
         for (int i = 0; i < POINTS; i++) {
-            CHECK(result[i] >= 0 && result[i] <= 1, "footprint %g: %g", point[4 * i + 3], result[i]);
+            CHECK(result[i] >= 0 && result[i] <= 1, "footprint %g: %g", point[4 * i + 3],
+                  result[i]);
         }
         mssm_gl_filtered_destroy(g);
     }
@@ -421,9 +434,10 @@ static void any_footprint_is_answered(void)
 static void cost_does_not_depend_on_the_radius(void)
 {
     static float point[POINTS * 4], result[POINTS];
-    const char *const ask = "float ask(vec4 p) { float s = 0.0; for (int i = 0; i < 300; i++) s +="
-                            " mssm_filtered_visibility(1, p.xyz + 1e-3 * float(i), vec3(0), vec3(0));"
-                            " return s; }\n";
+    const char *const ask =
+        "float ask(vec4 p) { float s = 0.0; for (int i = 0; i < 300; i++) s +="
+        " mssm_filtered_visibility(1, p.xyz + 1e-3 * float(i), vec3(0), vec3(0));"
+        " return s; }\n";
     double least[2] = {1e9, 1e9};
     if (!begin()) return;
     random_points(point, 75);
@@ -465,11 +479,15 @@ static void second_compiler_agrees(void)
         for (int i = 0; i <= own; i++) {
             FILE *file = fopen("build/filtered.comp", "w");
             if (!file) continue;
-            if (i < own) fputs(fakes.texts[i], file);
-            else fprintf(file, "#version 450 core\n%slayout(local_size_x = 1) in;\n"
-                               "layout(std430, binding = 9) buffer b { float r[]; };\n"
-                               "void main() { r[0] = mssm_filtered_visibility(0, vec3(r[1]), vec3(0), vec3(0)); }\n",
-                         mssm_gl_filtered_shader(g));
+            if (i < own)
+                fputs(fakes.texts[i], file);
+            else
+                fprintf(file,
+                        "#version 450 core\n%slayout(local_size_x = 1) in;\n"
+                        "layout(std430, binding = 9) buffer b { float r[]; };\n"
+                        "void main() { r[0] = mssm_filtered_visibility(0, vec3(r[1]), vec3(0), "
+                        "vec3(0)); }\n",
+                        mssm_gl_filtered_shader(g));
             fclose(file);
             CHECK(!system("glslangValidator build/filtered.comp >build/filtered.log 2>&1"),
                   "text %d of %d moments: see build/filtered.log", i, moments);
@@ -481,7 +499,8 @@ static void second_compiler_agrees(void)
 
 const test_case filtered_gl_tests[] = {
     {"filtered GL: any footprint is answered", any_footprint_is_answered},
-    {"filtered GL: the cost of shading does not depend on the radius", cost_does_not_depend_on_the_radius},
+    {"filtered GL: the cost of shading does not depend on the radius",
+     cost_does_not_depend_on_the_radius},
     {"filtered GL: its shaders pass a second compiler", second_compiler_agrees},
     {"filtered GL: agrees with the CPU half", gl_agrees_with_cpu},
     {"filtered GL: layers behind and before opaque casters, hard and soft",
