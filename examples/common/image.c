@@ -293,6 +293,17 @@ void image_average(image *a, const image *b)
     for (size_t i = 0; i < values; i++) a->rgb[i] = 0.5f * (a->rgb[i] + b->rgb[i]);
 }
 
+float image_rms(const image *a, const image *b)
+{
+    const size_t values = (size_t)a->width * (size_t)a->height * 3;
+    double sum = 0;
+    for (size_t i = 0; i < values; i++) {
+        const double off = (double)a->rgb[i] - (double)b->rgb[i];
+        sum += off * off;
+    }
+    return (float)sqrt(sum / (double)values);
+}
+
 static int compare_floats(const void *a, const void *b)
 {
     const float x = *(const float *)a, y = *(const float *)b;

@@ -38,6 +38,9 @@ static inline void image_set(image *im, int x, int y, vec3 value)
 // a becomes the mean of a and b, which has the same size.
 void image_average(image *a, const image *b);
 
+// Root mean square of the difference of all values of two pictures of the same size.
+float image_rms(const image *a, const image *b);
+
 // The exposure that brings the median luminance to a middle grey.
 float image_exposure(const image *im);
 

@@ -1,0 +1,150 @@
+// Smoke that shadows solids and itself and stands in the shadow of solids, under a sun without size
+// (a filtered moment map) and under a wide one (tables of the same moments), OpenGL 4.5, no window:
+//     cc -O2 -I. examples/gl_smoke.c examples/common/*.c -lm -lpthread -ldl && ./a.out smoke.png
+// writes smoke.png, smoke.png-soft.png, and by rays smoke.png-truth.png, smoke.png-soft-truth.png.
+// A second argument is the number of moments of the first: 4 (64 bits a texel) or 6 (96).
+#include "common/gl_context.h"
+#include "common/gl_smoke_plume.h"
+#include "mssm.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+enum { WIDTH = 640, HEIGHT = 360, SIDE = 512 };
+static const float half_wide = 0.1f;
+static const char *const visibility_text[2] = {
+    "float visibility(vec3 p) { return mssm_filtered_visibility(0, p, dFdx(p), dFdy(p)); }\n",
+    "float visibility(vec3 p) { return mssm_visibility(0, p); }\n"};
+static const char solid_text[] =
+    "layout(location = 2) uniform vec3 sun;\n"
+    "in vec3 position, normal, albedo; out vec4 color;\n"
+    "void main()\n"
+    "{\n"
+    "    vec3 n = normalize(normal);\n"
+    "    color = vec4(albedo * surface(max(dot(n, sun), 0) * visibility(position), n.y), 1);\n"
+    "}\n";
+static const char smoke_text[] =
+    "out vec4 color;\n"
+    "void main() { color = vec4(vec3(scattered(visibility(position))), opacity()); }\n";
+static const char layer_text[] =
+    "void main() { mssm_translucent(2 * gl_FragCoord.z - 1, opacity()); }\n";
+
+static scene solids;
+static gl_mesh casters, receivers; // the latter with floor and wall too, which shade nothing
+static gl_smoke_plume smoke;
+static gl_smoke_sun sun = {{-0.6f, 0.64f, 0.48f}, {0, 1, 0}, 0};
+static mssm_light light;
+static mssm_gl_filtered *hard;
+static mssm_gl *soft;
+static GLuint depth, layer;
+
+static bool create(int moments, message *why)
+{
+    const mssm_gl_filtered_desc hard_desc = {
+        .load = gl_context_function, .side = SIDE, .moments = moments, .first_buffer_binding = 1};
+    const mssm_gl_desc soft_desc = {gl_context_function, 1, SIDE, 4, 6, {0}, 0, 1, NULL, NULL};
+    const char *const vertex[] = {gl_smoke_vertex, NULL};
+    const char *const text[] = {mssm_glsl_math(), mssm_glsl_translucent(), gl_smoke_opacity,
+                                layer_text, NULL};
+    float low[3], high[3];
+    if (!gl_smoke_scene(&solids, &casters, &receivers, &smoke, low, high, why)) return false;
+    if (mssm_light_directional(&light, sun.direction, sun.axis, half_wide, half_wide, low, high) ||
+        mssm_gl_filtered_create(&hard, &hard_desc) || mssm_gl_create(&soft, &soft_desc) ||
+        mssm_gl_filtered_set_light(hard, 0, &light) || mssm_gl_set_light(soft, 0, &light)) {
+        return fail(why, "no shadow maps");
+    }
+    return (depth = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
+           (layer = gl_program("layer", vertex, text, why));
+}
+
+static double cpu_seconds(void) // since the last call
+{
+    static clock_t last;
+    const clock_t before = last;
+    gl.Finish();
+    return (double)((last = clock()) - before) / CLOCKS_PER_SEC;
+}
+
+static void draw_maps(void)
+{
+    cpu_seconds();
+    mssm_gl_filtered_begin_depth(hard, 0);
+    gl.UseProgram(depth);
+    gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light.world_to_shadow);
+    gl_mesh_draw(&casters);
+    mssm_gl_filtered_end_depth(hard);
+    mssm_gl_filtered_begin_translucent(hard);
+    gl_smoke_draw(&smoke, layer, light.world_to_shadow, vec_of(sun.direction), 0);
+    mssm_gl_filtered_end_translucent(hard);
+    mssm_gl_set_moments(soft, 0, mssm_gl_filtered_texture(hard, 2)); // as long as they are sharp
+    mssm_gl_build(soft);
+    mssm_gl_filtered_build(hard);
+}
+
+static bool draw_picture(bool wide, const camera *eye, const gl_target *target, message *why)
+{
+    const char *const map = wide ? mssm_gl_shader(soft) : mssm_gl_filtered_shader(hard);
+    const char *const vertex[] = {gl_scene_vertex, NULL, gl_smoke_vertex, NULL};
+    const char *const solid[] = {map, gl_smoke_shading, visibility_text[wide], solid_text, NULL};
+    const char *const puff[] = {
+        map, gl_smoke_shading, visibility_text[wide], gl_smoke_opacity, smoke_text, NULL};
+    const GLuint solid_program = gl_program("solids", vertex, solid, why);
+    const GLuint smoke_program = gl_program("smoke", vertex + 2, puff, why);
+    float world_to_clip[16];
+    if (!solid_program || !smoke_program) return false;
+    gl_camera_matrix(eye, 0.1f, 30, world_to_clip);
+    cpu_seconds();
+    gl_target_begin(target);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.UseProgram(solid_program);
+    gl.ProgramUniformMatrix4fv(solid_program, 0, 1, GL_FALSE, world_to_clip);
+    gl.ProgramUniform3fv(solid_program, 2, 1, sun.direction);
+    (void)(wide ? mssm_gl_bind(soft) : mssm_gl_filtered_bind(hard));
+    gl_mesh_draw(&receivers);
+    gl_smoke_draw(&smoke, smoke_program, world_to_clip, eye->position, 1);
+    return true;
+}
+
+static bool run(const char *file, int moments, message *why)
+{
+    const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F};
+    const camera eye = camera_look(vec(0.6f, 2.4f, 6.3f), vec(0.1f, 1.3f, 0), 0.54f, 16.0f / 9);
+    gl_target target, picture;
+    if (!create(moments, why) || !gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why) ||
+        !gl_target_create(&picture, WIDTH, HEIGHT, 1, formats, why)) {
+        return false;
+    }
+    draw_maps();
+    printf("CPU seconds: maps %.2f\n", cpu_seconds());
+    for (int wide = 0; wide < 2; wide++) {
+        image ours, truth;
+        char name[300];
+        sun.half = wide ? half_wide : 0;
+        if (!draw_picture(wide != 0, &eye, &target, why)) return false;
+        gl.BlitNamedFramebuffer(target.framebuffer, picture.framebuffer, 0, 0, WIDTH, HEIGHT, 0, 0,
+                                WIDTH, HEIGHT, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+        printf("%s sun %.2f", wide ? "wide" : "small", cpu_seconds());
+        if (!gl_target_read(&picture, &ours, why) ||
+            !gl_smoke_trace(&smoke, &solids, &eye, &sun, WIDTH, HEIGHT, &truth, why)) {
+            return false;
+        }
+        printf(", rays %.2f; rms error %.4f\n", cpu_seconds(), image_rms(&ours, &truth));
+        snprintf(name, sizeof name, "%s%s", file, wide ? "-soft.png" : "");
+        if (!image_save_png(&ours, 1.3f, name, why)) return false;
+        snprintf(name, sizeof name, "%s%s-truth.png", file, wide ? "-soft" : "");
+        if (!image_save_png(&truth, 1.3f, name, why)) return false;
+    }
+    return true;
+}
+
+int main(int argc, char **argv)
+{
+    gl_context context;
+    const char *missing;
+    message why = {"no memory"};
+    const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
+                      run(argc > 1 ? argv[1] : "smoke.png", argc > 2 ? atoi(argv[2]) : 6, &why);
+    if (!done) fprintf(stderr, "gl_smoke: %s\n", why.text);
+    return done ? 0 : 1;
+}
