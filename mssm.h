@@ -335,6 +335,11 @@ mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, 
 float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
                                const mssm_filter *filter, const float point[3], float width);
 
+// Both bounds of it. Inside of smoke their middle is nearer to the truth: the upper bound takes a
+// receiver to be the last of its surface, and half of the smoke round it is behind it.
+mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *light,
+                                 const mssm_filter *filter, const float point[3], float width);
+
 // A layer at depth z that lets 1 - opacity of the light through, over what is there: standard alpha
 // blending. After layers from far to near, P(depth < z) is exactly the light that those nearer than z
 // keep off, 1 - product(1 - opacity): so the bounds enclose the transmittance.
@@ -492,7 +497,8 @@ mssm_result mssm_gl_filtered_bind(mssm_gl_filtered *gl);
 
 // GLSL 4.50 text to put after #version: float mssm_filtered_visibility(int light, vec3
 // world_position, vec3 ddx, vec3 ddy), the latter the derivatives of the position (dFdx and dFdy in a
-// forward pass, zero for a point). Includes mssm_glsl_math(). Lives as long as gl.
+// forward pass, zero for a point); and mssm_bounds mssm_filtered_bounds of the same. Includes
+// mssm_glsl_math(). Lives as long as gl.
 const char *mssm_gl_filtered_shader(const mssm_gl_filtered *gl);
 
 // Textures, for tools and tests. which 0, 1: the maps, 2D arrays with a layer a light (RGBA16, RG16
@@ -2427,22 +2433,26 @@ MSSM_SHARED float mssm_texel_at(mssm_view v, struct mssm_receiver r)
     return v.perspective != 0 ? -v.texel / r.spread : v.texel;
 }
 
-// The upper bound from Chebyshev moments under a footprint that is width texels wide. A surface at 45
-// degrees, Gaussian over the filter, has its outer node at sqrt(3) standard deviations; a quarter of
-// the footprint and half a deviation leave little acne and firm contacts.
-MSSM_CALLED float mssm_filtered_bound(mssm_view v, struct mssm_options o, struct mssm_receiver r,
-                                      mssm_moments6 t, float width)
+// Bounds from Chebyshev moments under a footprint that is width texels wide. A surface at 45 degrees,
+// Gaussian over the filter, has its outer node at sqrt(3) standard deviations; half a deviation, and a
+// quarter of the footprint with 4 moments, all of it with 6, whose bounds are closer, leave little
+// acne and firm contacts.
+MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, struct mssm_options o, struct mssm_receiver r,
+                                          mssm_moments6 t, float width)
 {
-    float bias = mssm_texel_at(v, r) * (0.25f * width + 0.25f * (v.max_half - 0.5f));
+    float share = o.moments == 6 ? 1.0f : 0.25f;
+    float bias = mssm_texel_at(v, r) * (share * width + 0.25f * (v.max_half - 0.5f));
     float z = r.z_own - (o.depth_bias > 0.0f ? 0.0f : bias);
     z = z < r.z_test ? z : r.z_test;
-    float upper = 1.0f;
+    mssm_bounds b;
     if (o.moments == 6) {
-        upper = mssm_split_bounds(mssm_split6(mssm_kernel6_stored(t, o.alpha6, z))).upper;
+        b = mssm_split_bounds(mssm_split6(mssm_kernel6_stored(t, o.alpha6, z)));
     } else {
-        upper = mssm_split_bounds(mssm_split4(mssm_kernel4_stored(t, o.alpha4, z))).upper;
+        b = mssm_split_bounds(mssm_split4(mssm_kernel4_stored(t, o.alpha4, z)));
     }
-    return mssm_clamp((upper - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);
+    b.lower = mssm_clamp((b.lower - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);
+    b.upper = mssm_clamp((b.upper - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);
+    return b;
 }
 // [glsl end]
 
@@ -2631,18 +2641,25 @@ mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, 
     return t;
 }
 
-float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
-                               const mssm_filter *filter, const float point[3], float width)
+mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *light,
+                                 const mssm_filter *filter, const float point[3], float width)
 {
-    if (!map || !light || !point || !mssm__all_finite(point, 3)) return 1;
+    const mssm_bounds lit = {1, 1};
+    if (!map || !light || !point || !mssm__all_finite(point, 3)) return lit;
     const mssm_settings s = mssm__filter_settings(filter, map->moments, map->radius);
     const mssm_view v = mssm__view(light, &s, map->side, map->levels, 1);
     const struct mssm_options o = mssm__options(&s, map->moments);
     const struct mssm_receiver r = mssm_receive(v, o, point[0], point[1], point[2]);
-    if (r.lit) return 1;
+    if (r.lit) return lit;
     const float texels = width / (mssm_texel_at(v, r) * v.distance_scale);
     const float footprint = mssm__is_finite(texels) ? mssm_clamp(texels, 1, v.side) : 1.0f;
-    return mssm_filtered_bound(v, o, r, mssm__sample(map, r.x, r.y, footprint), footprint);
+    return mssm_bounds_under(v, o, r, mssm__sample(map, r.x, r.y, footprint), footprint);
+}
+
+float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
+                               const mssm_filter *filter, const float point[3], float width)
+{
+    return mssm_filtered_bounds(map, light, filter, point, width).upper;
 }
 #endif  // MSSM_NO_FILTERED
 
@@ -3925,22 +3942,26 @@ static const char mssm__glsl_filtered[] =
     "    return v.perspective != 0 ? -v.texel / r.spread : v.texel;\n"
     "}\n"
     "\n"
-    "// The upper bound from Chebyshev moments under a footprint that is width texels wide. A surface at 45\n"
-    "// degrees, Gaussian over the filter, has its outer node at sqrt(3) standard deviations; a quarter of\n"
-    "// the footprint and half a deviation leave little acne and firm contacts.\n"
-    "MSSM_CALLED float mssm_filtered_bound(mssm_view v, mssm_options o, mssm_receiver r,\n"
-    "                                      mssm_moments6 t, float width)\n"
+    "// Bounds from Chebyshev moments under a footprint that is width texels wide. A surface at 45 degrees,\n"
+    "// Gaussian over the filter, has its outer node at sqrt(3) standard deviations; half a deviation, and a\n"
+    "// quarter of the footprint with 4 moments, all of it with 6, whose bounds are closer, leave little\n"
+    "// acne and firm contacts.\n"
+    "MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, mssm_options o, mssm_receiver r,\n"
+    "                                          mssm_moments6 t, float width)\n"
     "{\n"
-    "    float bias = mssm_texel_at(v, r) * (0.25f * width + 0.25f * (v.max_half - 0.5f));\n"
+    "    float share = o.moments == 6 ? 1.0f : 0.25f;\n"
+    "    float bias = mssm_texel_at(v, r) * (share * width + 0.25f * (v.max_half - 0.5f));\n"
     "    float z = r.z_own - (o.depth_bias > 0.0f ? 0.0f : bias);\n"
     "    z = z < r.z_test ? z : r.z_test;\n"
-    "    float upper = 1.0f;\n"
+    "    mssm_bounds b;\n"
     "    if (o.moments == 6) {\n"
-    "        upper = mssm_split_bounds(mssm_split6(mssm_kernel6_stored(t, o.alpha6, z))).upper;\n"
+    "        b = mssm_split_bounds(mssm_split6(mssm_kernel6_stored(t, o.alpha6, z)));\n"
     "    } else {\n"
-    "        upper = mssm_split_bounds(mssm_split4(mssm_kernel4_stored(t, o.alpha4, z))).upper;\n"
+    "        b = mssm_split_bounds(mssm_split4(mssm_kernel4_stored(t, o.alpha4, z)));\n"
     "    }\n"
-    "    return mssm_clamp((upper - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);\n"
+    "    b.lower = mssm_clamp((b.lower - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);\n"
+    "    b.upper = mssm_clamp((b.upper - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);\n"
+    "    return b;\n"
     "}\n"
     // [glsl text end]
     MSSM__GLSL_FORGET;
@@ -5263,20 +5284,25 @@ static const char mssm__glsl_filtered_entry[] =
     "    t.b[5] = high.y;\n"
     "    return t;\n"
     "}\n"
-    "float mssm_filtered_visibility(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
+    "mssm_bounds mssm_filtered_bounds(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
     "{\n"
     "    mssm_view v = mssm_views[light];\n"
-    "    if (v.side == 0.0) return 1.0;\n"
+    "    mssm_bounds lit = mssm_bounds(1.0, 1.0);\n"
+    "    if (v.side == 0.0) return lit;\n"
     "    vec3 p = world_position, px = p + ddx, py = p + ddy;\n"
     "    mssm_receiver r = mssm_receive(v, mssm_chosen, p.x, p.y, p.z);\n"
     "    mssm_receiver rx = mssm_receive(v, mssm_chosen, px.x, px.y, px.z);\n"
     "    mssm_receiver ry = mssm_receive(v, mssm_chosen, py.x, py.y, py.z);\n"
-    "    if (r.lit != 0) return 1.0;\n"
+    "    if (r.lit != 0) return lit;\n"
     "    mssm_ddx = mssm_axis(vec2(rx.x - r.x, rx.y - r.y), vec2(1.0, 0.0), v.side);\n"
     "    mssm_ddy = mssm_axis(vec2(ry.x - r.x, ry.y - r.y), vec2(0.0, 1.0), v.side);\n"
     "    float width = min(length(mssm_ddx), length(mssm_ddy));\n"
     "    mssm_moments6 t = mssm_query(light, MSSM_MOMENTS, r.x, r.y, 0.5, 0.5);\n"
-    "    return mssm_filtered_bound(v, mssm_chosen, r, t, width);\n"
+    "    return mssm_bounds_under(v, mssm_chosen, r, t, width);\n"
+    "}\n"
+    "float mssm_filtered_visibility(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
+    "{\n"
+    "    return mssm_filtered_bounds(light, world_position, ddx, ddy).upper;\n"
     "}\n";
 
 static unsigned mssm__filtered_array(mssm_gl *gl, int levels, mssm__glenum format, int layers,

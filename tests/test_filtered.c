@@ -199,6 +199,40 @@ static void surfaces_are_lit_and_walls_are_dark(void)
     }
 }
 
+// A lamp three units above a floor, a square sheet one unit below it.
+static void a_lamp_throws_the_outline_of_a_sheet(void)
+{
+    static float depth[SIDE * SIDE];
+    const float lamp[3] = {0, 0, 3}, up[3] = {0, 0, 1}, axis[3] = {1, 0, 0};
+    const float before[3] = {0, 0, 2.6f};
+    const double half = 0.2, tangent = 0.6;
+    mssm_light light;
+    void *memory;
+    CHECK(!mssm_light_spot(&light, lamp, up, axis, (float)tangent, 0.5f, 4, 0, 0), "light");
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const double u = fabs(centre_of(i % SIDE)) * tangent,
+                     v = fabs(centre_of(i / SIDE)) * tangent;
+        const double distance = fmax(u, v) < half ? 1 : 3;
+        depth[i] = (float)(-1 + 2 * (distance - 0.5) / 3.5);
+    }
+    for (int moments = 4; moments <= 6; moments += 2) {
+        mssm_filtered *map = make_filtered(&memory, SIDE, moments);
+        CHECK(!mssm_filtered_update(map, depth, 1, 2), "update");
+        for (int i = 0; i <= 40; i++) {
+            const float floor_point[3] = {0.04f * (float)i, 0.1f, 0};
+            // The Gaussian reaches two texels, the look one more: .12 on the floor.
+            const double from_edge = floor_point[0] - 3 * half;
+            const mssm_bounds b = mssm_filtered_bounds(map, &light, NULL, floor_point, 0.01f);
+            CHECK(0 <= b.lower && b.lower <= b.upper && b.upper <= 1, "bounds %g %g", b.lower,
+                  b.upper);
+            CHECK(from_edge > -0.13 || b.upper < 0.02f, "%d: %g in the dark", moments, b.upper);
+            CHECK(from_edge < 0.13 || b.upper > 0.98f, "%d: %g in the light", moments, b.upper);
+        }
+        CHECK(mssm_filtered_visibility(map, &light, NULL, before, 0) == 1, "before the near plane");
+        free(memory);
+    }
+}
+
 static void a_stack_of_layers_is_enclosed(void)
 {
     uint64_t seed = 64;
@@ -291,6 +325,7 @@ static void moments_and_depths_fill_the_same_tables(void)
     for (int i = 0; i < 2; i++) CHECK(!mssm_map_init(&map[i], memory[i], bytes, SIDE, 6), "init");
     CHECK(!mssm_map_update(map[0], depth, NULL, 1), "depth");
     CHECK(!mssm_map_update_moments(map[1], encoded), "moments");
+    CHECK(mssm_map_update_moments(map[1], NULL) == MSSM_ERROR_ARGUMENT, "no moments");
     double worst = 0;
     for (int t = 0; t < 500; t++) {
         const float x = (float)test_range(&seed, -1.2, 1.2),
@@ -355,6 +390,7 @@ const test_case filtered_tests[] = {
     {"filtered: never darker than percentage-closer filtering",
      never_darker_than_percentage_closer},
     {"filtered: surfaces are lit, walls are dark", surfaces_are_lit_and_walls_are_dark},
+    {"filtered: a lamp throws the outline of a sheet", a_lamp_throws_the_outline_of_a_sheet},
     {"translucent: bounds enclose the transmittance of a stack", a_stack_of_layers_is_enclosed},
     {"translucent: a veil casts its share of shadow, hard and soft",
      a_veil_casts_its_share_of_shadow},
