@@ -1,7 +1,7 @@
 // Smoke that shadows solids and itself and stands in the shadow of solids, under a sun without size
 // (a filtered moment map) and under a wide one (tables of the same moments), OpenGL 4.5, no window:
-//     cc -O2 -I. examples/gl_smoke.c examples/common/*.c -lm -lpthread -ldl && ./a.out smoke.png
-// writes smoke.png, smoke.png-soft.png, and by rays smoke.png-truth.png, smoke.png-soft-truth.png.
+//     cc -O2 -I. examples/gl_smoke.c examples/common/*.c -lm -lpthread -ldl && ./a.out smoke
+// writes smoke.png, smoke-soft.png, and by rays smoke-truth.png, smoke-soft-truth.png.
 // A second argument is the number of moments of the first: 4 (64 bits a texel) or 6 (96).
 #include "common/gl_context.h"
 #include "common/gl_smoke_plume.h"
@@ -12,28 +12,31 @@
 #include <time.h>
 
 enum { WIDTH = 640, HEIGHT = 360, SIDE = 512 };
-static const float half_wide = 0.1f;
-static const char *const visibility_text[2] = {
-    "float visibility(vec3 p) { return mssm_filtered_visibility(0, p, dFdx(p), dFdy(p)); }\n",
-    "float visibility(vec3 p) { return mssm_visibility(0, p); }\n"};
+static const char *const bounds_text[2] = {
+    "mssm_bounds seen(vec3 p) { return mssm_filtered_bounds(0, p, dFdx(p), dFdy(p)); }\n",
+    "mssm_bounds seen(vec3 p) { return mssm_bounds(mssm_visibility(0, p), mssm_visibility(0, p)); "
+    "}\n"};
 static const char solid_text[] =
     "layout(location = 2) uniform vec3 sun;\n"
     "in vec3 position, normal, albedo; out vec4 color;\n"
     "void main()\n"
     "{\n"
     "    vec3 n = normalize(normal);\n"
-    "    color = vec4(albedo * surface(max(dot(n, sun), 0) * visibility(position), n.y), 1);\n"
+    "    color = vec4(albedo * surface(max(dot(n, sun), 0) * seen(position).upper, n.y), 1);\n"
     "}\n";
 static const char smoke_text[] =
     "out vec4 color;\n"
-    "void main() { color = vec4(vec3(scattered(visibility(position))), opacity()); }\n";
+    "void main() { // half of the smoke round a place is behind it: the middle of both bounds\n"
+    "    mssm_bounds b = seen(position);\n"
+    "    color = vec4(vec3(scattered(0.5 * (b.lower + b.upper))), opacity()); }\n";
 static const char layer_text[] =
     "void main() { mssm_translucent(2 * gl_FragCoord.z - 1, opacity()); }\n";
 
 static scene solids;
 static gl_mesh casters, receivers; // the latter with floor and wall too, which shade nothing
 static gl_smoke_plume smoke;
-static gl_smoke_sun sun = {{-0.6f, 0.64f, 0.48f}, {0, 1, 0}, 0};
+static const gl_smoke_sun sun[2] = {{{-0.6f, 0.64f, 0.48f}, {0, 1, 0}, 0},
+                                    {{-0.6f, 0.64f, 0.48f}, {0, 1, 0}, 0.1f}};
 static mssm_light light;
 static mssm_gl_filtered *hard;
 static mssm_gl *soft;
@@ -49,7 +52,8 @@ static bool create(int moments, message *why)
                                 layer_text, NULL};
     float low[3], high[3];
     if (!gl_smoke_scene(&solids, &casters, &receivers, &smoke, low, high, why)) return false;
-    if (mssm_light_directional(&light, sun.direction, sun.axis, half_wide, half_wide, low, high) ||
+    if (mssm_light_directional(&light, sun[1].direction, sun[1].axis, sun[1].half, sun[1].half, low,
+                               high) ||
         mssm_gl_filtered_create(&hard, &hard_desc) || mssm_gl_create(&soft, &soft_desc) ||
         mssm_gl_filtered_set_light(hard, 0, &light) || mssm_gl_set_light(soft, 0, &light)) {
         return fail(why, "no shadow maps");
@@ -75,7 +79,7 @@ static void draw_maps(void)
     gl_mesh_draw(&casters);
     mssm_gl_filtered_end_depth(hard);
     mssm_gl_filtered_begin_translucent(hard);
-    gl_smoke_draw(&smoke, layer, light.world_to_shadow, vec_of(sun.direction), 0);
+    gl_smoke_draw(&smoke, layer, light.world_to_shadow, vec_of(sun->direction), 0);
     mssm_gl_filtered_end_translucent(hard);
     mssm_gl_set_moments(soft, 0, mssm_gl_filtered_texture(hard, 2)); // as long as they are sharp
     mssm_gl_build(soft);
@@ -86,9 +90,9 @@ static bool draw_picture(bool wide, const camera *eye, const gl_target *target, 
 {
     const char *const map = wide ? mssm_gl_shader(soft) : mssm_gl_filtered_shader(hard);
     const char *const vertex[] = {gl_scene_vertex, NULL, gl_smoke_vertex, NULL};
-    const char *const solid[] = {map, gl_smoke_shading, visibility_text[wide], solid_text, NULL};
+    const char *const solid[] = {map, gl_smoke_shading, bounds_text[wide], solid_text, NULL};
     const char *const puff[] = {
-        map, gl_smoke_shading, visibility_text[wide], gl_smoke_opacity, smoke_text, NULL};
+        map, gl_smoke_shading, bounds_text[wide], gl_smoke_opacity, smoke_text, NULL};
     const GLuint solid_program = gl_program("solids", vertex, solid, why);
     const GLuint smoke_program = gl_program("smoke", vertex + 2, puff, why);
     float world_to_clip[16];
@@ -99,7 +103,7 @@ static bool draw_picture(bool wide, const camera *eye, const gl_target *target, 
     gl.Enable(GL_DEPTH_TEST);
     gl.UseProgram(solid_program);
     gl.ProgramUniformMatrix4fv(solid_program, 0, 1, GL_FALSE, world_to_clip);
-    gl.ProgramUniform3fv(solid_program, 2, 1, sun.direction);
+    gl.ProgramUniform3fv(solid_program, 2, 1, sun->direction);
     (void)(wide ? mssm_gl_bind(soft) : mssm_gl_filtered_bind(hard));
     gl_mesh_draw(&receivers);
     gl_smoke_draw(&smoke, smoke_program, world_to_clip, eye->position, 1);
@@ -120,20 +124,20 @@ static bool run(const char *file, int moments, message *why)
     for (int wide = 0; wide < 2; wide++) {
         image ours, truth;
         char name[300];
-        sun.half = wide ? half_wide : 0;
         if (!draw_picture(wide != 0, &eye, &target, why)) return false;
         gl.BlitNamedFramebuffer(target.framebuffer, picture.framebuffer, 0, 0, WIDTH, HEIGHT, 0, 0,
                                 WIDTH, HEIGHT, GL_COLOR_BUFFER_BIT, GL_NEAREST);
         printf("%s sun %.2f", wide ? "wide" : "small", cpu_seconds());
         if (!gl_target_read(&picture, &ours, why) ||
-            !gl_smoke_trace(&smoke, &solids, &eye, &sun, WIDTH, HEIGHT, &truth, why)) {
+            !gl_smoke_trace(&smoke, &solids, &eye, &sun[wide], WIDTH, HEIGHT, &truth, why)) {
             return false;
         }
         printf(", rays %.2f; rms error %.4f\n", cpu_seconds(), image_rms(&ours, &truth));
-        snprintf(name, sizeof name, "%s%s", file, wide ? "-soft.png" : "");
-        if (!image_save_png(&ours, 1.3f, name, why)) return false;
-        snprintf(name, sizeof name, "%s%s-truth.png", file, wide ? "-soft" : "");
-        if (!image_save_png(&truth, 1.3f, name, why)) return false;
+        for (int rays = 0; rays < 2; rays++) {
+            snprintf(name, sizeof name, "%s%s%s.png", file, wide ? "-soft" : "",
+                     rays ? "-truth" : "");
+            if (!image_save_png(rays ? &truth : &ours, 1.3f, name, why)) return false;
+        }
     }
     return true;
 }
@@ -144,7 +148,7 @@ int main(int argc, char **argv)
     const char *missing;
     message why = {"no memory"};
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
-                      run(argc > 1 ? argv[1] : "smoke.png", argc > 2 ? atoi(argv[2]) : 6, &why);
+                      run(argc > 1 ? argv[1] : "smoke", argc > 2 ? atoi(argv[2]) : 6, &why);
     if (!done) fprintf(stderr, "gl_smoke: %s\n", why.text);
     return done ? 0 : 1;
 }
