@@ -57,6 +57,7 @@
 //   MSSM_IMPLEMENTATION   in one source file: compiles the functions
 //   MSSM_NO_GL            there: leaves out the OpenGL half, which needs no GL header or library
 //   MSSM_NO_FILTERED      everywhere: leaves out filtered hard shadows and translucent casters
+//   MSSM_NO_SCATTERING    everywhere: leaves out the math of light shafts
 //   MSSM_MALLOC(bytes), MSSM_FREE(memory)   there: for the OpenGL half; the rest never allocates
 //
 // Threads: no global state. Functions that take a const map may run in parallel on one map.
@@ -345,6 +346,70 @@ mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *lig
 // keep off, 1 - product(1 - opacity): so the bounds enclose the transmittance.
 mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity);
 mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity);
+#endif
+
+#ifndef MSSM_NO_SCATTERING
+// ------------------------------------------------------------------------------------------------
+// Single scattering: shafts of a directional light in a homogeneous medium (docs/shafts.md)
+// ------------------------------------------------------------------------------------------------
+//
+// Seen from the camera with the light as pole, a view ray is one inclination (angle from the pole)
+// and one azimuth, and meets one light ray of that azimuth at each distance r from the axis. So in a
+// map of azimuth (rows) and r (columns) that holds the inclination of the caster on each light ray,
+// the visibility along a view ray is that of one depth in a row up to some column, and mean moments
+// up to there bound it. The math is here and in mssm_glsl_scattering(); filling the map and adding
+// up its rows is the application's, as in examples/common/gl_shafts.c.
+
+// [glsl begin scattering]
+// A camera under a light. Scalars only, as mssm_view.
+typedef struct mssm_scattering {
+    float axis[9];  // unit: across the light to the middle of the picture, aside, towards the light
+    float eye[3];   // camera in shadow space
+    float slope[5]; // shadow-space x, y for each world unit along two axes, world units for each z
+    float azimuth[2];      // where rows begin, and their range, 2 pi where they go round
+    float inclination[2];  // of depth 0, and depth in a radian
+    float extinction;      // per world unit
+    float fade;            // the same for r: columns scatter equal shares of unshadowed light
+    float balance;         // see mssm_scattering_visibility
+} mssm_scattering;
+
+// Where a row is over the map: from r = first on (extent 0: nowhere); shadow-space x, y for each r.
+typedef struct mssm_epipolar { float first, extent, fade, x, y; } mssm_epipolar;
+
+// A view ray: texture coordinates of its row and its last column's end, depth, share of its light
+// that comes from over the map, weight of the upper bound.
+typedef struct mssm_view_ray { float row, column, depth, share, upper, balance; } mssm_view_ray;
+
+typedef struct mssm_points2 { float z[2], w[2]; } mssm_points2;
+// [glsl end]
+
+// The camera at eye sees what is between four directions: corners of the picture, in order around
+// it. The light must be directional, extinction >= 0. Fails with s untouched.
+mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, const float eye[3],
+                                 const float corners[12], float extinction);
+
+mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth);
+float mssm_scattering_distance(mssm_epipolar row, float column);  // r at 0 to 1 of all columns
+
+// Two depths, ascending, with the first three moments; a single surface gets a little variance.
+mssm_points2 mssm_reconstruct3(float b1, float b2, float b3);
+
+// Inclination, as a depth in [-1,1], of the point of a light ray at shadow-space depth z; what is
+// behind all casters (MSSM_FAR_CASTER) goes to infinity. And its moments from those of z.
+float mssm_inclination(mssm_scattering s, float r, float z);
+mssm_moments6 mssm_scattering_moments(mssm_scattering s, float r, float b1, float b2, float b3);
+
+// A unit direction in world space; distance to the surface, or to where the medium ends.
+mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, float distance);
+
+// Mean visibility along the ray, weighted by transmittance to the camera: times unshadowed single
+// scattering it is the shafts. m: biased mean moments of the columns up to the ray's. It takes the
+// upper bound with weight (1 - cos(inclination)) / 2, as in the slides, the lower one with the rest;
+// balance 0.5 goes halfway to the share of what is lit for sure in all that is sure.
+float mssm_scattering_visibility(mssm_view_ray ray, mssm_moments6 m);
+
+// GLSL 4.50 text of all but mssm_scattering_init, to be put after mssm_glsl_math(). Static storage.
+const char *mssm_glsl_scattering(void);
 #endif
 
 // GLSL 4.50 text of the moment math alone: same names and structs as the C functions above.
@@ -2663,6 +2728,191 @@ float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light
 }
 #endif  // MSSM_NO_FILTERED
 
+#ifndef MSSM_NO_SCATTERING
+// ---- Single scattering ----
+
+// [glsl begin scattering]
+
+mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth)
+{
+    float along = cosf(azimuth);
+    float aside = sinf(azimuth);
+    mssm_epipolar row;
+    row.x = along * s.slope[0] + aside * s.slope[2];
+    row.y = along * s.slope[1] + aside * s.slope[3];
+    float first = 0.0f;
+    float last = 1e12f;
+    for (int k = 0; k < 2; k++) {  // clipped by the edges of the map
+        float slope = k == 0 ? row.x : row.y;
+        float inverse = 1.0f / (fabsf(slope) > 1e-12f ? slope : 1e-12f);
+        float a = (-1.0f - s.eye[k]) * inverse;
+        float b = (1.0f - s.eye[k]) * inverse;
+        first = mssm_clamp(a < b ? a : b, first, 1e12f);
+        last = mssm_clamp(a < b ? b : a, 0.0f, last);
+    }
+    row.first = first;
+    row.extent = last > first ? last - first : 0.0f;
+    row.fade = mssm_clamp(s.fade * row.extent, 1e-2f, 10.0f);
+    return row;
+}
+
+float mssm_scattering_distance(mssm_epipolar row, float column)
+{
+    float left = 1.0f - mssm_clamp(column, 0.0f, 1.0f) * (1.0f - expf(-row.fade));
+    return row.first - row.extent * logf(left) / row.fade;
+}
+
+// The roots of the kernel without a given depth, u^2 - c u - d: d the variance, c third moment / d.
+mssm_points2 mssm_reconstruct3(float b1, float b2, float b3)
+{
+    float mean = mssm_clamp(b1, -1.0f, 1.0f);
+    float variance = b2 - mean * mean;
+    float third = b3 - mean * (mean * mean + 3.0f * variance);
+    float d = mssm_clamp(variance, 4e-6f, 1.0f);
+    float c = mssm_clamp(third / d, -2.0f, 2.0f);
+    float root = sqrtf(c * c + 4.0f * d);
+    float larger = 0.5f * (fabsf(c) + root);  // the root without cancellation
+    float high = c > 0.0f ? larger : d / larger;
+    mssm_points2 p;
+    p.z[0] = mssm_clamp(mean - d / high, -1.0f, 1.0f);
+    p.z[1] = mssm_clamp(mean + high, -1.0f, 1.0f);
+    p.w[0] = high / root;
+    p.w[1] = 1.0f - p.w[0];
+    return p;
+}
+
+float mssm_inclination(mssm_scattering s, float r, float z)
+{
+    float left = 1.0f - mssm_clamp(z, -1.0f, 0.9999f);  // stretched from MSSM_FAR_CASTER on
+    float depth = left < 0.2f ? 0.6f + 0.04f / left : 1.0f - left;
+    float angle = atan2f(r, (depth - s.eye[2]) * s.slope[4]);
+    return mssm_clamp((angle - s.inclination[0]) * s.inclination[1], -1.0f, 1.0f);
+}
+
+mssm_moments6 mssm_scattering_moments(mssm_scattering s, float r, float b1, float b2, float b3)
+{
+    mssm_points2 p = mssm_reconstruct3(b1, b2, b3);
+    mssm_moments6 m = mssm_moments6_of_depth(mssm_inclination(s, r, p.z[0]));
+    mssm_moments6 behind = mssm_moments6_of_depth(mssm_inclination(s, r, p.z[1]));
+    for (int k = 0; k < 6; k++) m.b[k] = p.w[0] * m.b[k] + p.w[1] * behind.b[k];
+    return m;
+}
+
+mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, float distance)
+{
+    float along = s.axis[0] * x + s.axis[1] * y + s.axis[2] * z;
+    float aside = s.axis[3] * x + s.axis[4] * y + s.axis[5] * z;
+    float up = s.axis[6] * x + s.axis[7] * y + s.axis[8] * z;
+    float across = sqrtf(along * along + aside * aside);  // r for each unit of distance
+    float azimuth = across > 0.0f ? atan2f(aside, along) : 0.0f;
+    mssm_epipolar row = mssm_scattering_row(s, azimuth);
+    float all = mssm_clamp(distance, 1e-6f, 1e12f);
+    float part = mssm_clamp(all * across - row.first, 0.0f, row.extent);
+    float cosecant = 1.0f / (across > 1e-6f ? across : 1e-6f);
+    float enter = mssm_clamp(row.first * cosecant, 0.0f, all);
+    float leave = mssm_clamp((row.first + row.extent) * cosecant, enter, all);
+    float e = mssm_clamp(s.extinction, 1e-3f / all, 80.0f / all);
+    float angle = atan2f(across, up);
+    mssm_view_ray r;
+    r.row = (azimuth - s.azimuth[0]) / s.azimuth[1];
+    r.column = row.extent > 0.0f ? 1.0f - expf(-row.fade * part / row.extent) : 0.0f;
+    r.column = r.column / (1.0f - expf(-row.fade));
+    r.depth = mssm_clamp((angle - s.inclination[0]) * s.inclination[1], -1.0f, 1.0f);
+    r.share = (expf(-e * enter) - expf(-e * leave)) / (1.0f - expf(-e * all));
+    r.share = mssm_clamp(row.extent > 0.0f ? r.share : 0.0f, 0.0f, 1.0f);
+    r.upper = mssm_clamp(0.5f - 0.5f * up, 0.0f, 1.0f);
+    r.balance = s.balance;
+    return r;
+}
+
+float mssm_scattering_visibility(mssm_view_ray ray, mssm_moments6 m)
+{
+    mssm_bounds b = mssm_visibility6(m, ray.depth);
+    float sure = b.lower + (1.0f - b.upper);
+    float lit = sure > 1e-6f ? b.lower / sure : 0.5f;
+    float upper = ray.upper + ray.balance * (lit - ray.upper);
+    return 1.0f - ray.share * (1.0f - (b.lower + upper * (b.upper - b.lower)));
+}
+// [glsl end]
+
+// Widens a range of angles from the pole by an edge of the picture from p to q.
+static void mssm__incline(const double p[3], const double q[3], double range[2])
+{
+    const double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+    const double pd = mssm__dot(p, d), below = p[2] * mssm__dot(d, d) - d[2] * pd;
+    const double t = below != 0 ? (d[2] - p[2] * pd) / below : 0;  // p + t d is the extreme
+    for (int k = 0; k < 2; k++) {
+        const double at = k && t > 0 && t < 1 ? t : 0;
+        const double x = p[0] + at * d[0], y = p[1] + at * d[1];
+        const double angle = atan2(sqrt(x * x + y * y), p[2] + at * d[2]);
+        if (angle < range[0]) range[0] = angle;
+        if (angle > range[1]) range[1] = angle;
+    }
+}
+
+mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, const float eye[3],
+                                 const float corners[12], float extinction)
+{
+    const double pi = 3.14159265358979;
+    double frame[3][3], scale[3], c[4][3], middle[3] = {0, 0, 0};
+    double range[2] = {pi, 0}, turn[2] = {0, 0};
+    int left = 0, right = 0;
+    mssm_scattering r;
+    if (!s || !light || !eye || !corners || light->perspective || !mssm__all_finite(corners, 12) ||
+        !mssm__is_finite(extinction) || extinction < 0 || !mssm_light_project(light, eye, r.eye)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    for (int a = 0; a < 3; a++) {
+        const float sign = a < 2 ? 1.0f : -1.0f;  // depth grows away from the light
+        for (int i = 0; i < 3; i++) frame[a][i] = sign * light->world_to_shadow[4 * i + a];
+        scale[a] = sqrt(mssm__dot(frame[a], frame[a]));
+        if (!mssm__normalise(frame[a])) return MSSM_ERROR_ARGUMENT;
+    }
+    for (int k = 0; k < 4; k++) {
+        const double d[3] = {corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]};
+        for (int a = 0; a < 3; a++) c[k][a] = mssm__dot(frame[a], d);
+        if (!mssm__normalise(c[k])) return MSSM_ERROR_ARGUMENT;
+        for (int a = 0; a < 3; a++) middle[a] += c[k][a];
+    }
+    const double azimuth = atan2(middle[1], middle[0]), along = cos(azimuth), aside = sin(azimuth);
+    for (int k = 0; k < 4; k++) {
+        const double *p = c[k], *q = c[(k + 1) % 4];
+        const double angle = atan2(along * p[1] - aside * p[0], along * p[0] + aside * p[1]);
+        double normal[3];
+        mssm__cross(p, q, normal);
+        mssm__incline(p, q, range);
+        left += normal[2] * mssm__dot(normal, middle) > 0;
+        right += normal[2] * mssm__dot(normal, middle) < 0;
+        if (angle < turn[0]) turn[0] = angle;
+        if (angle > turn[1]) turn[1] = angle;
+    }
+    if (left == 4) range[0] = 0;  // inside of all edges: the light is in the picture
+    if (right == 4) range[1] = pi;  // or the point opposite
+    if (left == 4 || right == 4) turn[0] = -pi, turn[1] = pi;
+    for (int i = 0; i < 3; i++) {
+        r.axis[i] = (float)(along * frame[0][i] + aside * frame[1][i]);
+        r.axis[3 + i] = (float)(along * frame[1][i] - aside * frame[0][i]);
+        r.axis[6 + i] = (float)frame[2][i];
+    }
+    r.slope[0] = (float)(along * scale[0]);
+    r.slope[1] = (float)(aside * scale[1]);
+    r.slope[2] = (float)(-aside * scale[0]);
+    r.slope[3] = (float)(along * scale[1]);
+    r.slope[4] = (float)(-1 / scale[2]);
+    r.azimuth[0] = (float)turn[0];
+    r.azimuth[1] = (float)(turn[1] - turn[0] > 1e-6 ? turn[1] - turn[0] : 1e-6);
+    // 2% of the depths are left to casters before and behind all that is visible.
+    const double half = 0.5 * (range[1] - range[0]);
+    r.inclination[0] = (float)(range[0] + half);
+    r.inclination[1] = (float)(0.98 / (half > 1e-6 ? half : 1e-6));
+    r.extinction = extinction;
+    r.fade = extinction / mssm_clamp(sinf(r.inclination[0]), 0.1f, 1.0f);
+    r.balance = 0;
+    *s = r;
+    return MSSM_OK;
+}
+#endif  // MSSM_NO_SCATTERING
+
 // ---- GLSL text ----
 
 #if defined __GNUC__
@@ -3965,6 +4215,21 @@ static const char mssm__glsl_filtered[] =
     "}\n"
     // [glsl text end]
     MSSM__GLSL_FORGET;
+#endif
+
+#ifndef MSSM_NO_SCATTERING
+static const char mssm__glsl_scattering[] =
+    MSSM__GLSL_NAMES
+    "#define atan2f atan\n#define cosf cos\n#define sinf sin\n#define expf exp\n#define logf log\n"
+    // [glsl text begin scattering] made by "make glsl", do not edit
+    // [glsl text end]
+    "#undef atan2f\n#undef cosf\n#undef sinf\n#undef expf\n#undef logf\n"
+    MSSM__GLSL_FORGET;
+
+const char *mssm_glsl_scattering(void)
+{
+    return mssm__glsl_scattering;
+}
 #endif
 
 #if defined __GNUC__
