@@ -75,7 +75,10 @@ family()
         check "$cc: without the GL halves" builds $cc $no_gl tests/compile/together.c
         check "$cc: without filtered shadows" builds $cc -std=c99 -O2 $warnings -I. -DMSSM_NO_FILTERED \
             tests/compile/together.c
-        check "$cc: without both" builds $cc $no_gl -DMSSM_NO_FILTERED tests/compile/together.c
+        check "$cc: without scattering" builds $cc -std=c99 -O2 $warnings -I. -DMSSM_NO_SCATTERING \
+            tests/compile/together.c
+        check "$cc: without all of these" builds $cc $no_gl -DMSSM_NO_FILTERED -DMSSM_NO_SCATTERING \
+            tests/compile/together.c
     else
         echo "skip $cc: no compiler, apt-get install ${package%% *}"
     fi

@@ -64,12 +64,12 @@ int main(int argc, char **argv)
 {
     const test_case *suites[] = {
         moments_tests, cases_tests, map_tests, visibility_tests, lightprobe_tests, edges_tests, lights_tests,
-        filtered_tests,
+        filtered_tests, scattering_tests,
 #ifndef TEST_CPU_ONLY // what coverage, mutants and other platforms are measured with
         files_tests, glsl_tests, gl_tests, lightprobe_gl_tests, gl_hostile_tests, governor_tests,
         cuts_tests, compare_tests, compare_hard_tests,
 #if UINTPTR_MAX > 0xffffffffu // a driver for 32 bits would have to be installed beside the other
-        filtered_gl_tests, smoke_tests, lights_gl_tests, demo_tests, compare_gl_tests,
+        filtered_gl_tests, smoke_tests, scattering_gl_tests, lights_gl_tests, demo_tests, compare_gl_tests,
 #endif
 #endif
     };

@@ -59,6 +59,8 @@ extern const test_case lights_gl_tests[];
 extern const test_case filtered_tests[];
 extern const test_case filtered_gl_tests[];
 extern const test_case smoke_tests[];
+extern const test_case scattering_tests[];
+extern const test_case scattering_gl_tests[];
 extern const test_case compare_tests[];
 extern const test_case compare_hard_tests[];
 extern const test_case compare_gl_tests[];
