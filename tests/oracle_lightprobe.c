@@ -40,11 +40,18 @@ test_probe test_probe_load(const char *name)
     int side, rows;
     float scale;
     if (file && fscanf(file, "PF %d %d %f", &side, &rows, &scale) == 3 && rows == 6 * side) {
+        const int little = scale < 0; // the sign tells the byte order
         fgetc(file);
         p = test_probe_new(side);
         for (int r = rows - 1; r >= 0; r--) {
             float *row = p.face[r / side] + (size_t)(r % side) * (size_t)side * 3;
-            if (fread(row, 3 * sizeof(float), (size_t)side, file) != (size_t)side) p.side = 0;
+            for (int i = 0; i < 3 * side; i++) {
+                unsigned char b[4] = {0};
+                if (fread(b, sizeof b, 1, file) != 1) p.side = 0;
+                uint32_t bits = 0;
+                for (int k = 0; k < 4; k++) bits = bits << 8 | b[little ? 3 - k : k];
+                memcpy(row + i, &bits, sizeof bits);
+            }
         }
     }
     if (file) fclose(file);
