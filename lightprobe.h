@@ -276,6 +276,18 @@ const char *lightprobe_glsl_lights(void);
 #include <stdint.h>
 #include <string.h>
 
+// With -ffast-math compilers take NaN for a number and add in any order: not in here. Clang 14 obeys for x86
+// and s390x; elsewhere it warns.
+#if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
+#define LIGHTPROBE__PRECISE_MATH
+#if defined __clang__
+#pragma float_control(precise, on, push)
+#else
+#pragma GCC push_options
+#pragma GCC optimize("no-fast-math,no-math-errno,no-trapping-math")
+#endif
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -4036,6 +4048,12 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
 
 #ifdef __cplusplus
 }
+#endif
+
+#if defined LIGHTPROBE__PRECISE_MATH && defined __clang__
+#pragma float_control(pop)
+#elif defined LIGHTPROBE__PRECISE_MATH
+#pragma GCC pop_options
 #endif
 
 #endif // LIGHTPROBE_IMPLEMENTATION

@@ -595,6 +595,18 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
 #include <stdint.h>
 #include <string.h>
 
+// With -ffast-math compilers take NaN for a number and add in any order: not in here. Clang 14 obeys for x86
+// and s390x; elsewhere it warns.
+#if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
+#define MSSM__PRECISE_MATH
+#if defined __clang__
+#pragma float_control(precise, on, push)
+#else
+#pragma GCC push_options
+#pragma GCC optimize("no-fast-math,no-math-errno,no-trapping-math")
+#endif
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -5991,6 +6003,12 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 
 #ifdef __cplusplus
 }
+#endif
+
+#if defined MSSM__PRECISE_MATH && defined __clang__
+#pragma float_control(pop)
+#elif defined MSSM__PRECISE_MATH
+#pragma GCC pop_options
 #endif
 
 #endif  // MSSM_IMPLEMENTATION_DONE
