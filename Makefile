@@ -164,6 +164,9 @@ $(out)/cpu/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h tests/*/
 	$(CC) $(ALL_CFLAGS) -DTEST_CPU_ONLY -DMSSM_NO_GL -DLIGHTPROBE_NO_GL -c $< -o $@
 
 $(out)/cpu/examples/common/implementation.o: ALL_CFLAGS += $(HEADER_CFLAGS)
+ifdef HEADER_CC
+$(out)/cpu/examples/common/implementation.o: override CC = $(HEADER_CC)
+endif
 
 $(out)/test-cpu: $(cpu_objects)
 	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
