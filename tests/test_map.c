@@ -157,6 +157,34 @@ static void printed_scale_wraps(void)
           "floor((2^32-1)/n) with a border does not");
 }
 
+// Of depth 0 all odd polynomials are 0, and so is any sum of them: at every border, across rows and levels.
+static void sums_of_nothing_are_nothing(void)
+{
+    uint64_t seed = 20;
+    for (int moments = 4; moments <= 6; moments += 2) {
+        fixture f = make_map(70, moments, 1);
+        for (int i = 0; i < 70 * 70; i++) f.depth[i] = 0;
+        CHECK(mssm_map_update(f.map, f.depth, NULL, 1) == MSSM_OK, "update failed");
+        for (int trial = 0; trial < 400; trial++) {
+            // From the border on, or anywhere inside.
+            const double hx = test_range(&seed, 0.5, 12), hy = test_range(&seed, 0.5, 12);
+            const double x = trial % 3 ? test_range(&seed, 12, 58) : hx,
+                         y = trial % 5 ? test_range(&seed, 12, 58) : hy;
+            const mssm_moments6 m =
+                mssm_map_moments(f.map, (float)(x / 35 - 1), (float)(y / 35 - 1), (float)(hx / 35),
+                                 (float)(hy / 35));
+            // Rounding of coordinates reaches out of the map, fused products into the digits.
+            const double tiny = trial % 3 && trial % 5 ? 1e-7 : 1e-6;
+            CHECK(fabs(m.b[0]) <= tiny && fabs(m.b[2]) <= tiny && fabs(m.b[4]) <= tiny,
+                  "moments %g %g %g", (double)m.b[0], (double)m.b[2], (double)m.b[4]);
+        }
+        const mssm_moments6 corner = mssm_map_moments(f.map, 0.5f / 35 - 1, 0.5f / 35 - 1, 0, 0);
+        CHECK(fabs(corner.b[0]) <= 1e-7 && fabs(corner.b[2]) <= 1e-7, "the first texel has %g",
+              (double)corner.b[0]);
+        drop_map(&f);
+    }
+}
+
 static void samples_are_averaged(void)
 {
     uint64_t seed = 13;
@@ -258,6 +286,8 @@ static void memory_may_be_anywhere(void)
         CHECK(mssm_map_init(&map, memory + shift, bytes, 20, 6) == MSSM_OK, "shift %d", shift);
         CHECK(mssm_map_update(map, depth, NULL, 1) == MSSM_OK, "shift %d", shift);
         const mssm_moments6 m = mssm_map_moments(map, 0.1f, 0.2f, 0.3f, 0.4f);
+        CHECK((uintptr_t)map % sizeof(void *) == 0 && (unsigned char *)map >= memory + shift,
+              "shift %d: the map lies badly", shift);
         if (shift == 0) first = m;
         CHECK(!memcmp(&m, &first, sizeof m), "shift %d changes the result", shift);
     }
@@ -297,9 +327,10 @@ static void bad_arguments_are_refused(void)
 }
 
 // Random lights over random boxes.
-static void random_light(uint64_t *seed, mssm_light *light, float low[3], float high[3])
+static void random_light(uint64_t *seed, mssm_light *light, float axis[3], float low[3],
+                         float high[3])
 {
-    float direction[3], axis[3];
+    float direction[3];
     for (int i = 0; i < 3; i++) {
         direction[i] = (float)test_range(seed, -1, 1);
         axis[i] = (float)test_range(seed, -1, 1);
@@ -314,8 +345,8 @@ static void directional_frusta_hold_the_box(void)
     uint64_t seed = 17;
     for (int trial = 0; trial < test_trials(2000); trial++) {
         mssm_light light;
-        float low[3], high[3], nearest = 2, farthest = -2, widest = 0;
-        random_light(&seed, &light, low, high);
+        float axis[3], low[3], high[3], nearest = 2, farthest = -2, widest = 0;
+        random_light(&seed, &light, axis, low, high);
         for (int corner = 0; corner < 8; corner++) {
             const float p[3] = {corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1],
                                 corner & 4 ? high[2] : low[2]};
@@ -336,8 +367,8 @@ static void depth_grows_away_from_the_light(void)
     uint64_t seed = 18;
     for (int trial = 0; trial < test_trials(500); trial++) {
         mssm_light light;
-        float low[3], high[3], s[3], t[3];
-        random_light(&seed, &light, low, high);
+        float axis[3], low[3], high[3], s[3], t[3];
+        random_light(&seed, &light, axis, low, high);
         // Along the third row lies the direction towards the light, negated and scaled.
         const float *m = light.world_to_shadow;
         const float p[3] = {low[0], low[1], low[2]};
@@ -346,6 +377,10 @@ static void depth_grows_away_from_the_light(void)
               "no projection");
         CHECK(t[2] > s[2], "depth %g behind %g", (double)t[2], (double)s[2]);
         CHECK(fabsf(t[0] - s[0]) < 1e-3f && fabsf(t[1] - s[1]) < 1e-3f, "the axis is not straight");
+        // Shadow-space x grows along the axis asked for.
+        const float along[3] = {p[0] + axis[0], p[1] + axis[1], p[2] + axis[2]};
+        CHECK(mssm_light_project(&light, along, t) && t[0] > s[0] && fabsf(t[1] - s[1]) < 1e-3f,
+              "x is not along the axis");
         // Right-handed: u x v points towards the light, so front faces stay front faces.
         const double u[3] = {m[0], m[4], m[8]}, v[3] = {m[1], m[5], m[9]},
                      w[3] = {m[2], m[6], m[10]};
@@ -380,6 +415,14 @@ static void spot_depth_is_linear(void)
             CHECK(s[0] == 7 && s[1] == 7 && s[2] == 7, "a failed projection changed its output");
         }
     }
+    static const float asked[] = {0.7f, 0.5f, 8, 0.1f, 0.3f};
+    CHECK(!mssm_light_spot(&light, position, direction, axis_x, asked[0], asked[1], asked[2],
+                           asked[3], asked[4]),
+          "light failed");
+    const float fields[] = {light.extent_u, light.z_near, light.z_far, light.half_u, light.half_v};
+    CHECK(!memcmp(fields, asked, sizeof asked) && light.perspective == 1 &&
+              light.extent_v >= light.extent_u && light.extent_v <= light.extent_u,
+          "the light is not what was asked for");
     // The matrix itself is a projection for gl_Position: clip.z / clip.w is -1 at near and 1 at far.
     for (int end = 0; end < 2; end++) {
         const double distance = end ? 8 : 0.5;
@@ -447,6 +490,7 @@ const test_case map_tests[] = {
     {"coarse levels equal sums over the texels", coarse_levels_equal_sums},
     {"full kernels do not wrap around", full_kernels_do_not_wrap},
     {"erratum: the printed scale 2^32/n wraps a lit region to zero", printed_scale_wraps},
+    {"sums of nothing are nothing", sums_of_nothing_are_nothing},
     {"samples of a texel are averaged", samples_are_averaged},
     {"back faces average depth, not moments", back_faces_average_depth},
     {"outside of the map is lit", outside_is_lit},

@@ -929,6 +929,34 @@ static void cubic_degenerate(void)
     }
 }
 
+// Where the leading coefficient puts a root beyond 1e18, the degree is one less.
+static void roots_beyond_1e18_are_infinite(void)
+{
+    for (int beyond = 0; beyond < 2; beyond++) {
+        const float far = beyond ? 1.2e18f : 0.8e18f;
+        for (int sign = -1; sign <= 1; sign += 2) {
+            const float lead = (float)sign / far;
+            const mssm_roots3 one = mssm_solve_cubic(1, lead, 0, 0),
+                              two = mssm_solve_cubic(-0.25f, 1, lead, 0),
+                              three = mssm_solve_cubic(-0.25f, 0, 1, lead);
+            CHECK(one.count == !beyond && two.count == 2 - beyond && three.count == 3 - beyond,
+                  "%d %d %d roots with one at %g", one.count, two.count, three.count, (double)far);
+            if (beyond) {
+                CHECK(fabsf(two.x[0] - 0.25f) < 1e-6f, "root %g", (double)two.x[0]);
+                CHECK(fabsf(three.x[0] + 0.5f) < 1e-6f && fabsf(three.x[1] - 0.5f) < 1e-6f,
+                      "roots");
+            } else {
+                const int last = sign < 0;
+                CHECK(fabsf(one.x[0] + (float)sign * far) < 1e12f, "root %g", (double)one.x[0]);
+                CHECK(fabsf(two.x[last] + (float)sign * far) < 1e12f, "root %g",
+                      (double)two.x[last]);
+                CHECK(fabsf(three.x[2 * last] + (float)sign * far) < 1e12f, "root %g",
+                      (double)three.x[2 * last]);
+            }
+        }
+    }
+}
+
 // Roots of ordinary size under coefficients that are all huge or all tiny, and roots of any size.
 static void cubic_huge_and_tiny(void)
 {
@@ -1057,6 +1085,221 @@ static void too_small_a_bias_falls_back(void)
                   "in %d of %d",
                   m, sum / count, bad, count);
         CHECK(sum / count < 2e-3, "mean false shadow %g", sum / count);
+    }
+}
+
+// With a wide bias nothing cancels: what is left is the error of the formulas themselves.
+static void wide_bias_leaves_only_rounding(void)
+{
+    uint64_t state = 66;
+    const worst none = {-1, 4, -1, 0, 0, {{0}}};
+    worst bound = none, blocker = none, share = none, place = none;
+    for (int i = 0; i < test_trials(12000); i++) {
+        const int m = i & 1 ? 6 : 4;
+        const float alpha = (float)test_range(&state, 0.1, 0.5);
+        const patch p = random_patch(i / 2 % FAMILY_COUNT, &state);
+        const moments b = biased(m, i % 4 < 2 ? FLOAT32 : UNORM16, stored(&p, m, FLOAT32), alpha);
+        const float z = i % 5 ? family_receiver(i % RECEIVER_COUNT, p.count, p.depth, &state)
+                              : (float)test_range(&state, -3, 3);
+        const orthogonal o = orthogonal_of(m, b);
+        const sharp_bounds s = oracle_bounds(&o, (quad)z);
+        const mssm_bounds v = visibility(m, b, z);
+        const double low = fabs((double)((quad)v.lower - s.lower));
+        const double high = fabs((double)((quad)v.upper - s.upper));
+        keep_worst(&bound, low > high ? low : high, m, p.family, alpha, b, z);
+        const points r = oracle_points(&o, (quad)z);
+        const nodes n = reconstructed(m, b, z);
+        for (int k = 0; k < n.count && r.count == n.count; k++) {
+            const double w = fabs((double)((quad)n.w[k] - r.w[k])), far = fabs((double)r.z[k]);
+            keep_worst(&share, w, m, p.family, alpha, b, z);
+            // Inverses of distances are what is solved for.
+            const double off = fabs((double)((quad)n.z[k] - r.z[k])) / (1 + far * far);
+            if (far < 100) keep_worst(&place, off, m, p.family, alpha, b, z);
+        }
+        if (z < -1 || z > 1) continue;
+        quad exact = oracle_blocker_depth(&s, (quad)z, 1e-3L, 0.5L);
+        exact = exact < -1 ? -1 : exact > (quad)z ? (quad)z : exact;
+        const double depth = fabs((double)((quad)blocker_depth(m, b, z, 1e-3f, 0.5f) - exact));
+        keep_worst(&blocker, depth * ((double)s.nearer + 1e-3), m, p.family, alpha, b, z);
+    }
+    note_worst("bounds off by", &bound);
+    note_worst("blocker depth times share off by", &blocker);
+    note_worst("shares off by", &share);
+    note_worst("depths off by", &place);
+    CHECK(bound.error < 2e-6 && blocker.error < 1e-6, "bounds off by %g, blocker depth by %g",
+          bound.error, blocker.error);
+    CHECK(share.error < 5e-5 && place.error < 5e-5, "shares off by %g, depths by %g", share.error,
+          place.error);
+}
+
+// Bounds of the distribution's own variance alone (Cantelli): one other depth, beyond the mean.
+static mssm_bounds bounds_of_variance(float mean, double variance, float z)
+{
+    const double u = (double)z - (double)mean, self = variance / (variance + u * u);
+    const mssm_bounds r = {u > 0 ? 0 : (float)(1 - self), u > 0 ? (float)self : 1};
+    return r;
+}
+
+// Shares that a reconstruction has next to a depth.
+static double share_near(const nodes *n, double z)
+{
+    double share = 0;
+    for (int k = 0; k < n->count; k++)
+        share += fabs((double)n->z[k] - z) < 0.02 * (1 + z * z) ? (double)n->w[k] : 0;
+    return share;
+}
+
+static void check_longest_valid_part(int m, int valid, moments b, double variance, double slack,
+                                     const char *what)
+{
+    static const float at[] = {-1.2f, -0.9f, -0.37f, -0.01f, -2e-4f, 1e-5f,
+                               6e-4f, 0.02f, 0.3f,   0.75f,  1.1f};
+    const orthogonal o = orthogonal_of(valid > 2 ? valid : 4, b);
+    for (size_t i = 0; i < sizeof at / sizeof *at; i++) {
+        const mssm_bounds v = visibility(m, b, at[i]);
+        const sharp_bounds s = oracle_bounds(&o, (quad)at[i]);
+        const mssm_bounds flat = bounds_of_variance(b.b[0], variance, at[i]);
+        const double lower = valid > 2 ? (double)s.lower : (double)flat.lower;
+        const double upper = valid > 2 ? (double)s.upper : (double)flat.upper;
+        CHECK(fabs((double)v.lower - lower) < slack && fabs((double)v.upper - upper) < slack,
+              "%s: of %d moments %d hold, [%g, %g] at %g is not [%g, %g]", what, m, valid,
+              (double)v.lower, (double)v.upper, (double)at[i], lower, upper);
+        // The reconstruction holds the same depths; what it has more lies far away.
+        const nodes n = reconstructed(m, b, at[i]);
+        const points r = oracle_points(&o, (quad)at[i]);
+        for (int k = 0; k < r.count && valid > 2; k++) {
+            const double z = (double)r.z[k], want = (double)r.w[k], got = share_near(&n, z);
+            if (fabs(z) < 10 && want > 0.05)
+                CHECK(got > want - 0.03, "%s: %g at %g, not %g", what, got, z, want);
+        }
+        const double u = (double)at[i] - (double)b.b[0], z = (double)b.b[0] - variance / u;
+        const double other = u * u / (variance + u * u), got = share_near(&n, z);
+        if (valid == 2 && fabs(z) < 10)
+            CHECK(got > other - 0.03, "%s: %g at %g, not %g", what, got, z, other);
+    }
+}
+
+// Symmetric moments with chosen pivots D1 = b2, D2 = b4 - b2^2, D3 = b6 - b4^2/b2. Below half of what the
+// safe bias leaves (docs/moments.md, "Bounds"), with the smaller bias that fits a function, a pivot does not count.
+static void pivots_below_half_the_bias_do_not_count(void)
+{
+    static const double parts[] = {-3, 0, 0.8, 1.25, 2, 4};
+    const double d1[2] = {MSSM_BIAS4_FLOAT32 * 0.920, MSSM_BIAS6_FLOAT32 * 0.421};
+    const double d2[2] = {MSSM_BIAS4_FLOAT32 * (3.804 - 0.920 * 0.920),
+                          MSSM_BIAS6_FLOAT32 * (0.511 - 0.421 * 0.421)};
+    const double d3 = MSSM_BIAS6_DECODED * (1.197 - 0.734 * 0.734 / 0.657);
+    for (int i = 0; i < 6; i++) {
+        const int holds = parts[i] > 1;
+        for (int m = 4; m <= 6; m += 2) {
+            const double least = 0.5 * d1[m == 6], variance = parts[i] * least;
+            const moments flat = {{0, (float)variance, 0, 0, 0, 0}};
+            check_longest_valid_part(m, 2, flat, holds ? variance : least, 0.01, "D1");
+            const moments two = {
+                {0, 0.0625f, 0, (float)(0.00390625 + 0.5 * parts[i] * d2[m == 6]), 0, 0}};
+            check_longest_valid_part(m, holds ? 4 : 2, two, 0.0625, holds ? 0.02 : 1e-5, "D2");
+        }
+        const moments three = {{0, 0.25f, 0, 0.125f, 0, (float)(0.0625 + 0.5 * parts[i] * d3)}};
+        check_longest_valid_part(6, holds ? 6 : 4, three, 0.25, holds ? 0.02 : 1e-5, "D3");
+    }
+}
+
+// The upper bound at a depth z from the stored moments of one texel, next to no bias.
+static float stored_upper(const mssm_map *map, int m, float z)
+{
+    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0},
+                       x[3] = {1, 0, 0};
+    mssm_light light;
+    mssm_settings s = {0, MSSM_LOWER_BLOCKER, 1e-12f, 1e-12f, 0, 1e-9f};
+    s.moments = m;
+    CHECK(!mssm_light_directional(&light, up, x, 0, 0, low, high), "no light");
+    light.world_to_shadow[6] = -1; // depth is -y
+    light.world_to_shadow[14] = 0;
+    const float p[3] = {0.5f, -z, 0.5f}; // over the middle of a texel
+    return mssm_map_visibility(map, &light, &s, p);
+}
+
+// The moments that a table holds of these depths: Chebyshev moments rounded to 1/S, less 2.4e-7 of them.
+static void moments_of_table(int count, const float *depth, quad b[7])
+{
+    const double scale = floor(2147483647.0 / (27 * 27)) - 5;
+    quad t[7] = {1};
+    for (int k = 1; k <= 6; k++) {
+        double sum = 0;
+        for (int i = 0; i < count; i++) sum += family_chebyshev(k, (double)depth[i]);
+        t[k] = (quad)(floor(sum / count * scale + 0.5) / scale * (1 - 2.4e-7));
+    }
+    b[0] = 1;
+    b[1] = t[1];
+    b[2] = (1 + t[2]) / 2;
+    b[3] = (3 * t[1] + t[3]) / 4;
+    b[4] = (3 + 4 * t[2] + t[4]) / 8;
+    b[5] = (10 * t[1] + 5 * t[3] + t[5]) / 16;
+    b[6] = (10 + 15 * t[2] + 6 * t[4] + t[6]) / 32;
+}
+
+// Depths at -outer, -inner, inner and outer, of 4 samples `ends` at each end. Counts how many moments hold.
+static void check_stored(int m, float outer, float inner, int ends, int tried[3])
+{
+    enum { samples = 4 };
+    static float depth[4 * samples];
+    const double alpha = m == 6 ? (double)MSSM_BIAS6_TABLE : (double)MSSM_BIAS4_TABLE;
+    const double b2 = m == 6 ? 0.657 : 1.120, b4 = m == 6 ? 0.734 : 2.884;
+    const double least[4] = {0, 0.5 * alpha * b2, 0.5 * alpha * (b4 - b2 * b2),
+                             0.5 * alpha * (1.197 - b4 * b4 / b2)};
+    const int exact = outer == 0.5f && inner == outer; // no polynomial is rounded
+    quad b[7];
+    for (int i = 0; i < 4 * samples; i++) {
+        const int k = i % samples;
+        depth[i] =
+            (k < samples / 2 ? -1.0f : 1.0f) * (k < ends || k >= samples - ends ? outer : inner);
+    }
+    moments_of_table(4 * samples, depth, b);
+    int valid = 1;
+    const orthogonal all = orthogonal_of_moments(m, b);
+    for (; valid <= m / 2; valid++) {
+        const double pivot = (double)all.d[valid] / least[valid];
+        // Rounding to the next integer decides; of six moments' D2 all that is below is noise.
+        if ((pivot > 0.4 || (m == 6 && valid == 2 && !exact)) && pivot < 1.6) return;
+        if (pivot < 1) break;
+    }
+    const double variance = valid == 1 ? least[1] : (double)b[2];
+    valid = valid > 2 ? 2 * valid - 2 : 2;
+    tried[valid / 2 - 1]++;
+    const size_t bytes = mssm_map_bytes(2, m);
+    void *memory = malloc(bytes);
+    mssm_map *map;
+    CHECK(memory && !mssm_map_init(&map, memory, bytes, 2, m) &&
+              !mssm_map_update(map, depth, NULL, samples),
+          "no map");
+    const orthogonal o = orthogonal_of_moments(valid > 2 ? valid : 4, b);
+    for (int i = -9; i <= 9; i += 2) {
+        const float z = 0.3f * (float)i * (outer > 0 ? outer : 6e-4f);
+        if (z > 0.9f) continue; // receivers further away are tested there
+        const double want = valid > 2 ? (double)oracle_bounds(&o, (quad)z).upper
+                                      : (double)bounds_of_variance((float)b[1], variance, z).upper;
+        const double got = (double)stored_upper(map, m, z);
+        CHECK(fabs(got - want) < (exact ? 1e-3 : 0.07),
+              "%d of %d moments hold, %g at %g is not %g (outer %g)", valid, m, got, (double)z,
+              want, (double)outer);
+    }
+    free(memory);
+}
+
+// As "pivots below half the bias do not count", for what the tables hold.
+static void stored_pivots_below_half_the_bias_do_not_count(void)
+{
+    for (int m = 4; m <= 6; m += 2) {
+        int tried[3] = {0};
+        check_stored(m, 0, 0, 2, tried);
+        check_stored(m, 0.5f, 0.5f, 2, tried);
+        for (float outer = 2e-4f; outer < 0.3f; outer *= 1.03f) {
+            check_stored(m, outer, outer, 2, tried); // two depths: D1
+            check_stored(m, outer, 0, 1, tried);     // three: D2 is a quarter of outer^4
+            if (m == 6) check_stored(m, outer, 0.5f * outer, 1, tried);
+        }
+        test_note("%d moments: cases with 2, 4, 6 that hold: %d, %d, %d", m, tried[0], tried[1],
+                  tried[2]);
+        CHECK(tried[0] > 20 && tried[1] > 20 && tried[2] >= 5 * (m - 4), "too few cases");
     }
 }
 
@@ -1208,10 +1451,15 @@ const test_case moments_tests[] = {
     {"cubic: no pair is lost to rounding", cubic_loses_no_pair},
     {"cubic: triple roots", cubic_triple_roots},
     {"cubic: vanishing leading coefficients", cubic_degenerate},
+    {"cubic: roots beyond 1e18 are infinite", roots_beyond_1e18_are_infinite},
     {"cubic: huge and tiny", cubic_huge_and_tiny},
     {"moments: the reconstruction holds shares, order and moments", reconstruction_holds_moments},
     {"moments: arrays give what single calls give", arrays_give_the_same},
     {"moments: too small a bias falls back to fewer moments", too_small_a_bias_falls_back},
+    {"moments: pivots below half the bias do not count", pivots_below_half_the_bias_do_not_count},
+    {"moments: stored pivots below half the bias do not count",
+     stored_pivots_below_half_the_bias_do_not_count},
+    {"moments: a wide bias leaves only rounding", wide_bias_leaves_only_rounding},
     {"moments: blocker depth matches Eq. 7 and 19", blocker_depth_matches_oracle},
     {"moments: one or two blockers are found exactly", blocker_depth_of_few_blockers},
     {"erratum: Eq. 19 sums over m/2 + 1 depths, not m", eq19_sums_over_half_plus_one},

@@ -800,34 +800,129 @@ static void any_number_of_samples_is_one_map(void)
 // Turning the light's axes by a quarter exchanges its half-sizes, and changes nothing else.
 static void the_choice_of_axes_does_not_matter(void)
 {
-    setup a, b;
-    scene_make(&a.scene, 0);
-    b.scene = a.scene;
-    float sun[3], low[3], high[3];
-    for (int i = 0; i < 3; i++) {
-        sun[i] = (float)a.scene.sun[i];
-        low[i] = (float)a.scene.low[i];
-        high[i] = (float)a.scene.high[i];
+    static const float sizes[3][2] = {{0.3f, 0.1f}, {0.4f, 0}, {0.5f, 0.15f}};
+    for (int l = 0; l < 3; l++) {
+        const float wide = sizes[l][0], slim = sizes[l][1], u[3] = {1, 0, 0}, eye[3] = {1, 6, 2};
+        setup a, b;
+        scene_make(&a.scene, 0);
+        b.scene = a.scene;
+        float sun[3], low[3], high[3], v[3];
+        for (int i = 0; i < 3; i++) {
+            sun[i] = l < 2 ? (float)a.scene.sun[i] : eye[i];
+            low[i] = (float)a.scene.low[i];
+            high[i] = (float)a.scene.high[i];
+        }
+        CHECK((l < 2
+                   ? mssm_light_directional(&a.light, sun, u, wide, slim, low, high)
+                   : mssm_light_spot(&a.light, eye, sun, u, 0.7f, 1.5f, 12, wide, slim)) == MSSM_OK,
+              "light");
+        for (int i = 0; i < 3; i++) v[i] = a.light.world_to_shadow[4 * i + 1];
+        CHECK((l < 2
+                   ? mssm_light_directional(&b.light, sun, v, slim, wide, low, high)
+                   : mssm_light_spot(&b.light, eye, sun, v, 0.7f, 1.5f, 12, slim, wide)) == MSSM_OK,
+              "light");
+        setup_map(&a, 128, 1, 6, 0);
+        setup_map(&b, 128, 1, 6, 0);
+        uint64_t state = 17;
+        double worst = 0;
+        for (int i = 0; i < test_trials(1000); i++) {
+            double point[3], normal[3];
+            scene_receiver(&a.scene, &state, point, normal);
+            // A little off surfaces: on them, rounding decides what is in front.
+            for (int k = 0; k < 3; k++) point[k] += 0.02 * normal[k];
+            worst = fmax(worst, fabs(visibility(&a, NULL, point) - visibility(&b, NULL, point)));
+        }
+        setup_free(&a);
+        setup_free(&b);
+        test_note("light %d: %.1e", l, worst);
+        CHECK(worst < 0.05, "light %d: %.3f", l, worst);
     }
-    const float u[3] = {1, 0, 0};
-    CHECK(mssm_light_directional(&a.light, sun, u, 0.3f, 0.1f, low, high) == MSSM_OK, "light");
-    float v[3];
-    for (int i = 0; i < 3; i++) v[i] = a.light.world_to_shadow[4 * i + 1];
-    CHECK(mssm_light_directional(&b.light, sun, v, 0.1f, 0.3f, low, high) == MSSM_OK, "light");
-    setup_map(&a, 128, 1, 6, 0);
-    setup_map(&b, 128, 1, 6, 0);
-    uint64_t state = 17;
+}
+
+// A map of count depths, drawn at random for each texel, under a directional light or a spot. The depths'
+// shares are equal. Directional: depth is linear in -y from -1 to 1; spot: at (0, 5, 0), from 1 to 5 below it.
+static void setup_depths(setup *u, int is_spot, float size, int count, const float *depth,
+                         int with_back)
+{
+    const float up[3] = {0, 1, 0}, x[3] = {1, 0, 0}, eye[3] = {0, 5, 0}, low[3] = {-1, -1, -1},
+                high[3] = {1, 1, 1};
+    const size_t bytes = mssm_map_bytes(128, 6);
+    uint64_t state = 19;
+    memset(u, 0, sizeof *u);
+    u->side = 128;
+    u->front = allocate(128 * 128 * sizeof *u->front);
+    u->memory = allocate(bytes);
+    for (int i = 0; i < 128 * 128; i++) u->front[i] = depth[(int)test_range(&state, 0, count)];
+    CHECK((is_spot ? mssm_light_spot(&u->light, eye, up, x, 0.5f, 1, 5, size, size)
+                   : mssm_light_directional(&u->light, up, x, size, size, low, high)) == MSSM_OK,
+          "light");
+    CHECK(mssm_map_init(&u->map, u->memory, bytes, 128, 6) == MSSM_OK &&
+              mssm_map_update(u->map, u->front, with_back ? u->front : NULL, 1) == MSSM_OK,
+          "map");
+}
+
+// The point on the light's axis that has a depth.
+static double visibility_at_depth(const setup *u, const mssm_settings *settings, double depth)
+{
+    const float *m = u->light.world_to_shadow;
+    const double distance = u->light.z_near + (depth + 1) / 2 * (u->light.z_far - u->light.z_near);
+    const double point[3] = {0, u->light.perspective ? 5 - distance : (depth - m[14]) / m[6], 0};
+    return visibility(u, settings, point);
+}
+
+// Before a wall that covers everything: lit up to the depth bias, dark from three times as far on, linear
+// between. The bias is 3/4 of a texel's width there; of back faces none, and 2 texels of fading.
+static void blockers_fade_in_behind_the_bias(void)
+{
+    const float wall = -0.2f;
     double worst = 0;
-    for (int i = 0; i < test_trials(1000); i++) {
-        double point[3], normal[3];
-        scene_receiver(&a.scene, &state, point, normal);
-        // A little off surfaces: on them, rounding decides what is in front.
-        for (int k = 0; k < 3; k++) point[k] += 0.02 * normal[k];
-        worst = fmax(worst, fabs(visibility(&a, NULL, point) - visibility(&b, NULL, point)));
+    for (int way = 0; way < 6; way++) {
+        const int is_spot = way % 2, back = way / 2 == 1, own = way / 2 == 2;
+        setup u;
+        setup_depths(&u, is_spot, 0.02f, 1, &wall, back);
+        const double range = (u.light.z_far - u.light.z_near) / 2,
+                     width = is_spot ? 1 + 0.8 / 2 * 4 : 1;
+        const double texel = 2 * u.light.extent_u * width / 128 / range;
+        mssm_settings settings = {6, MSSM_LAYERED, 0, own ? 0.03f : 0, 0, 1e-4f};
+        const double bias = own    ? 0.03
+                            : back ? 0
+                                   : 0.75 * texel,
+                     fade = own    ? 0.06
+                            : back ? 2 * texel
+                                   : 1.5 * texel;
+        for (int i = 1; i < 40; i++) {
+            const double behind = i * 0.1 * (bias + fade), t = (behind - bias) / fade;
+            const double want = t < 0   ? 1
+                                : t > 1 ? 0
+                                        : 1 - t,
+                         got = visibility_at_depth(&u, &settings, (double)wall + behind);
+            worst = fmax(worst, fabs(got - want));
+            CHECK(fabs(got - want) < 0.06, "way %d: %.3f at %.2f texels, not %.3f", way, got,
+                  behind / texel, want);
+        }
+        setup_free(&u);
     }
-    setup_free(&a);
-    setup_free(&b);
-    CHECK(worst < 0.05, "%.3f", worst);
+    test_note("to %.3f", worst);
+}
+
+// A surface through the receiver lies as much behind it as in front. So what lies behind may light a
+// receiver by its share, and no more.
+static void what_lies_behind_lights_by_its_share_at_most(void)
+{
+    for (int is_spot = 0; is_spot < 2; is_spot++) {
+        for (double z = -0.3; z < 0.3; z += 0.04) {
+            for (double behind = 0.05; behind < 0.2; behind += 0.05) {
+                const float near = (float)z - 0.4f, far = (float)(z + behind), none = 1;
+                const float depth[10] = {near, near, near, near, near, near, far, none, none, none};
+                setup u;
+                setup_depths(&u, is_spot, is_spot ? 0.5f : 0.4f, 10, depth, 0);
+                const double v = visibility_at_depth(&u, NULL, z);
+                CHECK(v > 0.3 && v < 0.6, "spot %d, z %.2f, %.2f behind: %.3f, not 0.4 to 0.5",
+                      is_spot, z, behind, v);
+                setup_free(&u);
+            }
+        }
+    }
 }
 
 const test_case visibility_tests[] = {
@@ -853,4 +948,6 @@ const test_case visibility_tests[] = {
     {"more samples and back faces are not wasted", better_depth_is_not_wasted},
     {"any number of equal samples makes the same map", any_number_of_samples_is_one_map},
     {"the choice of the light's axes does not matter", the_choice_of_axes_does_not_matter},
+    {"blockers fade in behind the bias", blockers_fade_in_behind_the_bias},
+    {"what lies behind lights by its share at most", what_lies_behind_lights_by_its_share_at_most},
     {0, 0}};
