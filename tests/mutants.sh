@@ -1,11 +1,13 @@
 #!/bin/sh
-# Do the tests notice? Changes operators and constants of the moment math, the tables and the cuts of a copy
-# of the headers, one at a time, and runs the CPU tests on each. Exit 1 if a mutant survives that
-# tests/mutants.txt does not list as equivalent, with its reason. Called by `make mutants`; 10 minutes.
-#     MUTANTS=300 make mutants    how many, spread evenly over all that there are (about 1900)
+# Do the tests notice? Changes operators, constants, signs and statements of the moment math, the tables and the
+# cuts of a copy of the headers, one at a time, and runs the CPU tests on each; what survives, with sanitizers.
+# Exit 1 if a mutant survives that tests/mutants.txt does not list as equivalent, with its reason. Called by
+# `make mutants`; 10 minutes.
+#     MUTANTS=300 make mutants    how many of all that there are (about 3500)
 #     FIRST=7                     another choice of as many
 #     AGAIN=1                     those that survived the last run
 #     ONLY="text of a line"       all mutants of the lines that contain it
+#     JOBS=1                      at a time; default 2
 set -u
 cd "$(dirname "$0")/.." || exit 1
 work=build/mutants
@@ -24,6 +26,7 @@ candidates()
             if (only != "" && !index(text, only)) return
             key = substr(line, at, length_) " -> " to
             gsub(/^ +/, "", key)
+            if (to == ";") key = "removed"
             count[FILENAME, FNR, key]++
             if (count[FILENAME, FNR, key] > 1) key = key " (" count[FILENAME, FNR, key] ")"
             print FILENAME, FNR, at, length_, to, key, text
@@ -48,16 +51,26 @@ candidates()
             line = $0
             code = line
             sub(/\/\/.*$/, "", code)
+            if (match(code, /^ +[a-z][][A-Za-z0-9_.>-]* [-+*\/]?= .*; *$/)) {
+                match(code, /[a-z]/)
+                offer(RSTART, length(code) - RSTART + 1, ";")
+            }
             for (at = 1; at <= length(code); at++) {
                 rest = substr(code, at)
                 for (i = 1; i <= n; i++) {
                     if (index(rest, " " from[i] " ") == 1) offer(at + 1, length(from[i]), to[i])
                 }
                 before = at > 1 ? substr(code, at - 1, 1) : " "
+                if (before ~ /[ (,]/ && rest ~ /^[-!][a-z(]/) offer(at, 1, " ")
+                if (match(rest, /^\? [^?:;()]+ : [^?:;()]+[;)]/)) {
+                    split(substr(rest, 3, RLENGTH - 3), way, " : ")
+                    offer(at, RLENGTH - 1, "? " way[2] " : " way[1])
+                }
+                if (match(rest, /^ < [a-z][a-z_>.-]*;/)) offer(at, RLENGTH - 1, substr(rest, 1, RLENGTH - 1) " - 1")
                 if (before ~ /[A-Za-z0-9_.]/ || !match(rest, /^[0-9]+(\.[0-9]+)?(e-?[0-9]+)?f?/)) continue
                 number = substr(rest, 1, RLENGTH)
                 after = substr(rest, RLENGTH + 1, 1)
-                if (after ~ /[A-Za-z_]/ || /uint32_t|int32_t|float [a-z0-9]+\[|struct/ && after == "]") continue
+                if (after ~ /[A-Za-z_]/ || /uint32_t|int32_t|(float|int) [a-z0-9]+\[|struct/ && after == "]") continue
                 if (number ~ /[.ef]/) offer(at, RLENGTH, number + 0 == 0 ? "1.0f" : "(2 * " number ")")
                 else if (after == "]" && before == "[") offer(at, RLENGTH, number > 0 ? number - 1 : 1)
                 else offer(at, RLENGTH, number + 1)
@@ -70,10 +83,15 @@ candidates >$work/all.tsv
 total=$(wc -l <$work/all.tsv)
 wanted=${MUTANTS:-240}
 [ -n "${ONLY-}" ] && wanted=$total
-# Evenly spread.
-awk -v n="$wanted" -v total="$total" -v first="${FIRST:-0}" '
-    int(NR * n / total) > int((NR - 1) * n / total) && first == 0 { print }
-    first > 0 && NR % int(total / n) == first % int(total / n) { print }' $work/all.tsv >$work/chosen.tsv
+# Chosen by what they are, not by where they stand: changes elsewhere in the headers leave the choice as it is.
+awk -F '\t' -v salt="${FIRST:-0}" '
+    BEGIN { for (i = 32; i < 127; i++) code[sprintf("%c", i)] = i }
+    {
+        hash = salt + 1
+        text = $6 $7
+        for (i = 1; i <= length(text); i++) hash = (hash * 263 + code[substr(text, i, 1)]) % 1000003
+        print hash * 7919 % 1000003 "\t" NR "\t" $0
+    }' $work/all.tsv | sort -n | head -n "$wanted" | sort -n -k 2 | cut -f 3- >$work/chosen.tsv
 if [ -n "${AGAIN-}" ]; then
     awk -F '\t' 'NR == FNR { if ($1 == "survived") left[$2, $3, $4]; next } ($1, $6, $7) in left' \
         $work/results.tsv $work/all.tsv >$work/chosen.tsv
@@ -81,13 +99,27 @@ fi
 echo "$(wc -l <$work/chosen.tsv) of $total mutants"
 
 ${MAKE:-make} -s -j2 config=mutants CC="$CC" CFLAGS=-O1 test-cpu || exit 1
-# Fast tests first, then those that need many trials.
+flags="-std=c99 -w -O1 -DTEST_CPU_ONLY -DMSSM_NO_GL -DLIGHTPROBE_NO_GL"
+export flags
+for header in mssm.h lightprobe.h; do
+    printf '#define %s_IMPLEMENTATION\n#include "%s"\n' "$(basename $header .h | tr a-z A-Z)" $header >$work/$header.c
+    $CC $flags -I. -c $work/$header.c -o $work/$header.o || exit 1
+done
+# run.sh PROGRAM HEADER [quick]: fast tests first, then those that need many trials.
 cat >$work/run.sh <<'EOF'
-for run in "100 -layered" "20 -layered" "10 moments:" "4 "; do
-    TEST_STOP=1 TEST_SCALE=${run%% *} timeout 100 "$1" "${run#* }" || exit 1
+if [ "$2" = lightprobe.h ]; then
+    quick="100:parts: 100:edges: 100:probe:" rest="20:probe: 4:parts: 4:edges: 4:probe:"
+else
+    quick="100:-probe:|parts:|layered|light" rest="20:-probe:|parts:|layered|light 4:-probe:|parts:"
+fi
+[ -n "${3-}" ] && rest=
+for run in $quick $rest; do
+    TEST_STOP=1 TEST_SCALE=${run%%:*} timeout 200 "$1" "${run#*:}" || exit 1
 done
 EOF
-sh $work/run.sh build/mutants/test-cpu >$work/log || { echo "FAIL  the tests fail without any mutant"; exit 1; }
+for header in mssm.h lightprobe.h; do
+    sh $work/run.sh build/mutants/test-cpu $header >$work/log || { echo "FAIL  the tests fail without any mutant"; exit 1; }
+done
 
 # one NUMBER: prints "killed by ..." or "survived", and the mutant.
 cat >$work/one.sh <<'EOF'
@@ -96,35 +128,64 @@ IFS='	' read -r header line at length to key text <<END
 $(sed -n "${number}p" $work/chosen.tsv)
 END
 tree=$work/tree$number
-mkdir -p $tree/examples/common
+mkdir -p $tree/tests
 cp mssm.h lightprobe.h $tree
-cp examples/common/implementation.c $tree/examples/common
+cp tests/test_parts.c tests/*.h $tree/tests
 awk -v line="$line" -v at="$at" -v length_="$length" -v to="$to" '
     NR == line { $0 = substr($0, 1, at - 1) to substr($0, at + length_) }
     { print }' $header >$tree/$header
+# build FLAGS: what contains the header, and links it with the rest.
+build()
+{
+    sources=$work/$header.c
+    [ $header = lightprobe.h ] && sources="$sources $tree/tests/test_parts.c"
+    for source in $sources; do
+        object=$tree/$(basename $source).o
+        $CC $flags $1 -I$tree -c $source -o $object 2>$tree/log || return 1
+    done
+    others=$(find build/mutants/cpu -name '*.o' ! -name implementation.o)
+    case $header in
+    mssm.h) others="$others $work/lightprobe.h.o" ;;
+    *) others="$(echo "$others" | grep -v test_parts) $work/mssm.h.o" ;;
+    esac
+    $CC $1 $tree/*.o $others -o $tree/test -lm -lpthread
+}
 verdict=survived
-if ! $CC -std=c99 -w -O1 -DMSSM_NO_GL -DLIGHTPROBE_NO_GL -c $tree/examples/common/implementation.c -o $tree/it.o 2>$tree/log; then
+if ! build ""; then
     verdict="killed by the compiler"
-else
-    $CC $tree/it.o $(find build/mutants/cpu -name '*.o' ! -name implementation.o) -o $tree/test -lm -lpthread
-    if ! sh $work/run.sh $tree/test >$tree/log 2>&1; then
-        verdict="killed by $(grep -v '^    \|^ok\|^skip' $tree/log | head -n 1)"
-        [ "$verdict" = "killed by " ] && verdict="killed by $(tail -n 1 $tree/log)"
-    fi
+elif ! sh $work/run.sh $tree/test $header >$tree/log 2>&1; then
+    verdict="killed by $(grep -v '^    \|^ok\|^skip' $tree/log | head -n 1)"
+    [ "$verdict" = "killed by " ] && verdict="killed by $(tail -n 1 $tree/log)"
+elif ! build "-fsanitize=address,undefined -fno-sanitize-recover=all" ||
+        ! sh $work/run.sh $tree/test $header quick >$tree/log 2>&1; then
+    verdict="killed by the sanitizers"
 fi
 printf '%s\t%s\t%s\t%s\n' "$verdict" "$header" "$key" "$text"
 rm -rf $tree
 EOF
-seq "$(wc -l <$work/chosen.tsv)" | xargs -P 2 -n 1 sh $work/one.sh >$work/results.tsv
+seq "$(wc -l <$work/chosen.tsv)" | xargs -P "${JOBS:-2}" -n 1 sh $work/one.sh >$work/results.tsv
 
 # Survivors that are not in the list. Both ways: what is listed must be there in the headers.
 awk -F '\t' '
-    FILENAME ~ /mutants.txt$/ { if ($0 !~ /^#/ && NF >= 3) reason[$1, $2] = $3; next }
+    # The number of a listed mutant, or 0.
+    function listed(key, text, i)
+    {
+        for (i = 1; i <= n; i++)
+            if ((mutation[i] == key || mutation[i] == plain(key)) && index(text, part[i])) return i
+        return 0
+    }
+    function plain(key) { sub(/ \([0-9]+\)$/, "", key); return key }
+    FILENAME ~ /mutants.txt$/ { if ($0 !~ /^#/ && NF >= 3) { mutation[++n] = $1; part[n] = $2 }; next }
+    FILENAME ~ /all.tsv$/ { if (i = listed($6, $7)) found[i] = 1; next }
     $1 != "survived" { killed++; next }
-    ($3, $4) in reason { equivalent++; next }
+    listed($3, $4) { equivalent++; next }
     { print "survived: " $2 ": " $4 "    " $3; survived++ }
     END {
+        for (i = 1; i <= n && whole; i++) if (!(i in found)) {
+            print "listed, but not in the headers: " mutation[i] ": " part[i]
+            survived++
+        }
         printf "%d killed, %d equivalent, %d survived\n", killed, equivalent, survived
         print (survived ? "FAIL" : "ok   ") "  mutants are noticed"
         exit survived > 0
-    }' tests/mutants.txt $work/results.tsv
+    }' whole="$([ -z "${ONLY-}" ] && echo 1)" tests/mutants.txt $work/all.tsv $work/results.tsv
