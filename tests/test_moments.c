@@ -465,6 +465,8 @@ static const char *broken_function(int m, moments b, float z, float alpha)
     if (!finite_moments(m, decoded(m, b))) return "decode";
     if (!finite_moments(m, biased(m, FLOAT32, b, alpha))) return "bias";
     if (!finite_nodes(reconstructed(m, b, z))) return "reconstruct";
+    // The upper bound holds the receiver's own share, however the others are rounded.
+    if (!(visibility(m, b, z).upper >= reconstructed(m, b, z).w[0] - 1e-6f)) return "visibility";
     const float receiver = z < -1 ? -1 : z < 1 ? z : 1;
     const float low = blocker_depth(m, b, z, 1e-3f, 1e-3f),
                 any = blocker_depth(m, b, z, alpha, b.b[0]);
@@ -785,6 +787,10 @@ static int roots_agree(const float c[4], double delta, const char **why)
         *why = "a root is not finite or out of order";
         if (!isfinite(r.x[i]) || (i > 0 && r.x[i] < r.x[i - 1])) return 0;
     }
+    *why = "an unused root is not 0";
+    for (int i = r.count; i < 3; i++) {
+        if (!(r.x[i] >= 0 && r.x[i] <= 0)) return 0;
+    }
     // Every true root must be found, a root found in excess must be within rounding of being one.
     int used[3] = {0, 0, 0};
     for (int i = 0; i < count; i++) {
@@ -954,6 +960,32 @@ static void roots_beyond_1e18_are_infinite(void)
                       (double)three.x[2 * last]);
             }
         }
+    }
+}
+
+// Infinite coefficients count as the largest finite ones, NaN as one of them.
+static void infinite_coefficients_are_the_largest(void)
+{
+    uint64_t state = 57;
+    for (int i = 0; i < 400; i++) {
+        float c[4];
+        for (int k = 0; k < 4; k++) {
+            c[k] = test_random(&state) % 3 ? (float)test_range(&state, -1, 1) : 0;
+            if (test_random(&state) % 4 == 0) c[k] *= 1e38f;
+        }
+        const int at = i % 4;
+        c[at] = INFINITY;
+        const mssm_roots3 a = mssm_solve_cubic(c[0], c[1], c[2], c[3]);
+        c[at] = FLT_MAX;
+        const mssm_roots3 b = mssm_solve_cubic(c[0], c[1], c[2], c[3]);
+        c[at] = -INFINITY;
+        const mssm_roots3 d = mssm_solve_cubic(c[0], c[1], c[2], c[3]);
+        c[at] = -FLT_MAX;
+        const mssm_roots3 e = mssm_solve_cubic(c[0], c[1], c[2], c[3]);
+        c[at] = NAN;
+        const mssm_roots3 n = mssm_solve_cubic(c[0], c[1], c[2], c[3]);
+        CHECK(!memcmp(&a, &b, sizeof a) && !memcmp(&d, &e, sizeof d), "coefficient %d", at);
+        CHECK(!memcmp(&n, &a, sizeof n) || !memcmp(&n, &d, sizeof n), "NaN as coefficient %d", at);
     }
 }
 
@@ -1451,6 +1483,7 @@ const test_case moments_tests[] = {
     {"cubic: no pair is lost to rounding", cubic_loses_no_pair},
     {"cubic: triple roots", cubic_triple_roots},
     {"cubic: vanishing leading coefficients", cubic_degenerate},
+    {"cubic: infinite coefficients are the largest", infinite_coefficients_are_the_largest},
     {"cubic: roots beyond 1e18 are infinite", roots_beyond_1e18_are_infinite},
     {"cubic: huge and tiny", cubic_huge_and_tiny},
     {"moments: the reconstruction holds shares, order and moments", reconstruction_holds_moments},
