@@ -377,6 +377,10 @@ static void write_reproduce(FILE *f, results *r, double seconds)
         "and "
         ".628 .628 (16 bits and tables) with 4,\n.5566 .489 .4787 with 6; the safe bias is that of "
         "the vector in use (`make bias`), so the published method gets a larger one.\n\n"
+        "What the tests are worth: `make mutants` changes operators, constants, signs and "
+        "statements of the moment math, the tables and the probe's cuts one at a time,\n240 of "
+        "about 3500, and reports what no test notices: 225 were noticed, 15 change nothing that "
+        "is promised (each with its reason in `tests/mutants.txt`), 0 survived.\n\n"
         "The worst queries are kept in `tests/cases/` and run with `make test`. What is trusted "
         "and "
         "what is not: [security.md](security.md).\n",
