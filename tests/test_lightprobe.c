@@ -482,6 +482,9 @@ static void a_rectangle_keeps_its_size(void)
         test_note("place %d: %.4f x %.4f, off by %.1e", k, half[0], half[1], off);
         CHECK(off < 0.005, "place %d: %.4f x %.4f, not %.4f x %.4f", k,
               (double)lights[0].tan_half_u, (double)lights[0].tan_half_v, half[0], half[1]);
+        // The longer side lies along s, as far as it can across the direction.
+        const double along = (double)lights[0].axis_u[0] / sqrt(1 - d[0] * d[0]);
+        CHECK(fabs(along) > 0.9995, "place %d: the cosine to the longer side is %g", k, along);
         const double printed = half[0] * half[0]; // d from variance = d / 3
         CHECK(fabs(printed / half[0] - 1) > 0.5, "the printed formula would do as well");
         test_probe_free(&p);
