@@ -1140,8 +1140,8 @@ MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float r
 }
 
 // The same for a cubic that is known to have only real roots: the cosine of a third of an angle,
-// whose cosine is h, as a polynomial of h (error 2e-4 of the roots' spread), and two steps of
-// Newton's method.
+// whose cosine is h, as a polynomial of h (error 2e-4 of the roots' spread), and one step of
+// Newton's method (after it nothing is left but rounding).
 MSSM_SHARED struct mssm_deflated mssm_deflate_real(float b, float c, float d)
 {
     float middle = b * (-1.0f / 3.0f);
@@ -1151,12 +1151,10 @@ MSSM_SHARED struct mssm_deflated mssm_deflate_real(float b, float c, float d)
     float h = mssm_clamp(0.5f * fabsf(f) / (unit * unit * unit + 1e-30f), 0.0f, 1.0f);
     float cosine = 0.8660254f + h * (0.1666667f + h * (-0.0424743f + h * 0.0097823f));
     float x = middle - (f < 0.0f ? -2.0f : 2.0f) * unit * cosine;
-    for (int i = 0; i < 2; i++) {
-        f = ((x + b) * x + c) * x + d;
-        float f1 = (3.0f * x + 2.0f * b) * x + c;
-        float step = f / (f1 > 1e-30f ? f1 : 1e-30f);  // bounded: next to a triple root it is noise
-        x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);
-    }
+    f = ((x + b) * x + c) * x + d;
+    float f1 = (3.0f * x + 2.0f * b) * x + c;
+    float step = f / (f1 > 1e-30f ? f1 : 1e-30f);  // bounded: next to a triple root it is noise
+    x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);
     return mssm_divide(b, c, d, x);
 }
 
@@ -3477,8 +3475,8 @@ static const char mssm__glsl_math[] =
     "}\n"
     "\n"
     "// The same for a cubic that is known to have only real roots: the cosine of a third of an angle,\n"
-    "// whose cosine is h, as a polynomial of h (error 2e-4 of the roots' spread), and two steps of\n"
-    "// Newton's method.\n"
+    "// whose cosine is h, as a polynomial of h (error 2e-4 of the roots' spread), and one step of\n"
+    "// Newton's method (after it nothing is left but rounding).\n"
     "MSSM_SHARED mssm_deflated mssm_deflate_real(float b, float c, float d)\n"
     "{\n"
     "    float middle = b * (-1.0f / 3.0f);\n"
@@ -3488,12 +3486,10 @@ static const char mssm__glsl_math[] =
     "    float h = mssm_clamp(0.5f * fabsf(f) / (unit * unit * unit + 1e-30f), 0.0f, 1.0f);\n"
     "    float cosine = 0.8660254f + h * (0.1666667f + h * (-0.0424743f + h * 0.0097823f));\n"
     "    float x = middle - (f < 0.0f ? -2.0f : 2.0f) * unit * cosine;\n"
-    "    for (int i = 0; i < 2; i++) {\n"
-    "        f = ((x + b) * x + c) * x + d;\n"
-    "        float f1 = (3.0f * x + 2.0f * b) * x + c;\n"
-    "        float step = f / (f1 > 1e-30f ? f1 : 1e-30f);  // bounded: next to a triple root it is noise\n"
-    "        x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);\n"
-    "    }\n"
+    "    f = ((x + b) * x + c) * x + d;\n"
+    "    float f1 = (3.0f * x + 2.0f * b) * x + c;\n"
+    "    float step = f / (f1 > 1e-30f ? f1 : 1e-30f);  // bounded: next to a triple root it is noise\n"
+    "    x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);\n"
     "    return mssm_divide(b, c, d, x);\n"
     "}\n"
     "\n"
