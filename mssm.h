@@ -254,7 +254,7 @@ typedef enum mssm_estimator {
 } mssm_estimator;
 
 typedef struct mssm_settings {  // zero means default everywhere
-    int moments;                // 4, 6, or 0: 4 where they will do (layered: to search), else 6
+    int moments;                // 4, 6, or 0: 4 where they will do (layered: widest kernels), else 6
     mssm_estimator estimator;
     float moment_bias;  // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
     float depth_bias;   // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
@@ -420,7 +420,7 @@ const char *mssm_glsl_math(void);
 // be put after mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map,
 // mssm_view, mssm_options, mssm_receiver), and calls mssm_moments6 mssm_query(int map, int moments,
 // float x, float y, float half_x, float half_y), which is yours to define: the Chebyshev moments
-// that a rectangle of the map holds.
+// that a rectangle of the map holds. A macro MSSM_SEARCH may name a cheaper one for the search.
 const char *mssm_glsl_shading(void);
 
 // ------------------------------------------------------------------------------------------------
@@ -1985,6 +1985,28 @@ MSSM_SHARED struct mssm_strips mssm_cut(float from, float to, float size)
     return r;
 }
 
+// One axis of a query of whole texels, as table columns (or rows).
+struct mssm_span {
+    float low;
+    float high;
+    float whole;  // length, what lies outside of the map included
+};
+
+// Rounds a wide query to the next texel borders. One of a texel's width grows to all that it touches:
+// by rounding it would see one texel of two, and lose what shadows of no width are made of.
+MSSM_SHARED struct mssm_span mssm_cut_texels(float from, float to, float size)
+{
+    struct mssm_span r;
+    float inwards = mssm_clamp(0.125f * (to - from - 1.0f), 0.0f, 0.5f);
+    float low = floorf(from + inwards);
+    float high = -floorf(inwards - to);
+    high = high < low + MSSM_KERNEL ? high : low + MSSM_KERNEL;  // as one level holds, rounding or not
+    r.low = mssm_clamp(low, 0.0f, size);
+    r.high = mssm_clamp(high, 0.0f, size);
+    r.whole = high - low;
+    return r;
+}
+
 // The level that serves a kernel this wide in texels of level 0, of a map with so many levels.
 MSSM_SHARED int mssm_level_of(float width, int levels)
 {
@@ -2048,10 +2070,35 @@ static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float
     return t;
 }
 
+// The same of all texels that the rectangle touches: one rectangle, a quarter of the reads.
+static mssm_moments6 mssm__query_texels(const mssm_map *map, int moments, float x, float y,
+                                        float half_x, float half_y)
+{
+    const int level = mssm_level_of(2.0f * (half_x > half_y ? half_x : half_y), map->levels);
+    const float size = (float)map->size[level], scale = 1.0f / (float)(1 << level);
+    const struct mssm_span sx = mssm_cut_texels((x - half_x) * scale, (x + half_x) * scale, size);
+    const struct mssm_span sy = mssm_cut_texels((y - half_y) * scale, (y + half_y) * scale, size);
+    const float area = sx.whole * sy.whole;
+    const float inverse = MSSM_INVERSE_SCALE / area;
+    const float outside = (area - (sx.high - sx.low) * (sy.high - sy.low)) / area;
+    const size_t channels = (size_t)map->moments;
+    const size_t stride = (size_t)(map->size[level] + 1) * channels;
+    const uint32_t *low = map->table[level] + (size_t)sy.low * stride;
+    const uint32_t *high = map->table[level] + (size_t)sy.high * stride;
+    const size_t a = (size_t)sx.low * channels, b = (size_t)sx.high * channels;
+    mssm_moments6 t = {{0}};
+    for (size_t k = 0; k < (size_t)moments; k++) {
+        const uint32_t sum = (high[b + k] - low[b + k]) - (high[a + k] - low[a + k]);
+        t.b[k] = (float)(int32_t)sum * inverse + outside;
+    }
+    return t;
+}
+
 // ---- Estimators (docs/moments.md, "Layers") ----
 //
 // Shared with GLSL, where a map is the number of a light.
 #define MSSM_MAP const mssm_map *
+#define MSSM_SEARCH mssm__query_texels
 #define MSSM_CALLED static  // shared, but called, not inlined: the bulk of the code
 
 // [glsl begin shading]
@@ -2167,6 +2214,14 @@ MSSM_SHARED mssm_moments6 mssm_look(MSSM_MAP map, mssm_view v, struct mssm_recei
 {
     return mssm_query(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * d, 0.5f, v.max_half),
                       mssm_clamp(v.kernel_v * d, 0.5f, v.max_half));
+}
+
+// Those of the kernel for blockers at the near plane, which all other kernels lie in. They only say
+// which kernels to look at, so MSSM_SEARCH may round the rectangle to what is cheap to read.
+MSSM_SHARED mssm_moments6 mssm_search(MSSM_MAP map, mssm_view v, struct mssm_receiver r, int moments)
+{
+    return MSSM_SEARCH(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * r.d_max, 0.5f, v.max_half),
+                       mssm_clamp(v.kernel_v * r.d_max, 0.5f, v.max_half));
 }
 
 MSSM_SHARED struct mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)
@@ -2321,45 +2376,57 @@ MSSM_SHARED struct mssm_seen mssm_see(mssm_view v, struct mssm_receiver r, struc
     return s;
 }
 
+// All kernels so far.
+struct mssm_tally {
+    float occlusion;
+    float fullest;   // largest and least share
+    float emptiest;
+};
+
+MSSM_SHARED struct mssm_tally mssm_add_seen(struct mssm_tally t, struct mssm_seen s)
+{
+    t.occlusion += s.counted;
+    t.fullest = s.share > t.fullest ? s.share : t.fullest;
+    t.emptiest = s.share < t.emptiest ? s.share : t.emptiest;
+    return t;
+}
+
 // Occlusion is the integral over depth of the share of texels at that depth, each in the kernel
 // that this depth asks for. Three nested kernels are looked at, and a blocker at a distance in
 // between counts in the two around it in proportion to their area: a quadrature that needs no
 // limits between layers, and changes continuously with all of its inputs.
-//
-// Loops that end early, and not one query after another with branches between: a software
-// rasterizer runs whatever stands in a branch, but leaves a loop when no pixel needs it.
 MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                struct mssm_receiver r)
 {
-    // As few moments as will do: four for the search.
+    // As few moments as will do: four for the search and the widest kernel. The narrowest ones see
+    // few texels of any depth, where four moments flicker.
     int few = o.moments == 6 ? 6 : 4;
     int most = o.moments == 4 ? 4 : 6;
     float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;
-    mssm_points4 p = mssm_layers(o, few, mssm_look(map, v, r, few, r.d_max), r.z_test);
+    mssm_points4 p = mssm_layers(o, few, mssm_search(map, v, r, few), r.z_test);
     struct mssm_plan plan = mssm_plan_layers(v, o, r, p);
-    float occlusion = 0.0f;
-    float fullest = 0.0f;
-    float emptiest = 1.0f;
-    float d = r.d_max;
-    int kernels = plan.known == 1 ? 0 : 3;
-    for (int i = 0; i < kernels; i++) {
-        // Kernels of one texel are all the same.
-        if (i == 0 || kernel * d > 0.5f) {
-            d = mssm_planned(plan, i);
-            p = mssm_layers(o, most, mssm_look(map, v, r, most, d), r.z_test);
-        }
-        struct mssm_seen s = mssm_see(v, r, plan, i, p);
-        occlusion += s.counted;
-        fullest = s.share > fullest ? s.share : fullest;
-        emptiest = s.share < emptiest ? s.share : emptiest;
-    }
     if (plan.known == 1) return 1.0f - plan.occlusion;
+    struct mssm_tally t;
+    t.occlusion = 0.0f;
+    t.fullest = 0.0f;
+    t.emptiest = 1.0f;
+    p = mssm_layers(o, few, mssm_look(map, v, r, few, plan.d[0]), r.z_test);
+    t = mssm_add_seen(t, mssm_see(v, r, plan, 0, p));
+    // Kernels of one texel are all the same.
+    if (kernel * plan.d[0] > 0.5f) {
+        p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[1]), r.z_test);
+    }
+    t = mssm_add_seen(t, mssm_see(v, r, plan, 1, p));
+    if (kernel * plan.d[1] > 0.5f) {
+        p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[2]), r.z_test);
+    }
+    t = mssm_add_seen(t, mssm_see(v, r, plan, 2, p));
     // No more than the kernel that sees most, which a surface through all kernels would pass. No
     // less than the one that sees least, which closes the gap between a far and a near blocker; the
     // less that one sees, the less it is to be trusted, or its hard edge would show in a soft
     // shadow.
-    occlusion += emptiest > occlusion ? (emptiest - occlusion) * emptiest : 0.0f;
-    return 1.0f - mssm_clamp(occlusion, 0.0f, fullest < 1.0f ? fullest : 1.0f);
+    float gap = t.emptiest > t.occlusion ? (t.emptiest - t.occlusion) * t.emptiest : 0.0f;
+    return 1.0f - mssm_clamp(t.occlusion + gap, 0.0f, t.fullest < 1.0f ? t.fullest : 1.0f);
 }
 
 // Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.
@@ -3757,6 +3824,9 @@ static const char mssm__glsl_shading[] =
     "#define MSSM_FAR_CASTER " MSSM__TEXT(MSSM_FAR_CASTER) "\n"
     "#define MSSM_FAR_AWAY " MSSM__TEXT(MSSM_FAR_AWAY) "\n"
     "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y);\n"
+    "#ifndef MSSM_SEARCH\n"
+    "#define MSSM_SEARCH mssm_query\n"
+    "#endif\n"
     // [glsl text begin shading] made by "make glsl", do not edit
     "// One axis of an interpolated query: four table columns (or rows), and the weights of the three strips\n"
     "// between them: a part of the first texel, whole texels (weight 1), a part of the last one.\n"
@@ -4770,6 +4840,12 @@ static const char mssm__glsl_columns[] =
     "    }\n"
     "}\n";
 
+// Goes before the estimators.
+static const char mssm__glsl_search[] =
+    "mssm_moments6 mssm_query_texels(int light, int moments, float x, float y, float half_x,\n"
+    "                                float half_y);\n"
+    "#define MSSM_SEARCH mssm_query_texels\n";
+
 // Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first
 // texel they are 0.
 static const char mssm__glsl_entry[] =
@@ -4862,6 +4938,49 @@ static const char mssm__glsl_entry[] =
     "    mssm_levels = v.levels;\n"
     "    return mssm_estimate(light, v, mssm_chosen,\n"
     "                         mssm_receive_at(v, mssm_chosen, shadow.x, shadow.y, shadow.z));\n"
+    "}\n";
+
+// The query of the search. Goes behind all else.
+static const char mssm__glsl_texels[] =
+    "// All texels of a rectangle of table entries, low and high in x and y.\n"
+    "ivec4 mssm_texels(isampler2DArray table, ivec4 at, int light, int level)\n"
+    "{\n"
+    "    ivec4 p = max(at, 0);\n"
+    "    int x = at.x < 0 ? 0 : -1, y = at.y < 0 ? 0 : -1;\n"
+    "    ivec4 e = texelFetch(table, ivec3(p.z, p.w, light), level);\n"
+    "    e -= texelFetch(table, ivec3(p.x, p.w, light), level) & x;\n"
+    "    e -= texelFetch(table, ivec3(p.z, p.y, light), level) & y;\n"
+    "    e += texelFetch(table, ivec3(p.x, p.y, light), level) & (x & y);\n"
+    "    return at.z < 0 || at.w < 0 ? ivec4(0) : e;\n"
+    "}\n"
+    "mssm_moments6 mssm_query_texels(int light, int moments, float x, float y, float half_x,\n"
+    "                                float half_y)\n"
+    "{\n"
+    "    int level = mssm_level_of(2.0 * (half_x > half_y ? half_x : half_y), mssm_levels);\n"
+    "    float size = float((mssm_side + (1 << level) - 1) >> level);\n"
+    "    float scale = 1.0 / float(1 << level);\n"
+    "    mssm_span sx = mssm_cut_texels((x - half_x) * scale, (x + half_x) * scale, size);\n"
+    "    mssm_span sy = mssm_cut_texels((y - half_y) * scale, (y + half_y) * scale, size);\n"
+    "    float area = sx.whole * sy.whole;\n"
+    "    float inverse = MSSM_INVERSE_SCALE / area;\n"
+    "    float outside = (area - (sx.high - sx.low) * (sy.high - sy.low)) / area;\n"
+    "    ivec4 at = ivec4(int(sx.low), int(sy.low), int(sx.high), int(sy.high)) - 1;\n"
+    "    vec4 low = vec4(mssm_texels(mssm_table0, at, light, level)) * inverse + outside;\n"
+    "    mssm_moments6 t;\n"
+    "    t.b[0] = low.x;\n"
+    "    t.b[1] = low.y;\n"
+    "    t.b[2] = low.z;\n"
+    "    t.b[3] = low.w;\n"
+    "    t.b[4] = 0.0;\n"
+    "    t.b[5] = 0.0;\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    if (moments == 6) {\n"
+    "        vec4 high = vec4(mssm_texels(mssm_table1, at, light, level)) * inverse + outside;\n"
+    "        t.b[4] = high.x;\n"
+    "        t.b[5] = high.y;\n"
+    "    }\n"
+    "#endif\n"
+    "    return t;\n"
     "}\n";
 
 static void mssm__log(const mssm_gl *gl, const char *what, const char *detail)
@@ -4993,9 +5112,9 @@ static int mssm__print_float(char *to, size_t size, const char *before, float x)
     return snprintf(to, size, "%suintBitsToFloat(0x%08xu)", before, (unsigned)bits);
 }
 
-// The texts differ between soft and filtered shadows.
-static mssm_result mssm__write_shader(mssm_gl *gl, const char *more, int taps,
-                                      const char *entry)
+// Soft and filtered shadows have texts of their own: one before and one behind what estimators share,
+// and two at the end.
+static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[4], int taps)
 {
     const struct mssm_options o = mssm__options(&gl->desc.settings, gl->desc.moments);
     const float numbers[] = {o.alpha4, o.alpha6, o.depth_bias, o.tolerance};
@@ -5012,16 +5131,18 @@ static mssm_result mssm__write_shader(mssm_gl *gl, const char *more, int taps,
         at += mssm__print_float(chosen + at, sizeof chosen - (size_t)at, ", ", numbers[i]);
     }
     snprintf(chosen + at, sizeof chosen - (size_t)at, ")\n");
-    const char *const parts[] = {mssm__glsl_math, mssm__glsl_shading, more, defines, chosen, entry};
+    const char *const parts[] = {mssm__glsl_math, own[0], mssm__glsl_shading, own[1],
+                                 defines,         chosen, own[2],             own[3]};
+    const int count = (int)(sizeof parts / sizeof *parts);
     size_t length = 1;
-    for (int i = 0; i < 6; i++) length += strlen(parts[i]);
+    for (int i = 0; i < count; i++) length += strlen(parts[i]);
     gl->shader = (char *)MSSM_MALLOC(length);
     if (!gl->shader) {
         mssm__log(gl, "no memory", NULL);
         return MSSM_ERROR_MEMORY;
     }
     gl->shader[0] = 0;
-    for (int i = 0; i < 6; i++) strcat(gl->shader, parts[i]);
+    for (int i = 0; i < count; i++) strcat(gl->shader, parts[i]);
     return MSSM_OK;
 }
 
@@ -5331,6 +5452,7 @@ static mssm_result mssm__check_units(mssm_gl *gl)
 
 mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 {
+    static const char *const texts[4] = {mssm__glsl_search, "", mssm__glsl_entry, mssm__glsl_texels};
     if (!gl || !desc || !desc->load) return MSSM_ERROR_ARGUMENT;
     mssm_gl *g = (mssm_gl *)MSSM_MALLOC(sizeof *g);
     if (!g) {
@@ -5352,7 +5474,7 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     if (mssm__take_error(g)) mssm__log(g, "a GL error was pending before mssm_gl_create", NULL);
     r = mssm__check_units(g);
     if (!r) r = mssm__build_programs(g);
-    if (!r) r = mssm__write_shader(g, "", 1, mssm__glsl_entry);
+    if (!r) r = mssm__write_shader(g, texts, 1);
     if (!r) r = mssm__create_storage(g);
     if (r) {
         mssm_gl_destroy(g);
@@ -5756,10 +5878,11 @@ static mssm_result mssm__filtered_objects(mssm_gl_filtered *gl)
     const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
                                    mssm__glsl_linear_depth, mssm__glsl_filtered_resolve};
     const char *const filter[] = {mssm__glsl_version, defines, mssm__glsl_filter};
+    const char *const texts[4] = {"", mssm__glsl_filtered, mssm__glsl_filtered_entry, ""};
     mssm_result r = mssm__check_units(b);
     if (!r) r = mssm__build_program(b, MSSM__RESOLVE, resolve, 5);
     if (!r) r = mssm__build_program(b, MSSM__FILTER, filter, 3);
-    if (!r) r = mssm__write_shader(b, mssm__glsl_filtered, gl->anisotropy, mssm__glsl_filtered_entry);
+    if (!r) r = mssm__write_shader(b, texts, gl->anisotropy);
     if (!r) r = mssm__create_storage(b);
     if (r) return r;
     r = mssm__filtered_targets(gl);
