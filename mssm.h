@@ -4636,7 +4636,7 @@ typedef struct mssm__gl_functions {
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
 
-enum { MSSM__RESOLVE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__FILTER, MSSM__MOMENTS, MSSM__PROGRAMS };
+enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__FILTER, MSSM__PROGRAMS };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 11 };
 
@@ -4686,16 +4686,17 @@ static const char mssm__glsl_linear_depth[] =
 // Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from
 // fusing what the C code does not fuse: tables are equal bit for bit.
 static const char mssm__glsl_resolve[] =
-    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "layout(local_size_x = 32, local_size_y = 2) in;\n"
     "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "#ifdef MSSM_AVERAGE\n"
     "layout(binding = MSSM_UNIT + 1) uniform sampler2DMS back;\n"
+    "#endif\n"
     "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray table0;\n"
     "#if MSSM_MOMENTS == 6\n"
     "layout(binding = 1, rg32i) writeonly uniform iimage2DArray table1;\n"
     "#endif\n"
     "layout(location = 0) uniform int samples;\n"
-    "layout(location = 1) uniform int averaged;\n"
-    "layout(location = 2) uniform int layer;\n"
+    "layout(location = 1) uniform int layer;\n"
     "ivec4 to_integer(vec4 t)\n"
     "{\n"
     "    float one = float(MSSM_SCALE);\n"
@@ -4711,7 +4712,9 @@ static const char mssm__glsl_resolve[] =
     "    precise vec4 more = vec4(0.0);\n"
     "    for (int s = 0; s < samples; s++) {\n"
     "        float z = inside ? linear_depth(texelFetch(front, p, s).x) : 1.0;\n"
-    "        if (averaged != 0 && inside) z = 0.5 * (z + linear_depth(texelFetch(back, p, s).x));\n"
+    "#ifdef MSSM_AVERAGE\n"
+    "        if (inside) z = 0.5 * (z + linear_depth(texelFetch(back, p, s).x));\n"
+    "#endif\n"
     "        mssm_moments6 t = mssm_chebyshev(z);\n"
     "        sum += vec4(t.b[0], t.b[1], t.b[2], t.b[3]);\n"
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
@@ -4751,10 +4754,10 @@ static const char mssm__glsl_tables[] =
     "    return entry(e.a + f.a, e.b + f.b);\n"
     "}\n";
 
-// Prefix sums along rows, one work group a row: four texels a thread in registers, a scan of the
-// threads' sums in shared memory, a carry from block to block. MSSM_HALVE makes the texels of a
-// coarser level on the way: each is the mean of four of the level below, one difference of that
-// level's finished table.
+// Prefix sums along rows: eight texels a thread in registers, a scan of the threads' sums in shared
+// memory, a carry from block to block. A work group takes as many rows as it has threads for.
+// MSSM_HALVE makes the texels of a coarser level on the way: each is the mean of four of the level
+// below, one difference of that level's finished table.
 static const char mssm__glsl_rows[] =
     "layout(local_size_x = 64) in;\n"
     "#ifdef MSSM_HALVE\n"
@@ -4771,57 +4774,61 @@ static const char mssm__glsl_rows[] =
     "    return entry(imageLoad(finer0, p), ivec2(0));\n"
     "#endif\n"
     "}\n"
-    "entry value(ivec3 p)\n"
+    "// What two rows of the level below hold up to column x.\n"
+    "entry pair(int x, int y, int layer)\n"
     "{\n"
-    "    ivec3 q = ivec3(2 * p.xy - 1, p.z);\n"
-    "    entry a = finer(q);\n"
-    "    entry b = finer(q + ivec3(2, 0, 0));\n"
-    "    entry c = finer(q + ivec3(0, 2, 0));\n"
-    "    entry d = finer(q + ivec3(2, 2, 0));\n"
-    "    return entry((d.a - c.a - b.a + a.a + 2) >> 2, (d.b - c.b - b.b + a.b + 2) >> 2);\n"
-    "}\n"
-    "#else\n"
-    "entry value(ivec3 p)\n"
-    "{\n"
-    "    return load(p);\n"
+    "    entry low = finer(ivec3(x, y, layer)), high = finer(ivec3(x, y + 2, layer));\n"
+    "    return entry(high.a - low.a, high.b - low.b);\n"
     "}\n"
     "#endif\n"
-    "shared ivec4 sums_a[64];\n"
-    "shared ivec2 sums_b[64];\n"
+    "shared ivec4 sums_a[2][64];\n"
+    "shared ivec2 sums_b[2][64];\n"
     "void main()\n"
     "{\n"
     "    int size = imageSize(table0).x;\n"
-    "    int thread = int(gl_LocalInvocationID.x);\n"
-    "    ivec3 p = ivec3(0, gl_WorkGroupID.y, layers[gl_WorkGroupID.z]);\n"
-    "    entry carry = entry(ivec4(0), ivec2(0));\n"
-    "    for (int start = 0; start < size; start += 256) {\n"
-    "        entry e[4];\n"
-    "        for (int i = 0; i < 4; i++) {\n"
-    "            p.x = start + 4 * thread + i;\n"
-    "            e[i] = entry(ivec4(0), ivec2(0));\n"
-    "            if (p.x < size) e[i] = value(p);\n"
-    "            if (i > 0) e[i] = add(e[i - 1], e[i]);\n"
+    "    int threads = 1, turn = 0; // of a row\n"
+    "    while (threads < 64 && 8 * threads < size) threads *= 2;\n"
+    "    int thread = int(gl_LocalInvocationID.x), in_row = thread & (threads - 1);\n"
+    "    int last = thread | (threads - 1);\n"
+    "    ivec3 p = ivec3(0, (int(gl_WorkGroupID.y) * 64 + thread) / threads,\n"
+    "                    layers[gl_WorkGroupID.z]);\n"
+    "    entry none = entry(ivec4(0), ivec2(0)), carry = none;\n"
+    "    for (int start = 0; start < size; start += 8 * threads) {\n"
+    "        entry e[8], sum = none;\n"
+    "        int x = start + 8 * in_row, count = p.y < size ? size - x : 0;\n"
+    "#ifdef MSSM_HALVE\n"
+    "        entry left = pair(2 * x - 1, 2 * p.y - 1, p.z);\n"
+    "#endif\n"
+    "        for (int i = 0; i < 8; i++) {\n"
+    "            p.x = x + i;\n"
+    "            e[i] = none;\n"
+    "#ifdef MSSM_HALVE\n"
+    "            if (i < count) {\n"
+    "                entry right = pair(2 * p.x + 1, 2 * p.y - 1, p.z);\n"
+    "                e[i] = entry((right.a - left.a + 2) >> 2, (right.b - left.b + 2) >> 2);\n"
+    "                left = right;\n"
+    "            }\n"
+    "#else\n"
+    "            if (i < count) e[i] = load(p);\n"
+    "#endif\n"
+    "            sum = e[i] = add(sum, e[i]);\n"
     "        }\n"
-    "        entry before = entry(ivec4(0), ivec2(0));\n"
-    "        sums_a[thread] = e[3].a;\n"
-    "        sums_b[thread] = e[3].b;\n"
-    "        for (int step = 1; step < 64; step *= 2) {\n"
+    "        entry upto = sum; // all threads of the row up to this one\n"
+    "        for (int step = 1; step <= threads; step *= 2) {\n"
+    "            sums_a[turn][thread] = upto.a;\n"
+    "            sums_b[turn][thread] = upto.b;\n"
     "            barrier();\n"
-    "            entry left = entry(ivec4(0), ivec2(0));\n"
-    "            if (thread >= step) left = entry(sums_a[thread - step], sums_b[thread - step]);\n"
-    "            barrier();\n"
-    "            before = add(before, left);\n"
-    "            sums_a[thread] += left.a;\n"
-    "            sums_b[thread] += left.b;\n"
+    "            if (step < threads && in_row >= step) {\n"
+    "                upto = add(upto, entry(sums_a[turn][thread - step], sums_b[turn][thread - step]));\n"
+    "            }\n"
+    "            turn ^= 1;\n"
     "        }\n"
-    "        barrier();\n"
-    "        before = add(before, carry);\n"
-    "        for (int i = 0; i < 4; i++) {\n"
-    "            p.x = start + 4 * thread + i;\n"
-    "            if (p.x < size) store(p, add(before, e[i]));\n"
+    "        entry before = entry(carry.a + upto.a - sum.a, carry.b + upto.b - sum.b);\n"
+    "        for (int i = 0; i < 8; i++) {\n"
+    "            p.x = x + i;\n"
+    "            if (i < count) store(p, add(before, e[i]));\n"
     "        }\n"
-    "        carry = add(carry, entry(sums_a[63], sums_b[63]));\n"
-    "        barrier();\n"
+    "        carry = add(carry, entry(sums_a[turn ^ 1][last], sums_b[turn ^ 1][last]));\n"
     "    }\n"
     "}\n";
 
@@ -5056,8 +5063,8 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
 
 static mssm_result mssm__build_program(mssm_gl *gl, int which, const char *const *text, int count)
 {
-    static const char *const names[] = {"mssm resolve", "mssm rows",   "mssm halve",
-                                        "mssm columns", "mssm filter"};
+    static const char *const names[] = {"mssm resolve", "mssm average", "mssm rows",
+                                        "mssm halve",   "mssm columns", "mssm filter"};
     const mssm__gl_functions *f = &gl->f;
     int good = 0;
     const unsigned shader = f->CreateShader(MSSM__GL_COMPUTE_SHADER);
@@ -5092,12 +5099,15 @@ static mssm_result mssm__build_programs(mssm_gl *gl)
              gl->desc.moments, gl->desc.first_texture_unit, (int)MSSM__BATCH, MSSM_SCALE);
     const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
                                    mssm__glsl_linear_depth, mssm__glsl_resolve};
+    const char *const average[] = {mssm__glsl_version, defines,                 "#define MSSM_AVERAGE\n",
+                                   mssm__glsl_math,    mssm__glsl_linear_depth, mssm__glsl_resolve};
     const char *const rows[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_rows};
     const char *const halve[] = {mssm__glsl_version, defines, "#define MSSM_HALVE\n",
                                  mssm__glsl_tables, mssm__glsl_rows};
     const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables,
                                    mssm__glsl_columns};
     mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 5);
+    if (!r) r = mssm__build_program(gl, MSSM__AVERAGE, average, 6);
     if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
     if (!r) r = mssm__build_program(gl, MSSM__HALVE, halve, 5);
     if (!r) r = mssm__build_program(gl, MSSM__COLUMNS, columns, 4);
@@ -5306,9 +5316,9 @@ static void mssm__resolve(mssm_gl *gl, int index)
 {
     const mssm__gl_functions *f = &gl->f;
     const mssm_light *light = &gl->lights[index].light;
-    const unsigned program = gl->program[MSSM__RESOLVE],
-                   unit = (unsigned)gl->desc.first_texture_unit;
-    const unsigned groups = (unsigned)(gl->padded + 7) / 8;
+    const int average = gl->lights[index].averaged;
+    const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE],
+                   unit = (unsigned)gl->desc.first_texture_unit, side = (unsigned)gl->padded;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
     for (unsigned i = 0; i < 2; i++) {
@@ -5317,12 +5327,11 @@ static void mssm__resolve(mssm_gl *gl, int index)
     }
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
     f->ProgramUniform1i(program, 0, gl->samples);
-    f->ProgramUniform1i(program, 1, gl->lights[index].averaged);
-    f->ProgramUniform1i(program, 2, index);
-    f->ProgramUniform4f(program, 3, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
+    f->ProgramUniform1i(program, 1, index);
+    f->ProgramUniform4f(program, 2, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
                         0);
     f->UseProgram(program);
-    f->DispatchCompute(groups, groups, 1);
+    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, 1);
     (f->MemoryBarrier)(MSSM__GL_BARRIERS);
     mssm__restore_bindings(gl, &saved);
 }
@@ -5409,10 +5418,12 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
     }
     for (int level = first; level < levels; level++) {
         const unsigned size = (unsigned)(gl->padded >> level);
+        unsigned threads = 1;  // of a row, as the shader counts them
+        while (threads < 64 && 8 * threads < size) threads *= 2;
         mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
         if (level > 0) mssm__bind_level(gl, 2, level - 1, MSSM__GL_READ_ONLY);
         f->UseProgram(gl->program[level > 0 ? MSSM__HALVE : MSSM__ROWS]);
-        f->DispatchCompute(1, size, (unsigned)count);
+        f->DispatchCompute(1, (size * threads + 63) / 64, (unsigned)count);
         (f->MemoryBarrier)(MSSM__GL_BARRIERS);
         f->UseProgram(gl->program[MSSM__COLUMNS]);
         f->DispatchCompute((size + 63) / 64, 1, (unsigned)count);
