@@ -2000,10 +2000,11 @@ MSSM_SHARED struct mssm_span mssm_cut_texels(float from, float to, float size)
     float inwards = mssm_clamp(0.125f * (to - from - 1.0f), 0.0f, 0.5f);
     float low = floorf(from + inwards);
     float high = -floorf(inwards - to);
-    high = high < low + MSSM_KERNEL ? high : low + MSSM_KERNEL;  // as one level holds, rounding or not
+    float inside = mssm_clamp(high, 0.0f, size);
     r.low = mssm_clamp(low, 0.0f, size);
-    r.high = mssm_clamp(high, 0.0f, size);
-    r.whole = high - low;
+    // No more than a level's sums can hold, however from and to were rounded.
+    r.high = inside < r.low + MSSM_KERNEL ? inside : r.low + MSSM_KERNEL;
+    r.whole = high - low - (inside - r.high);
     return r;
 }
 
@@ -2398,8 +2399,8 @@ MSSM_SHARED struct mssm_tally mssm_add_seen(struct mssm_tally t, struct mssm_see
 MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                struct mssm_receiver r)
 {
-    // As few moments as will do: four for the search and the widest kernel. The narrowest ones see
-    // few texels of any depth, where four moments flicker.
+    // As few moments as will do: four for the search and the widest kernel. With four in narrow ones,
+    // shadows of grids flicker up to four times as much.
     int few = o.moments == 6 ? 6 : 4;
     int most = o.moments == 4 ? 4 : 6;
     float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;
@@ -4710,7 +4711,8 @@ static const char mssm__glsl_resolve[] =
     "    bool inside = all(lessThan(p, textureSize(front)));\n"
     "    precise vec4 sum = vec4(0.0);\n"
     "    precise vec4 more = vec4(0.0);\n"
-    "    for (int s = 0; s < samples; s++) {\n"
+    "    int s = 0;\n"
+    "    do {\n"
     "        float z = inside ? linear_depth(texelFetch(front, p, s).x) : 1.0;\n"
     "#ifdef MSSM_AVERAGE\n"
     "        if (inside) z = 0.5 * (z + linear_depth(texelFetch(back, p, s).x));\n"
@@ -4718,7 +4720,7 @@ static const char mssm__glsl_resolve[] =
     "        mssm_moments6 t = mssm_chebyshev(z);\n"
     "        sum += vec4(t.b[0], t.b[1], t.b[2], t.b[3]);\n"
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
-    "    }\n"
+    "    } while (++s < samples);\n"
     "    imageStore(table0, ivec3(p, layer), to_integer(sum));\n"
     "#if MSSM_MOMENTS == 6\n"
     "    imageStore(table1, ivec3(p, layer), to_integer(more));\n"
@@ -4904,9 +4906,10 @@ static const char mssm__glsl_entry[] =
     "    ivec4 at = ivec4(int(sx.edge[0]), int(sx.edge[1]), int(sx.edge[2]), int(sx.edge[3])) - 1;\n"
     "    mssm_sums a = mssm_no_sums();\n"
     "    mssm_sums b = mssm_no_sums();\n"
-    "    // Narrow kernels have no whole row.\n"
-    "    int third = sy.edge[2] > sy.edge[1] ? 2 : 3;\n"
-    "    for (int j = 0; j < 4; j = j == 1 ? third : j + 1) {\n"
+    "    // Narrow kernels have no whole row. Tested at its end, or a software rasterizer would run the\n"
+    "    // loop once more for nothing.\n"
+    "    int third = sy.edge[2] > sy.edge[1] ? 2 : 3, j = 0;\n"
+    "    do {\n"
     "        float edge = j == 0 ? sy.edge[0] : j == 1 ? sy.edge[1] : j == 2 ? sy.edge[2] : sy.edge[3];\n"
     "        vec2 weight = vec2(j == 1 ? sy.first : j == 3 ? sy.last : 0.0, j == 2 ? 1.0 : 0.0);\n"
     "        ivec3 row = ivec3(int(edge) - 1, light, level);\n"
@@ -4914,7 +4917,8 @@ static const char mssm__glsl_entry[] =
     "#if MSSM_MOMENTS == 6\n"
     "        if (moments == 6) mssm_add_row(b, mssm_table1, at, row, sx, weight);\n"
     "#endif\n"
-    "    }\n"
+    "        j = j == 1 ? third : j + 1;\n"
+    "    } while (j < 4);\n"
     "    vec4 low = (a.partial_rows + a.whole_rows) * inverse + outside;\n"
     "    vec4 high = (b.partial_rows + b.whole_rows) * inverse + outside;\n"
     "    mssm_moments6 t;\n"

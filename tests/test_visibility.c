@@ -797,6 +797,31 @@ static void any_number_of_samples_is_one_map(void)
     setup_free(&one);
 }
 
+// The coarsest level of a small map serves kernels much wider than the map: beside it all is lit. The
+// limit is wide, since three kernels are not exact about one distance; seeing nothing gives 1.
+static void kernels_wider_than_the_map_see_all_of_it(void)
+{
+    enum { SIDE = 16 };
+    static const float receiver[3] = {0, 0, 0.5f};
+    const float kernel = 0.5f * SIDE * 5 * 0.5f; // half of the one that the plate asks for, in texels
+    const double expected = 1 - pow(SIDE / (2.0 * (double)kernel), 2);
+    for (int moments = 0; moments <= 6; moments += moments ? 2 : 4) {
+        const mssm_settings settings = {.moments = moments};
+        float depth[SIDE * SIDE];
+        mssm_map *map;
+        mssm_light light = {{0}, 0, 5, 5, 1, 1, 0, 2};
+        const size_t bytes = mssm_map_bytes(SIDE, 6);
+        void *memory = allocate(bytes);
+        for (int i = 0; i < 4; i++) light.world_to_shadow[5 * i] = 1;
+        for (int i = 0; i < SIDE * SIDE; i++) depth[i] = 0;
+        CHECK(mssm_map_init(&map, memory, bytes, SIDE, 6) == MSSM_OK, "init");
+        CHECK(mssm_map_update(map, depth, NULL, 1) == MSSM_OK, "update");
+        const double v = (double)mssm_map_visibility(map, &light, &settings, receiver);
+        CHECK(fabs(v - expected) < 0.15, "%d moments: %.4f instead of %.4f", moments, v, expected);
+        free(memory);
+    }
+}
+
 // Turning the light's axes by a quarter exchanges its half-sizes, and changes nothing else.
 static void the_choice_of_axes_does_not_matter(void)
 {
@@ -950,4 +975,5 @@ const test_case visibility_tests[] = {
     {"the choice of the light's axes does not matter", the_choice_of_axes_does_not_matter},
     {"blockers fade in behind the bias", blockers_fade_in_behind_the_bias},
     {"what lies behind lights by its share at most", what_lies_behind_lights_by_its_share_at_most},
+    {"kernels wider than the map see all of it", kernels_wider_than_the_map_see_all_of_it},
     {0, 0}};
