@@ -27,16 +27,28 @@ static const char shading_lights[] =
     "uniform int first_light, light_count;\n"
     "uniform vec3 ambient;\n" // irradiance that the lights do not carry
     "uniform float little;\n" // luminance of irradiance that is not worth a shadow
+    // The next light whose share is worth a shadow. So a pixel goes on to its own next light, and
+    // does not wait for neighbours that others shine on.
+    "int next_light(int i, vec3 normal, out vec3 arriving)\n"
+    "{\n"
+    "    arriving = vec3(0);\n"
+    "    for (; i < light_count; i++) {\n"
+    "        Light l = light[first_light + i];\n"
+    "        arriving = of(l.irradiance) *\n"
+    "            lightprobe_disc_irradiance(l.cos_alpha, dot(normal, of(l.direction)));\n"
+    "        if (dot(arriving, vec3(0.2126, 0.7152, 0.0722)) >= little) break;\n"
+    "    }\n"
+    "    return i;\n"
+    "}\n"
     "vec3 irradiance_at(vec3 position, vec3 normal)\n"
     "{\n"
-    "    vec3 sum = ambient;\n"
-    "    for (int i = 0; i < light_count; i++) {\n"
-    "        Light l = light[first_light + i];\n"
-    "        vec3 arriving = of(l.irradiance) *\n"
-    "            lightprobe_disc_irradiance(l.cos_alpha, dot(normal, of(l.direction)));\n"
-    "        if (dot(arriving, vec3(0.2126, 0.7152, 0.0722)) < little) continue;\n"
+    "    vec3 sum = ambient, arriving;\n"
+    "    int i = next_light(0, normal, arriving);\n"
+    // Tested at its end: a software rasterizer runs a loop once more where the test comes first.
+    "    if (i < light_count) do {\n"
     "        sum += arriving * mssm_visibility(i, position);\n"
-    "    }\n"
+    "        i = next_light(i + 1, normal, arriving);\n"
+    "    } while (i < light_count);\n"
     "    return sum;\n"
     "}\n";
 
