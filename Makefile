@@ -26,7 +26,7 @@ flags_debug = -O0 -g
 flags_release = -O2
 flags_sanitize = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 # Inlined functions would count once for each of their calls.
-flags_coverage = -O0 -g --coverage -Dalways_inline=unused
+flags_coverage = -O0 -g --coverage -DNO_THREADS -Dalways_inline=unused
 flags_native = -O3 -march=native -ffp-contract=fast
 flags_vector = -O3 -march=native -fno-math-errno -fno-trapping-math
 # Numbers as the 8087 rounds them; the rivals want its successors' vectors.

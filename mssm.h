@@ -254,7 +254,7 @@ typedef enum mssm_estimator {
 } mssm_estimator;
 
 typedef struct mssm_settings {  // zero means default everywhere
-    int moments;                // 4, 6, or 0: 4 where they will do (layered: widest kernels), else 6
+    int moments;                // 4, 6, or 0: 4 where they will do (layered: to search), else 6
     mssm_estimator estimator;
     float moment_bias;  // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
     float depth_bias;   // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
@@ -2399,8 +2399,8 @@ MSSM_SHARED struct mssm_tally mssm_add_seen(struct mssm_tally t, struct mssm_see
 MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                struct mssm_receiver r)
 {
-    // As few moments as will do: four for the search and the widest kernel. With four in narrow ones,
-    // shadows of grids flicker up to four times as much.
+    // As few moments as will do: four for the search. With four in the widest kernel a tenth of the
+    // light leaks into umbras, in narrow ones shadows of grids flicker up to four times as much.
     int few = o.moments == 6 ? 6 : 4;
     int most = o.moments == 4 ? 4 : 6;
     float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;
@@ -2411,7 +2411,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     t.occlusion = 0.0f;
     t.fullest = 0.0f;
     t.emptiest = 1.0f;
-    p = mssm_layers(o, few, mssm_look(map, v, r, few, plan.d[0]), r.z_test);
+    p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[0]), r.z_test);
     t = mssm_add_seen(t, mssm_see(v, r, plan, 0, p));
     // Kernels of one texel are all the same.
     if (kernel * plan.d[0] > 0.5f) {
@@ -2427,7 +2427,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     // less that one sees, the less it is to be trusted, or its hard edge would show in a soft
     // shadow.
     float gap = t.emptiest > t.occlusion ? (t.emptiest - t.occlusion) * t.emptiest : 0.0f;
-    return 1.0f - mssm_clamp(t.occlusion + gap, 0.0f, t.fullest < 1.0f ? t.fullest : 1.0f);
+    return 1.0f - mssm_clamp(mssm_clamp(t.occlusion + gap, 0.0f, t.fullest), 0.0f, 1.0f);
 }
 
 // Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.
@@ -4188,8 +4188,8 @@ static const char mssm__glsl_shading[] =
     "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                               mssm_receiver r)\n"
     "{\n"
-    "    // As few moments as will do: four for the search and the widest kernel. With four in narrow ones,\n"
-    "    // shadows of grids flicker up to four times as much.\n"
+    "    // As few moments as will do: four for the search. With four in the widest kernel a tenth of the\n"
+    "    // light leaks into umbras, in narrow ones shadows of grids flicker up to four times as much.\n"
     "    int few = o.moments == 6 ? 6 : 4;\n"
     "    int most = o.moments == 4 ? 4 : 6;\n"
     "    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;\n"
@@ -4200,7 +4200,7 @@ static const char mssm__glsl_shading[] =
     "    t.occlusion = 0.0f;\n"
     "    t.fullest = 0.0f;\n"
     "    t.emptiest = 1.0f;\n"
-    "    p = mssm_layers(o, few, mssm_look(map, v, r, few, plan.d[0]), r.z_test);\n"
+    "    p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[0]), r.z_test);\n"
     "    t = mssm_add_seen(t, mssm_see(v, r, plan, 0, p));\n"
     "    // Kernels of one texel are all the same.\n"
     "    if (kernel * plan.d[0] > 0.5f) {\n"
@@ -4216,7 +4216,7 @@ static const char mssm__glsl_shading[] =
     "    // less that one sees, the less it is to be trusted, or its hard edge would show in a soft\n"
     "    // shadow.\n"
     "    float gap = t.emptiest > t.occlusion ? (t.emptiest - t.occlusion) * t.emptiest : 0.0f;\n"
-    "    return 1.0f - mssm_clamp(t.occlusion + gap, 0.0f, t.fullest < 1.0f ? t.fullest : 1.0f);\n"
+    "    return 1.0f - mssm_clamp(mssm_clamp(t.occlusion + gap, 0.0f, t.fullest), 0.0f, 1.0f);\n"
     "}\n"
     "\n"
     "// Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.\n"

@@ -5,7 +5,7 @@
 set -u
 cd "$(dirname "$0")/.." || exit 1
 command -v gcov >/dev/null || { echo "skip  coverage: apt-get install gcc"; exit 0; }
-flags="-O0 -g --coverage -Dalways_inline=unused"
+flags="-O0 -g --coverage -DNO_THREADS -Dalways_inline=unused"
 
 # build CONFIG FLAGS SCALE: runs the tests and leaves gcov's text in build/CONFIG/gcov.txt.
 build()
