@@ -1,7 +1,7 @@
 // Antialiased hard shadows of a sun from a moment map of 64 bits a texel, beside percentage-closer
 // filtering of the same kernel and beside rays, with errors and costs, OpenGL 4.5, no window:
-//     cc -O2 -I. examples/gl_hard.c examples/common/*.c -lm -lpthread -ldl && ./a.out hard.png
-// writes hard.png, hard.png-pcf.png and hard.png-truth.png.
+//     cc -O2 -I. examples/gl_hard.c examples/common/*.c -lm -lpthread -ldl && ./a.out hard 2
+// writes hard.png, hard-pcf.png and hard-truth.png; 2 is the radius of the Gaussian in texels.
 #include "mssm.h"
 
 #include "common/gl_context.h"
@@ -10,8 +10,9 @@
 #include "common/threads.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 
-enum { WIDTH = 640, HEIGHT = 360, SIDE = 512, RADIUS = 2, FRAMES = 5 };
+enum { WIDTH = 640, HEIGHT = 360, SIDE = 512, FRAMES = 5 };
 static const float to_sun[3] = {-0.6f, 1, 0.5f}, axis[3] = {1, 0, 0};
 static gl_target target, picture, plain; // multisampled, resolved, and a depth map for the rival
 static gl_mesh solids;
@@ -74,11 +75,13 @@ static void trace_row(void *context, int y)
     }
 }
 
-// Seconds of the shading pass, the least of a few.
-static double draw(GLuint program, const camera *eye)
+// Draws the picture a few times, saves it, prints its error and the seconds of the fastest.
+static bool draw(GLuint program, const camera *eye, const char *file, const char *end, message *why)
 {
     double least = 1e9;
     float world_to_clip[16];
+    char name[300];
+    image result;
     const vec3 sun = vec_unit(vec_of(to_sun));
     gl_camera_matrix(eye, 0.1f, 30, world_to_clip);
     gl.ProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, world_to_clip);
@@ -93,72 +96,48 @@ static double draw(GLuint program, const camera *eye)
         gl.Finish();
         least = fmin(least, seconds_now() - start);
     }
-    return least;
-}
-
-static bool save(const char *name, const char *end, message *why)
-{
-    image result;
-    char file[300];
-    double sum = 0;
     gl.BlitNamedFramebuffer(target.framebuffer, picture.framebuffer, 0, 0, WIDTH, HEIGHT, 0, 0,
                             WIDTH, HEIGHT, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     if (!gl_target_read(&picture, &result, why)) return false;
-    for (int i = 0; i < 3 * WIDTH * HEIGHT; i++) sum += pow(result.rgb[i] - truth.rgb[i], 2);
-    snprintf(file, sizeof file, "%s%s", name, end);
-    printf("%s: rms error %.4f\n", file, sqrt(sum / (3.0 * WIDTH * HEIGHT)));
-    const bool written = image_save_png(&result, 1.3f, file, why);
-    image_free(&result);
-    return written;
+    snprintf(name, sizeof name, "%s%s.png", file, end);
+    printf("%s: rms error %.4f, %.1f ms\n", name, image_rms(&result, &truth), 1e3 * least);
+    return image_save_png(&result, 1.3f, name, why);
 }
 
-// The last radius is saved.
-static bool compare(const mssm_light *light, const camera *eye, const char *file, message *why)
+static bool compare(const mssm_light *light, const camera *eye, const char *file, int radius,
+                    message *why)
 {
+    const mssm_gl_filtered_desc desc = {
+        .load = gl_context_function, .side = SIDE, .radius = radius};
+    mssm_gl_filtered *shadow;
+    if (mssm_gl_filtered_create(&shadow, &desc)) return fail(why, "no filtered maps");
     const char *const vertices[] = {gl_scene_vertex, NULL}, *const rival[] = {pcf_text, shading,
                                                                               NULL};
+    const char *const texts[] = {mssm_gl_filtered_shader(shadow), moments_text, shading, NULL};
     const GLuint depth = gl_program_simple("depth", gl_depth_vertex, NULL, why);
     const GLuint pcf = gl_program("percentage-closer filtering", vertices, rival, why);
-    if (!depth || !pcf) return false;
+    const GLuint program = gl_program("moments", vertices, texts, why);
+    if (!depth || !pcf || !program) return false;
     gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light->world_to_shadow);
     gl.ProgramUniformMatrix4fv(pcf, 2, 1, GL_FALSE, light->world_to_shadow);
+    gl.ProgramUniform1i(pcf, 3, radius);
     gl_target_begin(&plain);
     gl.Enable(GL_DEPTH_TEST);
     gl.UseProgram(depth);
     gl_mesh_draw(&solids);
-    for (int radius = 4 * RADIUS; radius >= RADIUS; radius /= 2) {
-        const mssm_gl_filtered_desc desc = {
-            .load = gl_context_function, .side = SIDE, .radius = radius};
-        mssm_gl_filtered *shadow;
-        if (mssm_gl_filtered_create(&shadow, &desc)) return fail(why, "no filtered maps");
-        const char *const texts[] = {mssm_gl_filtered_shader(shadow), moments_text, shading, NULL};
-        const GLuint program = gl_program("moments", vertices, texts, why);
-        if (!program) return false;
-        mssm_gl_filtered_set_light(shadow, 0, light);
-        mssm_gl_filtered_begin_depth(shadow, 0);
-        gl.UseProgram(depth);
-        gl_mesh_draw(&solids);
-        gl.Finish();
-        const double start = seconds_now();
-        mssm_gl_filtered_end_depth(shadow);
-        mssm_gl_filtered_build(shadow);
-        gl.Finish();
-        const double build = seconds_now() - start;
-        mssm_gl_filtered_bind(shadow);
-        gl.ProgramUniform1i(pcf, 3, radius);
-        gl.BindTextureUnit(2, plain.depth);
-        const double rival_seconds = draw(pcf, eye);
-        if (radius == RADIUS && !save(file, "-pcf.png", why)) return false;
-        const double seconds = draw(program, eye);
-        printf("radius %d: moments %.1f ms (and %.1f ms to build), percentage-closer %.1f ms\n",
-               radius, 1e3 * seconds, 1e3 * build, 1e3 * rival_seconds);
-        mssm_gl_filtered_destroy(shadow);
-        gl.DeleteProgram(program);
-    }
-    return save(file, "", why);
+    mssm_gl_filtered_set_light(shadow, 0, light);
+    mssm_gl_filtered_begin_depth(shadow, 0);
+    gl_mesh_draw(&solids);
+    mssm_gl_filtered_end_depth(shadow);
+    mssm_gl_filtered_build(shadow);
+    mssm_gl_filtered_bind(shadow);
+    gl.BindTextureUnit(2, plain.depth);
+    const bool done = draw(pcf, eye, file, "-pcf", why) && draw(program, eye, file, "", why);
+    mssm_gl_filtered_destroy(shadow);
+    return done;
 }
 
-static bool run(const char *file, message *why)
+static bool run(const char *file, int radius, message *why)
 {
     const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F}, none[GL_TARGET_COLORS] = {0};
     const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 16.0f / 9);
@@ -175,11 +154,11 @@ static bool run(const char *file, message *why)
     const float low[3] = {s.low.x, s.low.y, s.low.z}, high[3] = {s.high.x, s.high.y, s.high.z};
     mssm_light_directional(&light, to_sun, axis, 0, 0, low, high);
     snprintf(name, sizeof name, "%s-truth.png", file);
-    return gl_mesh_upload(&solids, &s, why) &&
+    return image_save_png(&truth, 1.3f, name, why) && gl_mesh_upload(&solids, &s, why) &&
            gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why) &&
            gl_target_create(&picture, WIDTH, HEIGHT, 1, formats, why) &&
-           gl_target_create(&plain, SIDE, SIDE, 1, none, why) && compare(&light, &eye, file, why) &&
-           image_save_png(&truth, 1.3f, name, why);
+           gl_target_create(&plain, SIDE, SIDE, 1, none, why) &&
+           compare(&light, &eye, file, radius, why);
 }
 
 int main(int argc, char **argv)
@@ -188,7 +167,7 @@ int main(int argc, char **argv)
     const char *missing;
     message why = {"cannot start"};
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
-                      run(argc > 1 ? argv[1] : "hard.png", &why);
+                      run(argc > 1 ? argv[1] : "hard", argc > 2 ? atoi(argv[2]) : 2, &why);
     if (!done) fprintf(stderr, "gl_hard: %s\n", why.text);
     return done ? 0 : 1;
 }
