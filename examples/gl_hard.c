@@ -1,7 +1,8 @@
 // Antialiased hard shadows of a sun from a moment map of 64 bits a texel, beside percentage-closer
 // filtering of the same kernel and beside rays, with errors and costs, OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_hard.c examples/common/*.c -lm -lpthread -ldl && ./a.out hard 2
-// writes hard.png, hard-pcf.png and hard-truth.png; 2 is the radius of the Gaussian in texels.
+// writes hard.png, hard-pcf.png and hard-truth.png; 2 is the radius of the Gaussian in texels, and a
+// third argument the number of moments, 4 (64 bits a texel) or 6 (96).
 #include "mssm.h"
 
 #include "common/gl_context.h"
@@ -17,6 +18,7 @@ static const float to_sun[3] = {-0.6f, 1, 0.5f}, axis[3] = {1, 0, 0};
 static gl_target target, picture, plain; // multisampled, resolved, and a depth map for the rival
 static gl_mesh solids;
 static image truth;
+static int moments = 4;
 
 static const char shading[] = // behind a text that declares visibility()
     "layout(location = 1) uniform vec3 to_sun;\n"
@@ -108,7 +110,7 @@ static bool compare(const mssm_light *light, const camera *eye, const char *file
                     message *why)
 {
     const mssm_gl_filtered_desc desc = {
-        .load = gl_context_function, .side = SIDE, .radius = radius};
+        .load = gl_context_function, .side = SIDE, .radius = radius, .moments = moments};
     mssm_gl_filtered *shadow;
     if (mssm_gl_filtered_create(&shadow, &desc)) return fail(why, "no filtered maps");
     const char *const vertices[] = {gl_scene_vertex, NULL}, *const rival[] = {pcf_text, shading,
@@ -166,6 +168,7 @@ int main(int argc, char **argv)
     gl_context context;
     const char *missing;
     message why = {"cannot start"};
+    if (argc > 3) moments = atoi(argv[3]);
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
                       run(argc > 1 ? argv[1] : "hard", argc > 2 ? atoi(argv[2]) : 2, &why);
     if (!done) fprintf(stderr, "gl_hard: %s\n", why.text);

@@ -362,6 +362,18 @@ static void check_result(int r, int most, const char *what, const char *call)
     CHECK(r >= 0 && r <= most, "%s: %s gave %d", what, call, r);
 }
 
+// Of calls of mssm.h; a failure has something to say.
+static int count_failures(const mssm_result *all, int n, int messages_before, const char *what)
+{
+    int failures = 0;
+    for (int i = 0; i < n; i++) {
+        check_result((int)all[i], MSSM_ERROR_ORDER, what, "a call");
+        failures += all[i] != MSSM_OK;
+    }
+    CHECK(!failures || driver.messages > messages_before, "%s: %d failures without a word", what, failures);
+    return failures;
+}
+
 // Every call of mssm.h once, in order; the number of failures.
 static int live_mssm(const char *what)
 {
@@ -381,7 +393,7 @@ static int live_mssm(const char *what)
     if (r) return 1;
     const int before = driver.messages;
     mssm_result all[10];
-    int n = 0, failures = 0;
+    int n = 0;
     all[n++] = mssm_gl_set_light(g, 0, &light);
     all[n++] = mssm_gl_begin_depth(g, 0, 0);
     all[n++] = mssm_gl_end_depth(g);
@@ -392,11 +404,7 @@ static int live_mssm(const char *what)
     all[n++] = mssm_gl_set_moments(g, 1, 7);
     all[n++] = mssm_gl_resize(g, 3, 128);
     all[n++] = mssm_gl_build(g);
-    for (int i = 0; i < n; i++) {
-        check_result((int)all[i], MSSM_ERROR_ORDER, what, "a call");
-        failures += all[i] != MSSM_OK;
-    }
-    CHECK(!failures || driver.messages > before, "%s: %d failures without a word", what, failures);
+    const int failures = count_failures(all, n, before, what);
     CHECK(mssm_gl_shader(g) && strlen(mssm_gl_shader(g)) > 1000, "%s: no shading text", what);
     mssm_gl_destroy(g);
     return failures;
@@ -420,7 +428,7 @@ static int live_filtered(const char *what)
     if (r) return 1;
     const int before = driver.messages;
     mssm_result all[7];
-    int n = 0, failures = 0;
+    int n = 0;
     all[n++] = mssm_gl_filtered_set_light(g, 1, &light);
     all[n++] = mssm_gl_filtered_begin_depth(g, 1);
     all[n++] = mssm_gl_filtered_end_depth(g);
@@ -428,11 +436,7 @@ static int live_filtered(const char *what)
     all[n++] = mssm_gl_filtered_end_translucent(g);
     all[n++] = mssm_gl_filtered_build(g);
     all[n++] = mssm_gl_filtered_bind(g);
-    for (int i = 0; i < n; i++) {
-        check_result((int)all[i], MSSM_ERROR_ORDER, what, "a call");
-        failures += all[i] != MSSM_OK;
-    }
-    CHECK(!failures || driver.messages > before, "%s: %d failures without a word", what, failures);
+    const int failures = count_failures(all, n, before, what);
     mssm_gl_filtered_destroy(g);
     return failures;
 }
