@@ -2411,17 +2411,16 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     t.occlusion = 0.0f;
     t.fullest = 0.0f;
     t.emptiest = 1.0f;
-    p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[0]), r.z_test);
-    t = mssm_add_seen(t, mssm_see(v, r, plan, 0, p));
-    // Kernels of one texel are all the same.
-    if (kernel * plan.d[0] > 0.5f) {
-        p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[1]), r.z_test);
-    }
-    t = mssm_add_seen(t, mssm_see(v, r, plan, 1, p));
-    if (kernel * plan.d[1] > 0.5f) {
-        p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[2]), r.z_test);
-    }
-    t = mssm_add_seen(t, mssm_see(v, r, plan, 2, p));
+    int i = 0;
+    do {
+        // Kernels of one texel are all the same.
+        if (i == 0 || kernel * mssm_planned(plan, i - 1) > 0.5f) {
+            mssm_moments6 looked = mssm_look(map, v, r, most, mssm_planned(plan, i));
+            p = mssm_layers(o, most, looked, r.z_test);
+        }
+        t = mssm_add_seen(t, mssm_see(v, r, plan, i, p));
+        i = i + 1;
+    } while (i < 3);
     // No more than the kernel that sees most, which a surface through all kernels would pass. No
     // less than the one that sees least, which closes the gap between a far and a near blocker; the
     // less that one sees, the less it is to be trusted, or its hard edge would show in a soft
@@ -4200,17 +4199,16 @@ static const char mssm__glsl_shading[] =
     "    t.occlusion = 0.0f;\n"
     "    t.fullest = 0.0f;\n"
     "    t.emptiest = 1.0f;\n"
-    "    p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[0]), r.z_test);\n"
-    "    t = mssm_add_seen(t, mssm_see(v, r, plan, 0, p));\n"
-    "    // Kernels of one texel are all the same.\n"
-    "    if (kernel * plan.d[0] > 0.5f) {\n"
-    "        p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[1]), r.z_test);\n"
-    "    }\n"
-    "    t = mssm_add_seen(t, mssm_see(v, r, plan, 1, p));\n"
-    "    if (kernel * plan.d[1] > 0.5f) {\n"
-    "        p = mssm_layers(o, most, mssm_look(map, v, r, most, plan.d[2]), r.z_test);\n"
-    "    }\n"
-    "    t = mssm_add_seen(t, mssm_see(v, r, plan, 2, p));\n"
+    "    int i = 0;\n"
+    "    do {\n"
+    "        // Kernels of one texel are all the same.\n"
+    "        if (i == 0 || kernel * mssm_planned(plan, i - 1) > 0.5f) {\n"
+    "            mssm_moments6 looked = mssm_look(map, v, r, most, mssm_planned(plan, i));\n"
+    "            p = mssm_layers(o, most, looked, r.z_test);\n"
+    "        }\n"
+    "        t = mssm_add_seen(t, mssm_see(v, r, plan, i, p));\n"
+    "        i = i + 1;\n"
+    "    } while (i < 3);\n"
     "    // No more than the kernel that sees most, which a surface through all kernels would pass. No\n"
     "    // less than the one that sees least, which closes the gap between a far and a near blocker; the\n"
     "    // less that one sees, the less it is to be trusted, or its hard edge would show in a soft\n"
