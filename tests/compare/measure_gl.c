@@ -466,7 +466,8 @@ static bool add_errors(figures *f, bench *b, subject *s, int samples, message *w
 
 static void add_times(figures *f, const bench *b, const subject *s, const gl_times *t)
 {
-    const double lights = b->lights.lights;
+    const double lights = b->lights.lights, width = b->view.picture.width;
+    add(f, "gl", s->method->name, lights, "width", &width, 1);
     add(f, "gl", s->method->name, lights, "shade_ms", t->shade, t->count);
     add(f, "gl", s->method->name, lights, "update_ms", t->update, t->count);
     add(f, "gl", s->method->name, lights, "frame_ms", t->frame, t->count);
@@ -517,7 +518,7 @@ static bool measure_lights(figures *f, int lights, int width, int rounds, messag
 
 void measure_gl(figures *f, bool quick)
 {
-    const int width = quick ? 160 : 480, rounds = 3;
+    const int width = quick ? 160 : 960, rounds = 3;
     message why = {{0}};
     if (!measure_lights(f, 4, width, rounds, &why) ||
         !measure_lights(f, MOST_LIGHTS, width, rounds, &why)) {
