@@ -2907,7 +2907,7 @@ float mssm_scattering_visibility(mssm_view_ray ray, mssm_moments6 m)
     mssm_bounds b = mssm_visibility6(m, ray.depth);
     float sure = b.lower + (1.0f - b.upper);
     float lit = sure > 1e-6f ? b.lower / sure : 0.5f;
-    float upper = ray.upper + ray.balance * (lit - ray.upper);
+    float upper = mssm_clamp(ray.upper + ray.balance * (lit - ray.upper), 0.0f, 1.0f);
     return 1.0f - ray.share * (1.0f - (b.lower + upper * (b.upper - b.lower)));
 }
 // [glsl end]

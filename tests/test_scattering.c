@@ -425,7 +425,7 @@ static void bounds_hold_what_lies_between(void)
             CHECK(step > 0 || fabsf(seen - b.upper) < 1e-6f, "not the upper bound");
             CHECK(step < 4 || fabsf(seen - b.lower) < 1e-6f, "not the lower bound");
             low = seen + 1e-6f;
-            ray.balance = (float)test_range(&seed, 0, 1);
+            ray.balance = (float)test_range(&seed, -2, 3);
             const float other = mssm_scattering_visibility(ray, m);
             CHECK(other >= b.lower - 1e-6f && other <= b.upper + 1e-6f, "trial %d, balance", trial);
             ray.share = 0;
