@@ -340,7 +340,8 @@ static bool is_allowed(const char *name, const char *allowed)
     char word[64];
     for (const char *at = allowed; at && *at; at += strcspn(at, " ") + 1) {
         snprintf(word, sizeof word, "%.*s", (int)strcspn(at, " "), at);
-        if (!strcmp(word, name)) return true;
+        const size_t length = strlen(word);
+        if (!strncmp(word, name, length) && strchr("[", name[length])) return true;
         if (!strchr(at, ' ')) break;
     }
     return false;

@@ -21,8 +21,8 @@ typedef struct gl_state {
 void gl_state_take(gl_state *s);
 void gl_state_free(gl_state *s);
 
-// Number of differences whose names are not among the words of `allowed` (may be null); the first few
-// go to text, which holds size characters.
+// Number of differences whose names are not among the words of `allowed` (may be null; "VIEWPORT" allows
+// all that VIEWPORT[0] does one of); the first few go to text, which holds size characters.
 int gl_state_differences(const gl_state *before, const gl_state *after, const char *allowed,
                          char *text, int size);
 

@@ -1,5 +1,6 @@
 // The example components beside the lights: the sampled light adds up to the truth and is the same on
 // every run, depth ranges read from the GPU are those of the CPU, shared falloffs give the same in GLSL.
+#include "gl_state.h"
 #include "test.h"
 
 #include <math.h>
@@ -9,7 +10,9 @@
 #include "../examples/common/gl_context.h"
 #include "../examples/common/gl_range.h"
 #include "../examples/common/gl_sampled.h"
+#include "../examples/common/gl_shafts.h"
 #include "../examples/common/raytrace.h"
+#include "../examples/common/shafts.h"
 
 enum { WIDTH = 96, HEIGHT = 72, POINTS = 256 };
 static const float position[3] = {-1.6f, 3.2f, 1.2f}, up[3] = {0, 1, 0}, axis[3] = {1, 0, 0};
@@ -252,6 +255,181 @@ static void falloffs_are_the_same_in_glsl(void)
     end(&t);
 }
 
+// ---- What components leave behind ----------------------------------------------------------------
+
+// Of all kinds that components make, by their names.
+static int living_objects(void)
+{
+    static const char *const ask[] = {"glIsBuffer", "glIsFramebuffer", "glIsProgram",
+                                      "glIsShader", "glIsTexture",     "glIsVertexArray"};
+    int count = 0;
+    gl.UseProgram(0); // which would keep one alive
+    for (int k = 0; k < 6; k++) {
+        GLboolean(GL_CALL * is)(GLuint) = (GLboolean(GL_CALL *)(GLuint))gl_context_function(ask[k]);
+        for (GLuint name = 1; name < 4096; name++) count += is(name) != 0;
+    }
+    return count;
+}
+
+// The driver refuses the answer-th program or framebuffer.
+static gl_functions driver;
+static int answer;
+
+static void GL_CALL refuse_program(GLuint program, GLenum name, GLint *value)
+{
+    driver.GetProgramiv(program, name, value);
+    if (name == GL_LINK_STATUS && --answer == 0) *value = GL_FALSE;
+}
+
+static GLenum GL_CALL refuse_framebuffer(GLuint framebuffer, GLenum target)
+{
+    return --answer == 0 ? 0 : driver.CheckNamedFramebufferStatus(framebuffer, target);
+}
+
+static struct {
+    gl_range range;
+    gl_sampled sampled;
+    gl_shafts shafts;
+    GLuint shafts_program;
+} made;
+
+static bool create_range(message *why)
+{
+    return gl_range_create(&made.range, 2, 64, why);
+}
+
+static void free_range(void)
+{
+    gl_range_free(&made.range);
+}
+
+static bool create_sampled(message *why)
+{
+    return gl_sampled_create(&made.sampled, 64, WIDTH, HEIGHT, why);
+}
+
+static void free_sampled(void)
+{
+    gl_sampled_free(&made.sampled);
+}
+
+static bool create_shafts(message *why)
+{
+    made.shafts_program = gl_shafts_program("shafts", NULL, why);
+    return made.shafts_program && gl_shafts_create(&made.shafts, 64, 64, why);
+}
+
+static void free_shafts(void)
+{
+    if (made.shafts_program) gl.DeleteProgram(made.shafts_program);
+    gl_shafts_free(&made.shafts);
+}
+
+static const struct {
+    const char *name;
+    bool (*create)(message *why);
+    void (*free)(void);
+    int refusals; // programs and framebuffers
+} components[] = {{"gl_range", create_range, free_range, 1},
+                  {"gl_sampled", create_sampled, free_sampled, 4},
+                  {"gl_shafts", create_shafts, free_shafts, 2}};
+
+static void components_leave_no_objects(void)
+{
+    stage t;
+    if (!begin(&t)) return;
+    driver = gl;
+    for (int k = 0; k < 3; k++) {
+        const int had = living_objects();
+        bool whole = false;
+        for (int i = 1; !whole; i++) {
+            message why = {""};
+            memset(&made, 0, sizeof made);
+            answer = i;
+            gl.GetProgramiv = refuse_program;
+            gl.CheckNamedFramebufferStatus = refuse_framebuffer;
+            whole = components[k].create(&why);
+            gl = driver;
+            CHECK(whole == (i > components[k].refusals) && whole == !why.text[0], "%s, %d: %s",
+                  components[k].name, i, why.text);
+            CHECK(!whole || living_objects() > had, "%s: no objects seen", components[k].name);
+            components[k].free();
+            const int left = living_objects() - had;
+            CHECK(left == 0, "%s, refusal %d: %d objects left", components[k].name, i, left);
+        }
+    }
+    end(&t);
+}
+
+static gl_state before, after;
+
+static void check_changes(const char *call, const char *documented)
+{
+    char text[800];
+    gl_state_take(&after);
+    const int n = gl_state_differences(&before, &after, documented, text, sizeof text);
+    CHECK(n == 0, "%s changes%s", call, text);
+    gl_state_take(&before);
+}
+
+static void components_change_what_their_headers_say(void)
+{
+    const GLenum none[GL_TARGET_COLORS] = {0};
+    const float low[3] = {-4, -1, -4}, high[3] = {4, 3, 4};
+    stage t;
+    message why = {""};
+    gl_target depth;
+    GLuint map;
+    mssm_light light;
+    mssm_scattering from;
+    if (!begin(&t)) return;
+    CHECK(!mssm_light_directional(&light, up, axis, 0, 0, low, high) &&
+              shafts_look(&from, &light, &t.eye, 0.1f) &&
+              gl_target_create(&depth, 64, 64, 4, none, &why),
+          "%s", why.text);
+    gl.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &map);
+    gl.TextureStorage3D(map, 1, GL_RGBA16, 64, 64, 1);
+    gl_state_take(&before);
+    for (int k = 0; k < 3; k++) CHECK(components[k].create(&why), "%s", why.text);
+    check_changes("creating", NULL);
+    gl_target_begin(&depth);
+    gl_state_take(&before);
+    for (int frame = 0; frame < 2; frame++) { // the first range comes from nowhere
+        gl_range_fit(&made.range, 1, &light);
+        check_changes("gl_range_fit", NULL);
+        gl_range_reduce(&made.range, 1);
+        check_changes("gl_range_reduce",
+                      "CURRENT_PROGRAM TEXTURE_BINDING_2D_MULTISAMPLE[0] SHADER_STORAGE_BUFFER[0] "
+                      "SHADER_STORAGE_BUFFER_BINDING");
+    }
+    gl.Enable(GL_DEPTH_TEST);
+    gl.Enable(GL_BLEND);
+    gl_state_take(&before);
+    add(&t, &made.sampled, 1, 2);
+    check_changes("gl_sampled_add",
+                  "DRAW_FRAMEBUFFER_BINDING READ_FRAMEBUFFER_BINDING DRAW_BUFFER READ_BUFFER "
+                  "VIEWPORT COLOR_CLEAR_VALUE CURRENT_PROGRAM VERTEX_ARRAY_BINDING "
+                  "ELEMENT_ARRAY_BUFFER_BINDING TEXTURE_BINDING_2D[0] TEXTURE_BINDING_2D[1] "
+                  "TEXTURE_BINDING_2D[2] DEPTH_TEST BLEND BLEND_DST_RGB BLEND_DST_ALPHA");
+    gl_shafts_update(&made.shafts, &from, map);
+    check_changes("gl_shafts_update",
+                  "CURRENT_PROGRAM SHADER_STORAGE_BUFFER[8] SHADER_STORAGE_BUFFER_BINDING "
+                  "TEXTURE_BINDING_2D[8] TEXTURE_BINDING_2D_ARRAY[8] TEXTURE_BINDING_2D[9] "
+                  "IMAGE_BINDING_NAME[0] IMAGE_BINDING_NAME[1] IMAGE_BINDING_ACCESS[0] "
+                  "IMAGE_BINDING_ACCESS[1] IMAGE_BINDING_FORMAT[0] IMAGE_BINDING_FORMAT[1]");
+    gl.Enable(GL_BLEND);
+    gl_state_take(&before);
+    gl_shafts_draw(made.shafts_program, t.view.target.color[0], &t.eye, 0.1f, 9, vec(1, 1, 1));
+    check_changes("gl_shafts_draw", "CURRENT_PROGRAM VERTEX_ARRAY_BINDING TEXTURE_BINDING_2D[10] "
+                                    "BLEND BLEND_DST_RGB BLEND_DST_ALPHA");
+    for (int k = 0; k < 3; k++) components[k].free();
+    gl_target_free(&depth);
+    gl.DeleteTextures(1, &map);
+    gl_state_free(&before);
+    gl_state_free(&after);
+    end(&t);
+}
+
 const test_case lights_gl_tests[] = {
     {"GL: the sampled light is the truth, and the same on every run",
      the_sampled_light_is_the_truth},
@@ -259,4 +437,7 @@ const test_case lights_gl_tests[] = {
      points_are_spread_at_every_number},
     {"GL: depth ranges from the GPU are those drawn", depth_ranges_from_the_gpu},
     {"GL: falloffs of lights are the same in GLSL", falloffs_are_the_same_in_glsl},
+    {"GL: components leave no objects, whatever the driver refuses", components_leave_no_objects},
+    {"GL: components change the state that their headers name",
+     components_change_what_their_headers_say},
     {0, 0}};

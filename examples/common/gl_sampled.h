@@ -31,6 +31,8 @@ unsigned long long gl_sampled_hash(unsigned long long hash, const void *bytes, s
 // G-buffer of that size: position, w = 0 where there is none, and normal. normal_offset, in world
 // units, keeps surfaces from shading themselves. Begins anew when state is not that of the last call.
 // The mean visibility is sum.color[0].x / .w. The first point is the light's middle: a hard shadow.
+// Leaves its framebuffer, viewport, program, a vertex array and texture units 0 to 2 bound, the clear
+// color zero, depth test and blending off and the blend function (one, one).
 void gl_sampled_add(gl_sampled *s, unsigned long long state, int points,
                     gl_sampled_frustum *frustum, const void *light, const gl_mesh *casters,
                     const GLuint surfaces[2], float normal_offset);

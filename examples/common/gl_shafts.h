@@ -14,12 +14,12 @@ typedef struct gl_shafts {
     int rows, columns;
 } gl_shafts;
 
-bool gl_shafts_create(gl_shafts *s, int rows, int columns,
-                      message *why); // columns: a multiple of 64
+// columns: a multiple of 64. On failure nothing is kept.
+bool gl_shafts_create(gl_shafts *s, int rows, int columns, message *why);
 void gl_shafts_free(gl_shafts *s);
 
 // Resamples layer 0 of a filtered map (mssm_gl_filtered_texture(gl, 0)) and adds up the rows, in one
-// dispatch; leaves the textures and the buffer bound.
+// dispatch; leaves the map, the textures, also as images 0 and 1, the buffer and a program bound.
 void gl_shafts_update(gl_shafts *s, const mssm_scattering *from, GLuint map);
 
 // A pass over the picture from GLSL that declares float shafts_visibility(vec3 direction, float distance);
@@ -32,7 +32,8 @@ extern const char gl_shafts_marched[];
 
 // Draws it onto the framebuffer that is bound: fades what is there by the medium, and adds scattered times
 // the share of light that the medium scatters to the camera. positions: w = 0 where there is no
-// surface and the medium ends at far_end.
+// surface and the medium ends at far_end. Leaves the program and positions bound, no vertex array, blending
+// off and its function (one, source alpha).
 void gl_shafts_draw(GLuint program, GLuint positions, const camera *eye, float extinction,
                     float far_end, vec3 scattered);
 
