@@ -5826,7 +5826,7 @@ static const char mssm__glsl_filtered_entry[] =
     "layout(binding = MSSM_UNIT + 1) uniform sampler2DArray mssm_map1;\n"
     "#endif\n"
     "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
-    "vec2 mssm_ddx, mssm_ddy; // of the place in the map, in texels\n"
+    "vec2 mssm_ddx = vec2(1.0), mssm_ddy = vec2(1.0); // of the place in the map, in texels\n"
     "vec2 mssm_axis(vec2 d, vec2 least, float most)\n"
     "{\n"
     "    float l = length(d);\n"
