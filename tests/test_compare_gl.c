@@ -2,12 +2,11 @@
 // less than one with it.
 #include "compare/gl_convolution.h"
 #include "compare/measure_gl.h"
+#include "gl_test.h"
 #include "test.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-#include "../examples/common/gl_context.h"
 
 // Measured: 0.061 with tables, 0.063 with mip maps; hard shadows are at 0.079.
 #define LIMIT 0.07
@@ -15,15 +14,6 @@
 #define FRAME_RATIO 1.1
 
 enum { WIDTH = 160, HEIGHT = 90, LIGHTS = 16, SIDE = 256, POINTS = 32 };
-
-static bool open_context(gl_context *context)
-{
-    const char *why;
-    if (gl_context_create(context, &why)) return true;
-    CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", why);
-    test_skip("%s", why);
-    return false;
-}
 
 // ---- Convolution soft shadows against the truth -------------------------------------------------
 
@@ -125,7 +115,7 @@ static void convolution_is_nearer_to_the_truth_than_hard_shadows(void)
     message why = {{0}};
     stage s = {0};
     image truth = {0}, again = {0}, hard = {0}, soft[2] = {{0}, {0}};
-    if (!open_context(&context)) return;
+    if (!gl_test_begin(&context)) return;
     bool done = open_stage(&s, &why) && draw_truth(&s, &truth, &why) && draw_truth(&s, &again, &why) &&
                 draw_hard(&s, &hard, &why);
     CHECK(!done || !memcmp(truth.rgb, again.rgb, 3 * WIDTH * HEIGHT * sizeof *truth.rgb),
@@ -160,7 +150,7 @@ static void a_frame_costs_less_than_with_convolution(void)
     gl_times times[2];
     double frame[2];
     message why = {{0}};
-    if (!open_context(&context)) return; // only to see whether there is one
+    if (!gl_test_begin(&context)) return; // only to see whether there is one
     gl_context_destroy(&context);
     if (!measure_gl_times(16, 320, ROUNDS, names, 2, times, &why)) {
         CHECK(false, "%s", why.text);

@@ -1,6 +1,6 @@
 // The demo's picture, by its two ways.
-#include "../examples/common/gl_context.h"
 #include "../examples/common/gl_lighting.h"
+#include "gl_test.h"
 #include "test.h"
 
 #include <math.h>
@@ -87,12 +87,7 @@ static double difference(const stage *s, double *contrast)
 static void pictures_agree(void)
 {
     gl_context context;
-    const char *reason;
-    if (!gl_context_create(&context, &reason)) {
-        CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", reason);
-        test_skip("%s", reason);
-        return;
-    }
+    if (!gl_test_begin(&context)) return;
     stage s = {.light = {.lights = 0}};
     message why = {{0}};
     const int width = test_trials(640) < 192 ? 192 : test_trials(640); // edges count for more in less

@@ -2,6 +2,7 @@
 // state the caller is in, whatever fails, and nothing left behind.
 #include "gl_fakes.h"
 #include "gl_state.h"
+#include "gl_test.h"
 #include "test.h"
 
 #include <math.h>
@@ -10,7 +11,6 @@
 #include <string.h>
 #include <time.h>
 
-#include "../examples/common/gl_context.h"
 #include "../examples/common/gl_draw.h"
 
 enum { SIDE = 64, SAMPLES = 4, POINTS = 512, LAYERS = 5 };
@@ -35,6 +35,7 @@ static const char layer_fragment[] =
     "uniform float depth, opacity;\n"
     "void main() { gl_FragDepth = 0.5 + 0.5 * depth; mssm_translucent(depth, opacity); }\n";
 static const char asking[] =
+    "layout(local_size_x = 64) in;\n"
     "layout(std430, binding = 8) readonly buffer points { vec4 point[]; };\n"
     "layout(std430, binding = 9) writeonly buffer results { float result[]; };\n";
 // clang-format on
@@ -43,15 +44,10 @@ static bool begin(void)
 {
     const float to_light[3] = {0.2f, 0.9f, 0.3f}, axis[3] = {1, 0, 0};
     const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
-    const char *missing;
     message why;
     gl_fakes_reset();
     gl_fakes_forget_living();
-    if (!gl_context_create(&stage.context, &missing)) {
-        CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", missing);
-        test_skip("%s", missing);
-        return false;
-    }
+    if (!gl_test_begin(&stage.context)) return false;
     gl_fakes_watch();
     gl_mesh_triangle(&stage.triangle);
     const char *const vertices[] = {gl_triangle_vertex, NULL};
@@ -151,18 +147,11 @@ static void draw_layers(mssm_gl_filtered *g)
 // Answers at points (world position, and the footprint in w), by a text that declares ask(vec4).
 static void ask_gl(const char *shader, const char *ask, const float *point, float *result)
 {
-    const char *const text[] = {"#version 450 core\nlayout(local_size_x = 64) in;\n", shader,
-                                asking, ask,
+    const char *const text[] = {asking, shader, ask,
                                 "void main() { uint i = gl_GlobalInvocationID.x;\n"
-                                "    result[i] = ask(point[i]); }\n"};
-    const GLuint compute = gl.CreateShader(GL_COMPUTE_SHADER), program = gl.CreateProgram();
-    GLint linked = 0;
-    gl.ShaderSource(compute, 5, text, NULL);
-    gl.CompileShader(compute);
-    gl.AttachShader(program, compute);
-    gl.LinkProgram(program);
-    gl.GetProgramiv(program, GL_LINK_STATUS, &linked);
-    CHECK(linked, "the asking program does not link");
+                                "    result[i] = ask(point[i]); }\n",
+                                NULL};
+    const GLuint program = gl_test_compute("asking", text);
     const GLuint points = buffer_of(point, POINTS * 16, 8),
                  results = buffer_of(NULL, POINTS * 4, 9);
     gl.UseProgram(program);
@@ -173,7 +162,6 @@ static void ask_gl(const char *shader, const char *ask, const float *point, floa
     gl.DeleteBuffers(1, &points);
     gl.DeleteBuffers(1, &results);
     gl.DeleteProgram(program);
-    gl.DeleteShader(compute);
 }
 
 static void random_points(float *point, uint64_t seed)

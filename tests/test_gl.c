@@ -2,6 +2,7 @@
 // fails, and nothing left behind.
 #include "gl_fakes.h"
 #include "gl_state.h"
+#include "gl_test.h"
 #include "scenes.h"
 #include "test.h"
 
@@ -10,8 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "../examples/common/gl_context.h"
 
 // Where the tests bind their own buffers, away from mssm's.
 enum { DEPTH_BINDING = 7, POINT_BINDING = 8, RESULT_BINDING = 9, GROUP = 64 };
@@ -38,17 +37,15 @@ static struct {
     GLuint array; // without attributes
 } stage;
 
-static GLuint link_program(int count, const GLenum *types, const char *const *texts)
+static GLuint link_program(const char *const texts[2])
 {
+    static const GLenum types[2] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER};
     const GLuint program = gl.CreateProgram();
     GLint linked = 0;
     char log[1000] = "";
-    for (int i = 0; i < count; i++) {
-        const GLuint shader = gl.CreateShader(types[i]);
-        gl.ShaderSource(shader, 1, &texts[i], NULL);
-        gl.CompileShader(shader);
-        gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
-        CHECK(!log[0], "shader: %s", log);
+    for (int i = 0; i < 2; i++) {
+        const char *const text[] = {texts[i], NULL};
+        const GLuint shader = gl_test_shader(types[i], "shader", text);
         gl.AttachShader(program, shader);
         gl.DeleteShader(shader);
     }
@@ -61,16 +58,13 @@ static GLuint link_program(int count, const GLenum *types, const char *const *te
 
 static void make_programs(void)
 {
-    static const GLenum types[2] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER};
     static const char *const fill[2] = {
-        "#version 450 core\n"
         "uniform bool clockwise;\n"
         "void main()\n"
         "{\n"
         "    vec2 p = vec2(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1);\n"
         "    gl_Position = vec4(clockwise ? p.yx : p, 0, 1);\n"
         "}\n",
-        "#version 450 core\n"
         "layout(std430, binding = 7) readonly buffer depths { float depth[]; };\n"
         "uniform int side, samples;\n"
         "void main()\n"
@@ -79,29 +73,23 @@ static void make_programs(void)
         "    gl_FragDepth = depth[(p.y * side + p.x) * samples + min(gl_SampleID, samples - 1)];\n"
         "}\n"};
     static const char *const casters[2] = {
-        "#version 450 core\n"
         "layout(location = 0) in vec3 position;\n"
         "uniform mat4 world_to_shadow;\n"
         "void main() { gl_Position = world_to_shadow * vec4(position, 1); }\n",
-        "#version 450 core\nvoid main() {}\n"};
-    stage.fill = link_program(2, types, fill);
-    stage.casters = link_program(2, types, casters);
+        "void main() {}\n"};
+    stage.fill = link_program(fill);
+    stage.casters = link_program(casters);
     gl.CreateVertexArrays(1, &stage.array);
 }
 
 static bool begin_gl(void)
 {
-    const char *why;
     gl_fakes_reset();
     gl_fakes_forget_living();
-    if (gl_context_create(&stage.context, &why)) {
-        gl_fakes_watch();
-        make_programs();
-        return true;
-    }
-    CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", why);
-    test_skip("%s", why);
-    return false;
+    if (!gl_test_begin(&stage.context)) return false;
+    gl_fakes_watch();
+    make_programs();
+    return true;
 }
 
 static void nothing_is_left(const char *after)
@@ -156,8 +144,6 @@ static mssm_gl_desc description(int lights, int side, int samples, int moments)
 
 static GLuint asking_program(const mssm_gl *g)
 {
-    static const GLenum type = GL_COMPUTE_SHADER;
-    static const char head[] = "#version 450 core\n";
     static const char tail[] =
         "layout(local_size_x = 64) in;\n"
         "layout(std430, binding = 8) readonly buffer test_points { vec4 test_point[]; };\n"
@@ -173,13 +159,8 @@ static GLuint asking_program(const mssm_gl *g)
         "}\n";
     const char *shading = mssm_gl_shader(g);
     if (!shading) return 0;
-    char *text = allocate(strlen(head) + strlen(shading) + strlen(tail) + 1);
-    strcpy(text, head);
-    strcat(text, shading);
-    strcat(text, tail);
-    const GLuint program = link_program(1, &type, (const char *const *)&text);
-    free(text);
-    return program;
+    const char *const text[] = {shading, tail, NULL};
+    return gl_test_compute("asking", text);
 }
 
 static void make_maps(subject *s)

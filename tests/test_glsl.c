@@ -5,6 +5,7 @@
 // limit: where C itself answers that differently once an input moves by its last bits (a branch is
 // taken the other way, or moments with hardly any bias make the problem that ill-conditioned).
 // Where both sides round alike, such inputs must be next to none.
+#include "gl_test.h"
 #include "test.h"
 
 #include <float.h>
@@ -478,36 +479,10 @@ static const function disc_functions[] = {{"lightprobe_disc_irradiance", 1, rand
 
 // ---- Running a shader ----
 
-static bool begin_gl(gl_context *c)
-{
-    const char *why;
-    if (gl_context_create(c, &why)) return true;
-    CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", why);
-    test_skip("%s", why);
-    return false;
-}
-
-// The shader, or 0 with a failed check. Any word in the log counts as a warning.
-static GLuint compile(GLenum type, const char *what, const char *main_text)
-{
-    const char *const text[] = {"#version 450 core\n", mssm_glsl_math(), lightprobe_glsl_math(),
-                                main_text};
-    const GLuint shader = gl.CreateShader(type);
-    GLint compiled = 0;
-    char log[2000] = "";
-    gl.ShaderSource(shader, 4, text, NULL);
-    gl.CompileShader(shader);
-    gl.GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
-    gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
-    CHECK(compiled && !log[0], "%s: %s%s", what, compiled ? "warning: " : "", log);
-    if (compiled) return shader;
-    gl.DeleteShader(shader);
-    return 0;
-}
-
 static GLuint compute_program(const function *f)
 {
-    char main_text[2000], log[2000] = "";
+    char main_text[2000];
+    const char *const text[] = {mssm_glsl_math(), lightprobe_glsl_math(), main_text, NULL};
     snprintf(main_text, sizeof main_text,
              "layout(local_size_x = %d) in;\n"
              "layout(std430, binding = 0) readonly buffer inputs { float input_[]; };\n"
@@ -525,19 +500,7 @@ static GLuint compute_program(const function *f)
              "    for (int k = 0; k < %d; k++) result[first + uint(k)] = r[k];\n"
              "}\n",
              GROUP, WIDTH, WIDTH, WIDTH, WIDTH, f->glsl, WIDTH);
-    const GLuint shader = compile(GL_COMPUTE_SHADER, f->name, main_text);
-    if (!shader) return 0;
-    const GLuint program = gl.CreateProgram();
-    GLint linked = 0;
-    gl.AttachShader(program, shader);
-    gl.LinkProgram(program);
-    gl.DeleteShader(shader);
-    gl.GetProgramiv(program, GL_LINK_STATUS, &linked);
-    gl.GetProgramInfoLog(program, sizeof log, NULL, log);
-    CHECK(linked && !log[0], "%s: %s", f->name, log);
-    if (linked) return program;
-    gl.DeleteProgram(program);
-    return 0;
+    return gl_test_compute(f->name, text);
 }
 
 // results[i] = f(inputs[i]) by the GPU. count is a multiple of GROUP.
@@ -679,7 +642,7 @@ static bool rounds_alike(void)
 static void compare_all(const function *f, double limits, double fused)
 {
     gl_context c;
-    if (!begin_gl(&c)) return;
+    if (!gl_test_begin(&c)) return;
     const bool alike = rounds_alike();
     if (!alike) test_note("one side fuses multiply and add, the other does not");
     for (; f->name; f++) {
@@ -698,11 +661,14 @@ static void compare_all(const function *f, double limits, double fused)
 static void text_compiles(void)
 {
     gl_context c;
-    if (!begin_gl(&c)) return;
-    gl.DeleteShader(compile(GL_VERTEX_SHADER, "vertex shader", "void main() {}\n"));
-    gl.DeleteShader(compile(GL_FRAGMENT_SHADER, "fragment shader", "void main() {}\n"));
-    gl.DeleteShader(compile(GL_COMPUTE_SHADER, "compute shader",
-                            "layout(local_size_x = 1) in;\nvoid main() {}\n"));
+    if (!gl_test_begin(&c)) return;
+    static const GLenum types[] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER, GL_COMPUTE_SHADER};
+    for (int i = 0; i < 3; i++) {
+        const char *const text[] = {mssm_glsl_math(), lightprobe_glsl_math(),
+                                    i < 2 ? "" : "layout(local_size_x = 1) in;\n",
+                                    "void main() {}\n", NULL};
+        gl.DeleteShader(gl_test_shader(types[i], "the text", text));
+    }
     gl_context_destroy(&c);
 }
 
@@ -711,7 +677,7 @@ static void garbage_is_tamed(void)
     static const function *const all[] = {bound_functions, blocker_functions, reconstruct_functions,
                                           cubic_functions};
     gl_context c;
-    if (!begin_gl(&c)) return;
+    if (!gl_test_begin(&c)) return;
     batch b = make_batch(random_garbage);
     for (size_t group = 0; group < sizeof all / sizeof *all; group++)
         for (const function *f = all[group]; f->name; f++)

@@ -2,6 +2,7 @@
 // the caller is in, nothing left behind, whatever fails.
 #include "gl_fakes.h"
 #include "gl_state.h"
+#include "gl_test.h"
 #include "oracle_lightprobe.h"
 #include "test.h"
 
@@ -10,8 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "../examples/common/gl_context.h"
 
 enum { MOST = 1024 };
 
@@ -61,16 +60,11 @@ static lightprobe_gl_function load(const char *name)
 
 static bool begin_gl(void)
 {
-    const char *why;
     gl_fakes_reset();
     gl_fakes_forget_living();
-    if (gl_context_create(&context, &why)) {
-        gl_fakes_watch();
-        return true;
-    }
-    CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", why);
-    test_skip("%s", why);
-    return false;
+    if (!gl_test_begin(&context)) return false;
+    gl_fakes_watch();
+    return true;
 }
 
 static void nothing_is_left(const char *after)
@@ -489,18 +483,9 @@ static GLuint irradiance_program(void)
         "    for (int k = 0; k < lightprobe_count; k++) sum += lightprobe_irradiance(k, normal);\n"
         "    sums[i] = vec4(sum, lightprobe_lights[0].id);\n"
         "}\n";
-    const char *const text[] = {"#version 450 core\n#define LIGHTPROBE_BINDING 3\n",
-                                lightprobe_glsl_math(), lightprobe_glsl_lights(), body};
-    const GLuint shader = gl.CreateShader(GL_COMPUTE_SHADER), program = gl.CreateProgram();
-    char log[1000] = "";
-    gl.ShaderSource(shader, 4, text, NULL);
-    gl.CompileShader(shader);
-    gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
-    CHECK(!log[0], "%s", log);
-    gl.AttachShader(program, shader);
-    gl.LinkProgram(program);
-    gl.DeleteShader(shader);
-    return program;
+    const char *const text[] = {"#define LIGHTPROBE_BINDING 3\n", lightprobe_glsl_math(),
+                                lightprobe_glsl_lights(), body, NULL};
+    return gl_test_compute("irradiance", text);
 }
 
 static void check_shading(const subject *s, GLuint program, lightprobe_gl_range range)

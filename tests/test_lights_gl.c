@@ -1,13 +1,13 @@
 // The example components beside the lights: the sampled light adds up to the truth and is the same on
 // every run, depth ranges read from the GPU are those of the CPU, shared falloffs give the same in GLSL.
 #include "gl_state.h"
+#include "gl_test.h"
 #include "test.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "../examples/common/gl_context.h"
 #include "../examples/common/gl_range.h"
 #include "../examples/common/gl_sampled.h"
 #include "../examples/common/gl_shafts.h"
@@ -29,14 +29,9 @@ typedef struct stage {
 
 static bool begin(stage *t)
 {
-    const char *missing;
     message why;
     memset(t, 0, sizeof *t);
-    if (!gl_context_create(&t->context, &missing)) {
-        CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", missing);
-        test_skip("%s", missing);
-        return false;
-    }
+    if (!gl_test_begin(&t->context)) return false;
     t->eye = camera_look(vec(0.3f, 3.4f, 5.6f), vec(-0.05f, 0.6f, 0), 0.66f, 4.0f / 3);
     t->depth_program = gl_program_simple("depth", gl_depth_vertex, NULL, &why);
     CHECK(t->depth_program && scene_create(&t->s, 0, NULL) &&
@@ -213,9 +208,8 @@ static const char ask_text[] =
 static void falloffs_are_the_same_in_glsl(void)
 {
     static float asked[CASES][4], told[CASES][8];
-    const char *const text[] = {"#version 450 core\n", mssm_glsl_lights(), ask_text};
+    const char *const text[] = {mssm_glsl_lights(), ask_text, NULL};
     stage t;
-    GLint good = 0;
     GLuint buffer[2];
     uint64_t state = 4;
     if (!begin(&t)) return;
@@ -223,13 +217,7 @@ static void falloffs_are_the_same_in_glsl(void)
         for (int k = 0; k < 4; k++) asked[i][k] = (float)test_range(&state, -4, 4);
         if (i % 2) asked[i][1] = asked[i][0] * (float)test_range(&state, 0.9, 1.1); // near an edge
     }
-    const GLuint program = gl.CreateProgram(), shader = gl.CreateShader(GL_COMPUTE_SHADER);
-    gl.ShaderSource(shader, 3, text, NULL);
-    gl.CompileShader(shader);
-    gl.AttachShader(program, shader);
-    gl.LinkProgram(program);
-    gl.GetProgramiv(program, GL_LINK_STATUS, &good);
-    CHECK(good, "mssm_glsl_lights does not compile");
+    const GLuint program = gl_test_compute("mssm_glsl_lights", text);
     for (GLuint i = 0; i < 2; i++) {
         gl.CreateBuffers(1, &buffer[i]);
         gl.NamedBufferStorage(buffer[i], i ? sizeof told : sizeof asked, i ? NULL : asked, 0);
@@ -250,7 +238,6 @@ static void falloffs_are_the_same_in_glsl(void)
         CHECK(fabsf(b[7] - mssm_cone(0.25f * a[3], 0.8f, 0.6f, 3)) < 1e-5f, "cone");
     }
     gl.DeleteBuffers(2, buffer);
-    gl.DeleteShader(shader);
     gl.DeleteProgram(program);
     end(&t);
 }

@@ -1,4 +1,5 @@
 // Light shafts in OpenGL: the shared math gives C's numbers, the passes give those of the CPU.
+#include "gl_test.h"
 #include "test.h"
 
 #include <math.h>
@@ -6,21 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../examples/common/gl_context.h"
 #include "../examples/common/gl_shafts.h"
 #include "../examples/common/shafts.h"
 
 enum { INPUTS = 1 << 15, IN = 12, OUT = 16 };
 static const float sun[3] = {-0.4f, 0.8f, -1}, axis[3] = {1, 0, 0}, extinction = 0.2f;
-
-static bool begin(gl_context *c)
-{
-    const char *missing;
-    if (gl_context_create(c, &missing)) return true;
-    CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", missing);
-    test_skip("%s", missing);
-    return false;
-}
 
 // clang-format off
 static const char ask_text[] =
@@ -83,34 +74,16 @@ static void random_input(uint64_t *seed, float *a)
     a[11] = 0;
 }
 
-static GLuint ask_program(void)
-{
-    const char *const text[] = {"#version 450 core\n", mssm_glsl_math(), mssm_glsl_scattering(),
-                                ask_text};
-    const GLuint shader = gl.CreateShader(GL_COMPUTE_SHADER), program = gl.CreateProgram();
-    GLint linked = 0;
-    char log[2000] = "";
-    gl.ShaderSource(shader, 4, text, NULL);
-    gl.CompileShader(shader);
-    gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
-    CHECK(!log[0], "%s", log);
-    gl.AttachShader(program, shader);
-    gl.DeleteShader(shader);
-    gl.LinkProgram(program);
-    gl.GetProgramiv(program, GL_LINK_STATUS, &linked);
-    CHECK(linked, "does not link");
-    return program;
-}
-
 // The driver's exp, log and atan are its own: GLSL asks for 4 units of the last place and more.
 static void shared_math_agrees(void)
 {
     gl_context c;
-    if (!begin(&c)) return;
+    if (!gl_test_begin(&c)) return;
     static float in[INPUTS * IN], out[INPUTS * OUT];
     const camera eye = camera_look(vec(2.5f, 1.4f, 3.2f), vec(-0.5f, 1.2f, -2), 0.9f, 1.5f);
     const float low[3] = {-4, -1, -4}, high[3] = {4, 3, 4};
-    const GLuint program = ask_program();
+    const char *const text[] = {mssm_glsl_math(), mssm_glsl_scattering(), ask_text, NULL};
+    const GLuint program = gl_test_compute("scattering", text);
     uint64_t seed = 96;
     mssm_light light;
     mssm_scattering s;
@@ -173,7 +146,7 @@ static bool begin_hall(void)
     const mssm_gl_filtered_desc desc = {
         .load = gl_context_function, .side = SIDE, .samples = 1, .radius = 1};
     message why;
-    if (!begin(&stage.context)) return false;
+    if (!gl_test_begin(&stage.context)) return false;
     stage.solids = (gl_mesh){0};
     const bool made = shafts_hall(&stage.hall) &&
                       gl_mesh_upload(&stage.solids, &stage.hall, &why) &&

@@ -1,12 +1,12 @@
 // Smoke in front of, between and behind solids, drawn into moment maps by OpenGL: what the maps say
 // encloses what a ray through the same puffs and triangles loses, hard and soft.
+#include "gl_test.h"
 #include "test.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "../examples/common/gl_context.h"
 #include "../examples/common/gl_smoke_plume.h"
 #include "../mssm.h"
 
@@ -108,14 +108,9 @@ static bool begin(int moments)
         .load = gl_context_function, .side = SIDE, .first_buffer_binding = 1};
     const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F};
     float low[3], high[3];
-    const char *missing;
     message why = {"no memory"};
     memset(&stage, 0, sizeof stage);
-    if (!gl_context_create(&stage.context, &missing)) {
-        CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", missing);
-        test_skip("%s", missing);
-        return false;
-    }
+    if (!gl_test_begin(&stage.context)) return false;
     gl_mesh_triangle(&stage.triangle);
     const bool made = gl_smoke_scene(&stage.solids, &stage.casters, &stage.receivers, &stage.plume,
                                      low, high, &why) &&
