@@ -1,6 +1,7 @@
 // The demo's scene in a window (GLFW): turn it, change the settings, compare with other methods.
 //     cc -O2 -I. examples/viewer.c examples/common/*.c -lglfw -lm -lpthread -ldl && ./a.out
-// For tests: --screenshot FILE after --frames N, with --keys "S]E" pressed before the first.
+// For tests: --screenshot FILE after --frames N, with --keys "S]E" pressed before the first; a . among
+// them draws one.
 #include "common/gl_lighting.h"
 #include "common/gl_reference.h"
 #include "common/gl_text.h"
@@ -38,7 +39,9 @@ typedef struct viewer {
     int budget, drawn_at;    // of budgets[]; level of the last frame
     probe source, turned;
     scene s;
-    int method, moments, compare, samples; // samples of the truth so far
+    quality own;          // what the keys say
+    const quality *now;   // own, or what the governor took of its ladder
+    int compare, samples; // samples of the truth so far
     float turn, tilt, distance, split, time, exposure;
     bool animate, show_text, stale, save;
     double mouse_x, mouse_y;
@@ -136,14 +139,6 @@ static void close_viewer(viewer *v)
 
 // ---- Input
 
-static void set_lights(viewer *v, int lights)
-{
-    v->lights.settings.probe.max_lights = lights < 1             ? 1
-                                          : lights > MOST_LIGHTS ? MOST_LIGHTS
-                                                                 : lights;
-    v->lights.lights = 0; // start afresh instead of going on from the last frame's
-}
-
 // From the middle of the ladder.
 static void hold(viewer *v)
 {
@@ -155,14 +150,14 @@ static void hold(viewer *v)
 
 static void press(viewer *v, int key)
 {
-    const int lights = v->lights.settings.probe.max_lights;
+    quality *q = &v->own;
     v->stale = true;
-    if (key == '[') set_lights(v, lights / 2);
-    if (key == ']') set_lights(v, lights * 2);
+    if (key == '[' && q->lights > 1) q->lights /= 2;
+    if (key == ']' && q->lights < MOST_LIGHTS) q->lights *= 2;
     if (key == '-') v->left.size *= 0.8f;
     if (key == '=') v->left.size *= 1.25f;
-    if (key == 'E') v->method = (v->method + 1) % 3;
-    if (key == 'M') v->moments = v->moments == 0 ? 4 : v->moments == 4 ? 6 : 0;
+    if (key == 'E') q->estimator = (mssm_estimator)((q->estimator + 1) % 3);
+    if (key == 'M') q->moments = q->moments == 0 ? 4 : q->moments == 4 ? 6 : 0;
     if (key == 'S') v->compare = (v->compare + 1) % METHODS;
     if (key == 'F') v->lights.settings.back_faces = !v->lights.settings.back_faces;
     if (key == 'H') hold(v);
@@ -232,7 +227,8 @@ static void shade_half(viewer *v, const camera *eye, const gl_target *to, int me
     }
     if (method < METHOD_HARD) {
         gl.ProgramUniform1i(v->program, gl.GetUniformLocation(v->program, "estimator"), method);
-        gl.ProgramUniform1i(v->program, gl.GetUniformLocation(v->program, "moments"), v->moments);
+        gl.ProgramUniform1i(v->program, gl.GetUniformLocation(v->program, "moments"),
+                            v->now->moments);
         gl_lighting_shade(&v->left, v->program, &v->lights, eye);
     } else {
         gl_reference_shade(&v->reference, &v->left, &v->lights, eye,
@@ -258,16 +254,18 @@ static bool set_side(viewer *v, int side, message *why)
 static bool govern(viewer *v, message *why)
 {
     double seconds = 0;
-    if (!v->budget) return true;
-    for (int i = GL_LIGHTING_DEPTH; i <= GL_LIGHTING_SHADING; i++)
-        seconds += gl_lighting_seconds(&v->left, i);
-    const quality *q =
-        &governor_ladder[governor_frame(&v->governor, (float)(1e3 * seconds), v->drawn_at)];
-    v->drawn_at = v->governor.level;
-    if (q->lights != v->lights.settings.probe.max_lights) set_lights(v, q->lights);
-    v->method = (int)q->estimator;
-    v->moments = q->moments;
-    return set_side(v, q->map_side, why);
+    v->now = &v->own;
+    if (v->budget) {
+        for (int i = GL_LIGHTING_DEPTH; i <= GL_LIGHTING_SHADING; i++)
+            seconds += gl_lighting_seconds(&v->left, i);
+        v->drawn_at = governor_frame(&v->governor, (float)(1e3 * seconds), v->drawn_at);
+        v->now = &governor_ladder[v->drawn_at];
+    }
+    if (v->now->lights != v->lights.settings.probe.max_lights) {
+        v->lights.settings.probe.max_lights = v->now->lights;
+        v->lights.lights = 0; // start afresh instead of going on from the last frame's
+    }
+    return set_side(v, v->now->map_side, why);
 }
 
 static bool light_scene(viewer *v, message *why)
@@ -308,10 +306,10 @@ static void draw_text(viewer *v)
     snprintf(line, sizeof line,
              "%s%s, %d lights, %s moments, %s faces, size %.2f\n"
              "extract %.1f ms, depth %.1f, tables %.1f, view %.1f, shading %.1f\n%s%s",
-             method_name[v->method], right, v->lights.lights,
-             v->moments == 0   ? "4 or 6"
-             : v->moments == 4 ? "4"
-                               : "6",
+             method_name[v->now->estimator], right, v->lights.lights,
+             v->now->moments == 0   ? "4 or 6"
+             : v->now->moments == 4 ? "4"
+                                    : "6",
              v->lights.settings.back_faces ? "both" : "front", (double)v->left.size,
              1e3 * v->lights.extract_seconds,
              1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_DEPTH),
@@ -347,7 +345,7 @@ static bool frame(viewer *v, message *why)
     if (v->stale) {
         if (!govern(v, why) || !light_scene(v, why)) return false;
         gl_lighting_draw_view(&v->left, &v->s, &eye);
-        shade_half(v, &eye, &v->left.picture, v->method, false);
+        shade_half(v, &eye, &v->left.picture, (int)v->now->estimator, false);
     }
     draw_right(v, &eye);
     v->stale = false;
@@ -383,8 +381,12 @@ static bool run(viewer *v, const char *file, int frames, const char *keys, messa
     glfwSetKeyCallback(v->window, on_key);
     glfwSetCursorPosCallback(v->window, on_mouse);
     glfwSetScrollCallback(v->window, on_scroll);
-    set_lights(v, 16);
-    while (*keys) press(v, *keys++);
+    for (; *keys; keys++) {
+        if (*keys != '.')
+            press(v, *keys);
+        else if (!frame(v, why))
+            return false;
+    }
     for (int i = 1; !glfwWindowShouldClose(v->window) && (!frames || i <= frames); i++) {
         glfwPollEvents();
         if (!frame(v, why)) return false;
@@ -399,7 +401,8 @@ static bool run(viewer *v, const char *file, int frames, const char *keys, messa
 
 int main(int argc, char **argv)
 {
-    static viewer v = {.compare = METHODS - 1,
+    static viewer v = {.own = {16, MAP_SIDE, 0, MSSM_LAYERED, 0},
+                       .compare = METHODS - 1,
                        .turn = 0.04f,
                        .tilt = 0.2f,
                        .distance = 7.9f,

@@ -44,14 +44,27 @@ shot "layered beside the sampled truth" "[[SSSSSS" 8
 shot "a turning probe" "[[A" 3
 shot "holding a frame time" "HA" 9
 
+# compare NAME WANTED: whether the last picture and other.png are "same" or "different".
+compare()
+{
+    cmp -s "$work/last.png" "$work/other.png" && got=same || got=different
+    if [ $got = "$2" ]; then
+        echo "ok   viewer: $1"
+    else
+        echo "FAIL viewer: $1"
+        failed=1
+    fi
+}
+
 # Without shadows the estimators would make no difference.
 shot "upper blocker without text" "[[EET" 1
-mv "$work/last.png" "$work/upper.png"
+mv "$work/last.png" "$work/other.png"
 shot "lower blocker without text" "[[ET" 1
-if cmp -s "$work/last.png" "$work/upper.png"; then
-    echo "FAIL viewer: estimators differ"
-    failed=1
-else
-    echo "ok   viewer: estimators differ"
-fi
+compare "estimators differ" different
+shot "settings of one's own without text" "[[EMT." 1
+mv "$work/last.png" "$work/other.png"
+shot "holding a frame time without text" "[[EMT.H" 1
+compare "holding a frame time chooses other settings" different
+shot "holding no longer" "[[EMT.H.HHH" 1
+compare "settings of one's own return" same
 exit $failed
