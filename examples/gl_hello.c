@@ -90,7 +90,7 @@ static bool run(const char *file, message *why)
                0,
                false};
     gl_mesh casters = {0};
-    gl_target target, picture;
+    gl_target target;
     mssm_gl *shadow;
     mssm_light light;
     image result;
@@ -98,8 +98,7 @@ static bool run(const char *file, message *why)
     add_box(0, vec(0, -0.1f, 0), vec(15, 0.1f, 15));
     add_box(1, vec(0, 0.75f, 0), vec(0.1f, 0.75f, 0.45f));
     if (!gl_mesh_upload(&casters, &s, why) || !shadow_create(&shadow, &light, why) ||
-        !gl_target_create(&target, 1024, 768, 4, formats, why) ||
-        !gl_target_create(&picture, 1024, 768, 1, formats, why)) {
+        !gl_target_create(&target, 1024, 768, 4, formats, why)) {
         return false;
     }
     const char *const vertices[] = {gl_scene_vertex, NULL};
@@ -118,10 +117,8 @@ static bool run(const char *file, message *why)
     gl.ProgramUniformMatrix4fv(shading, 0, 1, GL_FALSE, world_to_clip);
     gl.ProgramUniform3fv(shading, gl.GetUniformLocation(shading, "to_light"), 1, to_light);
     gl_mesh_draw(&casters);
-    gl.BlitNamedFramebuffer(target.framebuffer, picture.framebuffer, 0, 0, 1024, 768, 0, 0, 1024,
-                            768, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     const bool written =
-        gl_target_read(&picture, &result, why) && image_save_png(&result, 1.3f, file, why);
+        gl_target_read(&target, &result, why) && image_save_png(&result, 1.3f, file, why);
     image_free(&result);
     mssm_gl_destroy(shadow);
     return written;

@@ -114,21 +114,17 @@ static bool run(const char *file, int moments, message *why)
 {
     const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F};
     const camera eye = camera_look(vec(0.6f, 2.4f, 6.3f), vec(0.1f, 1.3f, 0), 0.54f, 16.0f / 9);
-    gl_target target, picture;
-    if (!create(moments, why) || !gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why) ||
-        !gl_target_create(&picture, WIDTH, HEIGHT, 1, formats, why)) {
+    gl_target target;
+    if (!create(moments, why) || !gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why))
         return false;
-    }
     draw_maps();
     printf("CPU seconds: maps %.2f\n", cpu_seconds());
     for (int wide = 0; wide < 2; wide++) {
         image ours, truth;
         char name[300];
         if (!draw_picture(wide != 0, &eye, &target, why)) return false;
-        gl.BlitNamedFramebuffer(target.framebuffer, picture.framebuffer, 0, 0, WIDTH, HEIGHT, 0, 0,
-                                WIDTH, HEIGHT, GL_COLOR_BUFFER_BIT, GL_NEAREST);
         printf("%s sun %.2f", wide ? "wide" : "small", cpu_seconds());
-        if (!gl_target_read(&picture, &ours, why) ||
+        if (!gl_target_read(&target, &ours, why) ||
             !gl_smoke_trace(&smoke, &solids, &eye, &sun[wide], WIDTH, HEIGHT, &truth, why)) {
             return false;
         }

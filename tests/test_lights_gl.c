@@ -417,6 +417,42 @@ static void components_change_what_their_headers_say(void)
     end(&t);
 }
 
+static void targets_are_read_as_means(void)
+{
+    const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F};
+    stage t;
+    message why = {""};
+    gl_target target;
+    gl_mesh all;
+    image picture;
+    if (!begin(&t)) return;
+    const GLuint program = gl_program_simple(
+        "samples", gl_triangle_vertex,
+        "out vec4 color;\n"
+        "void main() { color = vec4(float(gl_SampleID) / float(gl_NumSamples - 1)); }\n",
+        &why);
+    CHECK(program && gl_target_create(&target, 8, 4, 4, formats, &why), "%s", why.text);
+    gl_mesh_triangle(&all);
+    gl_target_begin(&target);
+    gl.UseProgram(program);
+    gl_mesh_draw(&all);
+    const int had = living_objects();
+    gl_state_take(&before);
+    CHECK(gl_target_read(&target, &picture, &why), "%s", why.text);
+    check_changes("gl_target_read", NULL);
+    CHECK(living_objects() == had, "objects left");
+    CHECK(picture.width == 8 && picture.height == 4, "%d x %d", picture.width, picture.height);
+    for (int i = 0; i < 8 * 4 * 3; i++)
+        CHECK(fabsf(picture.rgb[i] - 0.5f) < 1e-6f, "%g", (double)picture.rgb[i]);
+    image_free(&picture);
+    gl_target_free(&target);
+    gl_mesh_free(&all);
+    gl.DeleteProgram(program);
+    gl_state_free(&before);
+    gl_state_free(&after);
+    end(&t);
+}
+
 const test_case lights_gl_tests[] = {
     {"GL: the sampled light is the truth, and the same on every run",
      the_sampled_light_is_the_truth},
@@ -427,4 +463,5 @@ const test_case lights_gl_tests[] = {
     {"GL: components leave no objects, whatever the driver refuses", components_leave_no_objects},
     {"GL: components change the state that their headers name",
      components_change_what_their_headers_say},
+    {"GL: a multisampled target is read as the mean of its samples", targets_are_read_as_means},
     {0, 0}};

@@ -247,8 +247,21 @@ void gl_target_begin(const gl_target *t)
     gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
+static bool read_samples(const gl_target *t, image *out, message *why)
+{
+    const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F};
+    gl_target mean;
+    if (!gl_target_create(&mean, t->width, t->height, 1, formats, why)) return false;
+    gl.BlitNamedFramebuffer(t->framebuffer, mean.framebuffer, 0, 0, t->width, t->height, 0, 0,
+                            t->width, t->height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    const bool read = gl_target_read(&mean, out, why);
+    gl_target_free(&mean);
+    return read;
+}
+
 bool gl_target_read(const gl_target *t, image *out, message *why)
 {
+    if (t->samples > 1) return read_samples(t, out, why);
     const size_t row = (size_t)t->width * 3, bytes = row * (size_t)t->height * sizeof(float);
     float *pixels = malloc(bytes);
     const bool created = pixels && image_create(out, t->width, t->height);

@@ -54,8 +54,8 @@ bool gl_target_create(gl_target *t, int width, int height, int samples,
                       const GLenum formats[GL_TARGET_COLORS], message *why);
 void gl_target_free(gl_target *t);
 void gl_target_begin(const gl_target *t); // binds it, sets the viewport, clears it to zero
-bool gl_target_read(const gl_target *t, image *out,
-                    message *why); // of the first colour; not multisampled
+// Of the first colour, where it is multisampled the mean of the samples.
+bool gl_target_read(const gl_target *t, image *out, message *why);
 
 // ---- Camera, surfaces, probe
 
