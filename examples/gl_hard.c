@@ -15,10 +15,12 @@
 
 enum { WIDTH = 640, HEIGHT = 360, SIDE = 512, FRAMES = 5 };
 static const float to_sun[3] = {-0.6f, 1, 0.5f}, axis[3] = {1, 0, 0};
-static gl_target target, picture, plain; // multisampled, resolved, and a depth map for the rival
+static scene s;
+static camera eye;
+static mssm_light light;
 static gl_mesh solids;
+static gl_target target, plain; // multisampled; a depth map for the rival
 static image truth;
-static int moments = 4;
 
 static const char shading[] = // behind a text that declares visibility()
     "layout(location = 1) uniform vec3 to_sun;\n"
@@ -50,42 +52,21 @@ static const char pcf_text[] = // every texel of the same Gaussian
     "    return sum.x / sum.y;\n"
     "}\n";
 
-typedef struct ray_job {
-    view eye; // of twice the width and height: 16 samples a pixel
-    const scene *s;
-    const bvh *tree;
-} ray_job;
-
-static void trace_row(void *context, int y)
+static float sunlight(vec3 n, bool seen) // as the shader has it
 {
-    const ray_job *job = context;
-    const vec3 sun = vec_unit(vec_of(to_sun));
-    for (int i = 0; i < 4 * WIDTH; i++) {
-        surface piece[VIEW_SAMPLES];
-        const int x = i / 4;
-        vec3 sum = i % 4 ? image_get(&truth, x, y) : vec(0, 0, 0);
-        const int pieces =
-            view_surfaces(&job->eye, job->s, 2 * x + i % 2, 2 * y + i / 2 % 2, piece);
-        for (int k = 0; k < pieces; k++) {
-            const vec3 n = piece[k].normal, p = vec_mad(piece[k].position, n, 2e-3f);
-            const float facing = fmaxf(vec_dot(n, sun), 0);
-            const float seen = facing > 0 && !bvh_hit_any(job->tree, p, sun, 100) ? 1.0f : 0.0f;
-            sum = vec_mad(sum, job->s->albedo[piece[k].object],
-                          0.25f * piece[k].share * (facing * seen + 0.2f + 0.1f * n.y));
-        }
-        image_set(&truth, x, y, sum);
-    }
+    const float facing = fmaxf(vec_dot(n, vec_unit(vec_of(to_sun))), 0);
+    return facing * (seen ? 1.0f : 0.0f) + 0.2f + 0.1f * n.y;
 }
 
 // Draws the picture a few times, saves it, prints its error and the seconds of the fastest.
-static bool draw(GLuint program, const camera *eye, const char *file, const char *end, message *why)
+static bool draw(GLuint program, const char *file, const char *end, message *why)
 {
     double least = 1e9;
     float world_to_clip[16];
     char name[300];
     image result;
     const vec3 sun = vec_unit(vec_of(to_sun));
-    gl_camera_matrix(eye, 0.1f, 30, world_to_clip);
+    gl_camera_matrix(&eye, 0.1f, 30, world_to_clip);
     gl.ProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, world_to_clip);
     gl.ProgramUniform3fv(program, 1, 1, &sun.x);
     gl.UseProgram(program);
@@ -98,69 +79,60 @@ static bool draw(GLuint program, const camera *eye, const char *file, const char
         gl.Finish();
         least = fmin(least, seconds_now() - start);
     }
-    gl.BlitNamedFramebuffer(target.framebuffer, picture.framebuffer, 0, 0, WIDTH, HEIGHT, 0, 0,
-                            WIDTH, HEIGHT, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    if (!gl_target_read(&picture, &result, why)) return false;
+    if (!gl_target_read(&target, &result, why)) return false;
     snprintf(name, sizeof name, "%s%s.png", file, end);
     printf("%s: rms error %.4f, %.1f ms\n", name, image_rms(&result, &truth), 1e3 * least);
     return image_save_png(&result, 1.3f, name, why);
 }
 
-static bool compare(const mssm_light *light, const camera *eye, const char *file, int radius,
-                    message *why)
+static bool compare(const char *file, int radius, int moments, message *why)
 {
     const mssm_gl_filtered_desc desc = {
         .load = gl_context_function, .side = SIDE, .radius = radius, .moments = moments};
     mssm_gl_filtered *shadow;
     if (mssm_gl_filtered_create(&shadow, &desc)) return fail(why, "no filtered maps");
-    const char *const vertices[] = {gl_scene_vertex, NULL}, *const rival[] = {pcf_text, shading,
-                                                                              NULL};
+    const char *const vertices[] = {gl_scene_vertex, NULL};
+    const char *const rival[] = {pcf_text, shading, NULL};
     const char *const texts[] = {mssm_gl_filtered_shader(shadow), moments_text, shading, NULL};
     const GLuint depth = gl_program_simple("depth", gl_depth_vertex, NULL, why);
     const GLuint pcf = gl_program("percentage-closer filtering", vertices, rival, why);
     const GLuint program = gl_program("moments", vertices, texts, why);
     if (!depth || !pcf || !program) return false;
-    gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light->world_to_shadow);
-    gl.ProgramUniformMatrix4fv(pcf, 2, 1, GL_FALSE, light->world_to_shadow);
+    gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light.world_to_shadow);
+    gl.ProgramUniformMatrix4fv(pcf, 2, 1, GL_FALSE, light.world_to_shadow);
     gl.ProgramUniform1i(pcf, 3, radius);
     gl_target_begin(&plain);
     gl.Enable(GL_DEPTH_TEST);
     gl.UseProgram(depth);
     gl_mesh_draw(&solids);
-    mssm_gl_filtered_set_light(shadow, 0, light);
+    mssm_gl_filtered_set_light(shadow, 0, &light);
     mssm_gl_filtered_begin_depth(shadow, 0);
     gl_mesh_draw(&solids);
     mssm_gl_filtered_end_depth(shadow);
     mssm_gl_filtered_build(shadow);
     mssm_gl_filtered_bind(shadow);
     gl.BindTextureUnit(2, plain.depth);
-    const bool done = draw(pcf, eye, file, "-pcf", why) && draw(program, eye, file, "", why);
+    const bool done = draw(pcf, file, "-pcf", why) && draw(program, file, "", why);
     mssm_gl_filtered_destroy(shadow);
     return done;
 }
 
-static bool run(const char *file, int radius, message *why)
+static bool run(const char *file, int radius, int moments, message *why)
 {
     const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F}, none[GL_TARGET_COLORS] = {0};
-    const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 16.0f / 9);
-    scene s;
-    mssm_light light;
-    ray_job job = {.s = &s};
     char name[300];
-    if (!scene_create(&s, 0, NULL) || !(job.tree = bvh_create(&s)) ||
-        !image_create(&truth, WIDTH, HEIGHT) ||
-        !view_create(&job.eye, &s, &eye, 2 * WIDTH, 2 * HEIGHT)) {
+    eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 16.0f / 9);
+    if (!scene_create(&s, 0, NULL) ||
+        !trace_picture(&s, &eye, vec_unit(vec_of(to_sun)), sunlight, WIDTH, HEIGHT, &truth)) {
         return fail(why, "no memory");
     }
-    parallel_for(HEIGHT, trace_row, &job, NULL);
     const float low[3] = {s.low.x, s.low.y, s.low.z}, high[3] = {s.high.x, s.high.y, s.high.z};
     mssm_light_directional(&light, to_sun, axis, 0, 0, low, high);
     snprintf(name, sizeof name, "%s-truth.png", file);
     return image_save_png(&truth, 1.3f, name, why) && gl_mesh_upload(&solids, &s, why) &&
            gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why) &&
-           gl_target_create(&picture, WIDTH, HEIGHT, 1, formats, why) &&
            gl_target_create(&plain, SIDE, SIDE, 1, none, why) &&
-           compare(&light, &eye, file, radius, why);
+           compare(file, radius, moments, why);
 }
 
 int main(int argc, char **argv)
@@ -168,9 +140,9 @@ int main(int argc, char **argv)
     gl_context context;
     const char *missing;
     message why = {"cannot start"};
-    if (argc > 3) moments = atoi(argv[3]);
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
-                      run(argc > 1 ? argv[1] : "hard", argc > 2 ? atoi(argv[2]) : 2, &why);
+                      run(argc > 1 ? argv[1] : "hard", argc > 2 ? atoi(argv[2]) : 2,
+                          argc > 3 ? atoi(argv[3]) : 4, &why);
     if (!done) fprintf(stderr, "gl_hard: %s\n", why.text);
     return done ? 0 : 1;
 }

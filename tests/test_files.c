@@ -967,6 +967,45 @@ static void camera_sees_what_rays_hit(void)
     scene_free(&s);
 }
 
+static float only_seen(vec3 normal, bool seen)
+{
+    (void)normal;
+    return seen ? 1 : 0;
+}
+
+// Where one surface fills a pixel, the traced picture is its albedo or black, as a ray says; it may be
+// between them where a shadow ends, or another where the samples between touch an edge.
+static void traced_pictures_have_shadows(void)
+{
+    const camera eye = camera_look(vec(1, 2.5f, 6), vec(0, 0.6f, 0), 0.7f, 1.5f);
+    const vec3 up = vec_unit(vec(0.3f, 1, 0.2f));
+    scene s;
+    view v;
+    image picture;
+    int asked = 0, dark = 0, between = 0;
+    CHECK(scene_create(&s, 0, NULL) && view_create(&v, &s, &eye, 150, 100), "memory");
+    bvh *tree = bvh_create(&s);
+    CHECK(tree && trace_picture(&s, &eye, up, only_seen, 150, 100, &picture), "memory");
+    for (int i = 0; i < 150 * 100; i++) {
+        surface piece[VIEW_SAMPLES];
+        const vec3 got = image_get(&picture, i % 150, i / 150);
+        if (view_surfaces(&v, &s, i % 150, i / 150, piece) != 1 || piece[0].share < 1) continue;
+        const vec3 albedo = s.albedo[piece[0].object];
+        const vec3 from = vec_mad(piece[0].position, piece[0].normal, 2e-3f);
+        const bool seen = !bvh_hit_any(tree, from, up, 100);
+        asked++;
+        dark += !seen;
+        between += fabsf(got.x - (seen ? albedo.x : 0)) > 0.02f;
+    }
+    CHECK(asked > 8000 && dark > asked / 20 && dark < asked / 2, "%d of %d dark", dark, asked);
+    CHECK(between < asked / 16, "%d of %d are neither", between, asked);
+    test_note("%d pixels, %d dark, %d at edges", asked, dark, between);
+    image_free(&picture);
+    view_free(&v);
+    bvh_free(tree);
+    scene_free(&s);
+}
+
 static void tree_agrees_with_trying_all(void)
 {
     scene s;
@@ -1040,6 +1079,7 @@ const test_case files_tests[] = {
     {"depth maps agree with rays", depth_maps_agree_with_rays},
     {"perspective depth is linear along the axis", perspective_depth_is_linear},
     {"the camera sees what rays hit", camera_sees_what_rays_hit},
+    {"traced pictures have the shadows that rays find", traced_pictures_have_shadows},
     {"the tree of boxes finds what trying all finds", tree_agrees_with_trying_all},
     {"traced light has known values", traced_light_has_known_values},
     {NULL, NULL},

@@ -1,5 +1,7 @@
 #include "raytrace.h"
 
+#include "threads.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -373,4 +375,47 @@ vec3 trace_irradiance(const bvh *tree, const probe_sampler *sampler, vec3 point,
         sum = vec_mad(sum, clean_texel(p, texel), weight);
     }
     return sum;
+}
+
+// ---- Pictures
+
+typedef struct picture_job {
+    const scene *s;
+    bvh *tree;
+    view samples; // of twice the width and height
+    vec3 direction;
+    trace_light *light;
+    image *out;
+} picture_job;
+
+static void trace_row(void *context, int y)
+{
+    const picture_job *job = context;
+    for (int i = 0; i < 4 * job->out->width; i++) {
+        surface piece[VIEW_SAMPLES];
+        const int x = i / 4;
+        vec3 sum = image_get(job->out, x, y);
+        const int pieces =
+            view_surfaces(&job->samples, job->s, 2 * x + i % 2, 2 * y + i / 2 % 2, piece);
+        for (int k = 0; k < pieces; k++) {
+            const vec3 n = piece[k].normal, p = vec_mad(piece[k].position, n, 2e-3f);
+            const bool seen = !bvh_hit_any(job->tree, p, job->direction, 100);
+            sum = vec_mad(sum, job->s->albedo[piece[k].object],
+                          0.25f * piece[k].share * job->light(n, seen));
+        }
+        image_set(job->out, x, y, sum);
+    }
+}
+
+bool trace_picture(const scene *s, const camera *eye, vec3 direction, trace_light *light, int width,
+                   int height, image *out)
+{
+    picture_job job = {.s = s, .direction = direction, .light = light, .out = out};
+    job.tree = bvh_create(s);
+    const bool viewed = view_create(&job.samples, s, eye, 2 * width, 2 * height);
+    const bool created = job.tree && viewed && image_create(out, width, height);
+    if (created) parallel_for(height, trace_row, &job, NULL);
+    if (viewed) view_free(&job.samples);
+    bvh_free(job.tree);
+    return created;
 }

@@ -3,7 +3,7 @@
 #define RAYTRACE_H
 
 #include "probe.h"
-#include "scene.h"
+#include "raster.h"
 
 typedef struct bvh bvh; // a tree of boxes over the scene's triangles
 
@@ -33,5 +33,11 @@ void probe_sampler_free(probe_sampler *sampler);
 // them.
 vec3 trace_irradiance(const bvh *tree, const probe_sampler *sampler, vec3 point, vec3 normal,
                       int rays, unsigned seed);
+
+// A picture of the scene under a far light without size in that direction, 16 samples a pixel: albedo
+// times what light() says of a normal, and of whether the light is seen. False when memory runs out.
+typedef float trace_light(vec3 normal, bool seen);
+bool trace_picture(const scene *s, const camera *eye, vec3 direction, trace_light *light, int width,
+                   int height, image *out);
 
 #endif
