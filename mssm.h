@@ -4460,7 +4460,7 @@ static const char mssm__glsl_scattering[] =
     "    mssm_bounds b = mssm_visibility6(m, ray.depth);\n"
     "    float sure = b.lower + (1.0f - b.upper);\n"
     "    float lit = sure > 1e-6f ? b.lower / sure : 0.5f;\n"
-    "    float upper = ray.upper + ray.balance * (lit - ray.upper);\n"
+    "    float upper = mssm_clamp(ray.upper + ray.balance * (lit - ray.upper), 0.0f, 1.0f);\n"
     "    return 1.0f - ray.share * (1.0f - (b.lower + upper * (b.upper - b.lower)));\n"
     "}\n"
     // [glsl text end]
