@@ -2552,7 +2552,7 @@ struct mssm_filtered {
     int side, moments, levels, radius;
     int size[MSSM__LEVELS];
     uint16_t *texel[MSSM__LEVELS];
-    float *work, *rows;  // side^2 texels each
+    float *work, *rows;  // side^2 texels each and 8 floats more; what a moment lacks to 1
 };
 
 // The view is that of mssm_map_visibility; of the settings, max_kernel is the Gaussian's width, and
@@ -2602,60 +2602,86 @@ size_t mssm_filtered_bytes(int side, int moments)
 {
     uint64_t words;
     if (!mssm__layout(side, moments, &words)) return 0;
-    const uint64_t work = 2 * (uint64_t)side * (uint64_t)side * (uint64_t)moments * sizeof(float);
-    const uint64_t bytes = work + words * sizeof(uint16_t) + sizeof(mssm_filtered) + 63;
+    const uint64_t floats = 2 * ((uint64_t)side * (uint64_t)side * (uint64_t)moments + 8);
+    const uint64_t bytes =
+        floats * sizeof(float) + words * sizeof(uint16_t) + sizeof(mssm_filtered) + 63;
     return bytes <= SIZE_MAX ? (size_t)bytes : 0;
 }
 
-// What one pass averages for texel (x,y) of its target: texels from (left, low) to (right, high)
-// round (scale * x, scale * y) of its source, by weight. One routine for rows, columns and halves.
-struct mssm__pass { int left, low, right, high, scale; };
-
-static void mssm__filter_pass(const mssm_filtered *map, const float *from, int from_size, float *to,
-                              int size, struct mssm__pass p, const float *weight)
+// to[i] = sum of weight[t] * from[i + t * step] over t from low to high. Eight sums at a time become
+// vectors; up to 7 floats too many are read and written, which what comes after them overwrites.
+static void mssm__blur(const float *from, float *to, size_t count, ptrdiff_t step, int low, int high,
+                       const float *weight)
 {
-    const int moments = map->moments;
-    for (int i = 0; i < size * size; i++) {
-        float sum[6] = {0}, weights = 0;
-        for (int y = p.low; y <= p.high; y++) {
-            for (int x = p.left; x <= p.right; x++) {
-                const int u = i % size * p.scale + x, v = i / size * p.scale + y;
-                const int outside = u < 0 || v < 0 || u >= from_size || v >= from_size;
-                const float w = weight[x + y < 0 ? -x - y : x + y];
-                const size_t at = outside ? 0 : ((size_t)v * (size_t)from_size + (size_t)u);
-                weights += w;
-                for (int k = 0; k < moments; k++) {
-                    sum[k] += w * (outside ? 1.0f : from[at * (size_t)moments + (size_t)k]);
-                }
-            }
+    for (size_t i = 0; i < count; i += 8) {
+        float sum[8] = {0};
+        for (int t = low; t <= high; t++) {
+            const float *at = from + i + t * step;
+            for (int k = 0; k < 8; k++) sum[k] += weight[t] * at[k];
         }
-        for (int k = 0; k < moments; k++) *to++ = sum[k] / weights;
+        memcpy(to + i, sum, sizeof sum);
     }
 }
 
-// Blurs what is in `work` and makes all levels of it. Halving in place: nothing is written before it
-// was read.
+// Rows, then columns. Near an edge there are fewer taps: beyond it moments lack nothing to 1.
+static void mssm__gaussian(mssm_filtered *map, int radius)
+{
+    float taps[2 * MSSM__RADIUS + 1], sum = 0, *weight = taps + radius;
+    const float falloff = radius > 0 ? 2.0f / (float)(radius * radius) : 0.0f;
+    const int side = map->side, moments = map->moments;
+    const size_t stride = (size_t)side * (size_t)moments;
+    for (int t = -radius; t <= radius; t++) {
+        weight[t] = expf(-falloff * (float)(t * t));
+        sum += weight[t];
+    }
+    for (int t = -radius; t <= radius; t++) weight[t] /= sum;
+    for (int y = 0; y < side; y++) {
+        for (int x = 0, run; x < side; x += run) {
+            const int low = x < radius ? -x : -radius, left = side - 1 - x;
+            const int high = left < radius ? left : radius;
+            run = high - low == 2 * radius ? left - radius + 1 : 1;
+            const size_t at = (size_t)y * stride + (size_t)(x * moments);
+            mssm__blur(map->work + at, map->rows + at, (size_t)(run * moments), moments, low, high,
+                       weight);
+        }
+    }
+    for (int y = 0; y < side; y++) {
+        const int low = y < radius ? -y : -radius, left = side - 1 - y;
+        mssm__blur(map->rows + (size_t)y * stride, map->work + (size_t)y * stride, stride,
+                   (ptrdiff_t)stride, low, left < radius ? left : radius, weight);
+    }
+}
+
+// In place: nothing is written before it was read.
+static void mssm__halve(mssm_filtered *map, int from, int size)
+{
+    static const float none[6] = {0};
+    const size_t moments = (size_t)map->moments, stride = (size_t)from * moments;
+    float *to = map->work;
+    for (int y = 0; y < size; y++) {
+        for (int x = 0; x < size; x++) {
+            const float *a = map->work + (size_t)(2 * y) * stride + (size_t)(2 * x) * moments;
+            const float *b = 2 * x + 1 < from ? a + moments : none;
+            const float *c = 2 * y + 1 < from ? a + stride : none;
+            const float *d = b != none && c != none ? c + moments : none;
+            for (size_t k = 0; k < moments; k++) *to++ = 0.25f * (a[k] + b[k] + c[k] + d[k]);
+        }
+    }
+}
+
+// Blurs what is in `work` and makes all levels of it, which are rounded eight numbers at a time too.
 static void mssm__filter(mssm_filtered *map, int radius)
 {
-    static const struct mssm__pass halve = {0, 0, 1, 1, 2};
-    static const float even[3] = {1, 1, 1};
-    const struct mssm__pass rows = {-radius, 0, radius, 0, 1}, columns = {0, -radius, 0, radius, 1};
-    float weight[MSSM__RADIUS + 1];
-    const float falloff = radius > 0 ? 2.0f / (float)(radius * radius) : 0.0f;
-    for (int i = 0; i <= radius; i++) weight[i] = expf(-falloff * (float)(i * i));
     map->radius = radius;
-    if (radius > 0) {
-        mssm__filter_pass(map, map->work, map->side, map->rows, map->side, rows, weight);
-        mssm__filter_pass(map, map->rows, map->side, map->work, map->side, columns, weight);
-    }
+    mssm__gaussian(map, radius);
     for (int level = 0; level < map->levels; level++) {
         const int size = map->size[level];
         const size_t count = (size_t)size * (size_t)size * (size_t)map->moments;
-        if (level > 0) {
-            mssm__filter_pass(map, map->work, map->size[level - 1], map->work, size, halve, even);
-        }
-        for (size_t i = 0; i < count; i++) {
-            map->texel[level][i] = (uint16_t)(mssm_clamp(map->work[i], 0, 1) * 65535.0f + 0.5f);
+        if (level > 0) mssm__halve(map, map->size[level - 1], size);
+        for (size_t i = 0; i < count; i += 8) {
+            const float *from = map->work + i;
+            uint16_t *to = map->texel[level] + i;
+            for (int k = 0; k < 8; k++) to[k] = (uint16_t)(65535.5f - 65535.0f * from[k]);
         }
     }
 }
@@ -2673,7 +2699,7 @@ mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, 
     m->side = side;
     m->moments = moments;
     m->levels = mssm__layout(side, moments, &words);
-    const size_t count = (size_t)side * (size_t)side * (size_t)moments;
+    const size_t count = (size_t)side * (size_t)side * (size_t)moments + 8;
     m->work = (float *)(void *)(m + 1);
     m->rows = m->work + count;
     uint16_t *texel = (uint16_t *)(void *)(m->rows + count);
@@ -2682,7 +2708,7 @@ mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, 
         m->texel[level] = texel;
         texel += (size_t)size * (size_t)size * (size_t)moments;
     }
-    for (size_t i = 0; i < count; i++) m->work[i] = 1;
+    for (size_t i = 0; i < 2 * count; i++) m->work[i] = 0;
     mssm__filter(m, 0);
     *map = m;
     return MSSM_OK;
@@ -2694,6 +2720,7 @@ mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int sam
         return MSSM_ERROR_ARGUMENT;
     }
     const size_t texels = (size_t)map->side * (size_t)map->side;
+    const float scale = 0.5f / (float)samples;
     float *to = map->work;
     for (size_t i = 0; i < texels; i++) {
         float sum[6] = {0};
@@ -2701,7 +2728,7 @@ mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int sam
             const mssm_moments6 t = mssm_chebyshev(mssm__depth(*depth++));
             for (int k = 0; k < 6; k++) sum[k] += t.b[k];
         }
-        for (int k = 0; k < map->moments; k++) *to++ = mssm_to_unit(sum[k] / (float)samples);
+        for (int k = 0; k < map->moments; k++) *to++ = 0.5f - scale * sum[k];
     }
     mssm__filter(map, radius);
     return MSSM_OK;
@@ -2711,7 +2738,7 @@ mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encode
 {
     if (!map || !encoded || radius < 0 || radius > MSSM__RADIUS) return MSSM_ERROR_ARGUMENT;
     const size_t count = (size_t)map->side * (size_t)map->side * (size_t)map->moments;
-    for (size_t i = 0; i < count; i++) map->work[i] = mssm_clamp(encoded[i], 0, 1);
+    for (size_t i = 0; i < count; i++) map->work[i] = 1.0f - mssm_clamp(encoded[i], 0, 1);
     mssm__filter(map, radius);
     return MSSM_OK;
 }
@@ -5769,7 +5796,7 @@ static const char mssm__glsl_filtered_resolve[] =
     "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * high / float(samples), 1.0));\n"
     "}\n";
 
-// Rows, columns and halves as in mssm__filter_pass; each level is rounded into the map, from floats.
+// Rows, columns and halves as in mssm__filter; each level is rounded into the map, from floats.
 // With MSSM_SCALE: encoded moments into the first level of the tables of mssm_gl.
 static const char mssm__glsl_filter[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
