@@ -300,7 +300,7 @@ mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half
 
 typedef struct mssm_filter {  // zero means default everywhere
     float moment_bias;  // 0: MSSM_BIAS4_UNORM16_FILTERED or MSSM_BIAS6_UNORM16_FILTERED
-    float depth_bias;   // in units of z; 0: by the width of the filter
+    float depth_bias;   // in units of z; 0: by the filter's width and what lies beyond the receiver
     float full_shadow;  // share of occlusion that counts as all, against weak leaks; 0: 0.98; 1: off
 } mssm_filter;
 
@@ -2575,17 +2575,19 @@ MSSM_SHARED float mssm_texel_at(mssm_view v, struct mssm_receiver r)
     return v.perspective != 0 ? -v.texel / r.spread : v.texel;
 }
 
-// Bounds from Chebyshev moments under a footprint that is width texels wide. A surface at 45 degrees,
-// Gaussian over the filter, has its outer node at sqrt(3) standard deviations; half a deviation, and a
-// quarter of the footprint with 4 moments, all of it with 6, whose bounds are closer, leave little
-// acne and firm contacts.
+// Bounds from Chebyshev moments under a footprint that is width texels wide. Of all that is not at the
+// receiver's depth a share lies beyond it: there its surface goes on, if it is steep or ends here, and
+// then it rises before the receiver as well. The depth bias is that share of three quarters of Gaussian
+// and footprint. Where nothing lies beyond, a bias would only light what is close behind a caster.
 MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, struct mssm_options o, struct mssm_receiver r,
                                           mssm_moments6 t, float width)
 {
-    float share = o.moments == 6 ? 1.0f : 0.25f;
-    float bias = mssm_texel_at(v, r) * (share * width + 0.25f * (v.max_half - 0.5f));
-    float z = r.z_own - (o.depth_bias > 0.0f ? 0.0f : bias);
+    float texel = o.depth_bias > 0.0f ? 0.0f : mssm_texel_at(v, r);
+    float z = r.z_own - 0.125f * texel;
     z = z < r.z_test ? z : r.z_test;
+    struct mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, z));
+    float beyond = (1.0f - s.self - s.nearer) / (1.001f - s.self);
+    z = z - 0.75f * beyond * (width + 2.0f * v.max_half - 1.0f) * texel;
     mssm_bounds b;
     if (o.moments == 6) {
         b = mssm_split_bounds(mssm_split6(mssm_kernel6_stored(t, o.alpha6, z)));

@@ -113,6 +113,72 @@ static void wide_looks_average(void)
     free(memory);
 }
 
+// Moments 1 to 4 of a map of any side after the blur, all of it in double precision; rows go along
+// the other axis on each call, so that two calls blur both.
+static void blur_rows(const double *from, double *to, int side, int radius)
+{
+    for (int i = 0; i < side * side * 4; i++) {
+        const int x = i / 4 % side, y = i / 4 / side;
+        double sum = 0, weights = 0;
+        for (int t = -radius; t <= radius; t++) {
+            const double d = radius ? 2.0 / radius : 0, w = exp(-0.5 * d * d * t * t);
+            const int inside = x + t >= 0 && x + t < side;
+            sum += w * (inside ? from[i + 4 * t] : 1);
+            weights += w;
+        }
+        to[4 * (x * side + y) + i % 4] = sum / weights;
+    }
+}
+
+static void halve(const double *from, double *to, int side)
+{
+    const int half = (side + 1) / 2;
+    for (int i = 0; i < half * half * 4; i++) {
+        to[i] = 0;
+        for (int j = 0; j < 4; j++) {
+            const int x = i / 4 % half * 2 + j % 2, y = i / 4 / half * 2 + j / 2;
+            to[i] += 0.25 * (x < side && y < side ? from[4 * (y * side + x) + i % 4] : 1);
+        }
+    }
+}
+
+// Maps narrower than the Gaussian, odd levels, edges: what is not in the map is lit.
+static void odd_maps_are_lit_beyond_their_edges(void)
+{
+    enum { MOST = 67 };
+    static const int sides[6] = {1, 2, 7, 17, 33, MOST}, radii[3] = {0, 3, 32};
+    static double table[2][MOST * MOST * 4];
+    static float depth[MOST * MOST];
+    uint64_t seed = 64;
+    double worst = 0;
+    for (int which = 0; which < 6 * 3 * 2; which++) {
+        const int side = sides[which / 6], radius = radii[which % 3];
+        void *memory;
+        mssm_filtered *map = make_filtered(&memory, side, which / 3 % 2 ? 6 : 4);
+        for (int i = 0; i < side * side * 4; i++) {
+            if (i % 4 == 0) depth[i / 4] = (float)test_range(&seed, -1, 1);
+            table[0][i] = pow((double)depth[i / 4], i % 4 + 1);
+        }
+        CHECK(!mssm_filtered_update(map, depth, 1, radius), "update");
+        blur_rows(table[0], table[1], side, radius);
+        blur_rows(table[1], table[0], side, radius);
+        for (int size = side, width = 1, level = 0;; size = (size + 1) / 2, width *= 2, level++) {
+            const double *t = table[level % 2];
+            for (int i = 0; i < size * size; i++) {
+                const float x = (float)((2 * (i % size) + 1) * width) / (float)side - 1,
+                            y = (float)((2 * (i / size) + 1) * width) / (float)side - 1;
+                const mssm_moments6 m =
+                    mssm_filtered_moments(map, x, y, 2 * (float)width / (float)side);
+                for (int k = 0; k < 4; k++) worst = fmax(worst, fabs(m.b[k] - t[4 * i + k]));
+            }
+            if (size <= 27) break; // the last level
+            halve(t, table[(level + 1) % 2], size);
+        }
+        free(memory);
+    }
+    CHECK(worst < 3.75 * 0.5 / 65535 + 3e-6, "worst error %g", worst);
+}
+
 // The bound never darkens: it is at least what percentage-closer filtering with the same kernel says.
 static void never_darker_than_percentage_closer(void)
 {
@@ -194,6 +260,63 @@ static void surfaces_are_lit_and_walls_are_dark(void)
                   darkest);
             CHECK(lightest == 0, "tilted %d, %d moments: %g behind a wall", tilted, moments,
                   lightest);
+        }
+        free(memory);
+    }
+}
+
+// Depths along x of a light that shines down the z axis: a plane that falls by slope, and a step of a
+// texel's height at x = 0, whose right half is the lower one, or the only one (open).
+static void fill_profile(float *depth, const mssm_light *light, float slope, float step, int open)
+{
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const float x = centre_of(i % SIDE) * light->extent_u;
+        const float p[3] = {x, 0, x < 0 ? step - slope * x : -slope * x};
+        float shadow[3];
+        CHECK(mssm_light_project(light, p, shadow), "project");
+        depth[i] = x < 0 && open ? 1 : shadow[2];
+    }
+}
+
+// The depth bias knows steep surfaces from level ones, and their edges, by what lies beyond them.
+static void bias_is_for_steep_surfaces_and_edges(void)
+{
+    static float depth[SIDE * SIDE];
+    const float to_light[3] = {0, 0, 1}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1},
+                high[3] = {1, 1, 1};
+    mssm_light light;
+    CHECK(!mssm_light_directional(&light, to_light, axis, 0, 0, low, high), "light");
+    const float texel = 2 * light.extent_u / SIDE;
+    for (int moments = 4; moments <= 6; moments += 2) {
+        void *memory;
+        mssm_filtered *map = make_filtered(&memory, SIDE, moments);
+        for (int radius = 1; radius <= 8; radius *= 2) {
+            float plane = 1, edge = 1, covered = 0;
+            fill_profile(depth, &light, 1.5f, 0, 0);
+            CHECK(!mssm_filtered_update(map, depth, 1, radius), "update");
+            for (int i = -25; i <= 25; i++) {
+                const float p[3] = {0.4f * texel * (float)i, 0, -0.6f * texel * (float)i};
+                plane = fminf(plane, mssm_filtered_visibility(map, &light, NULL, p, 0));
+            }
+            fill_profile(depth, &light, 3, 0, 1); // falls away from its upper edge
+            CHECK(!mssm_filtered_update(map, depth, 1, radius), "update");
+            for (int i = 0; i <= radius; i++) {
+                const float p[3] = {0.4f * texel * (float)i, 0, -1.2f * texel * (float)i};
+                edge = fminf(edge, mssm_filtered_visibility(map, &light, NULL, p, 0));
+            }
+            fill_profile(depth, &light, 0, texel, 0);
+            CHECK(!mssm_filtered_update(map, depth, 1, radius), "update");
+            for (int i = 0; i < 15; i++) {
+                const float p[3] = {-((float)radius + 1.5f + 0.4f * (float)i) * texel, 0, 0};
+                covered = fmaxf(covered, mssm_filtered_visibility(map, &light, NULL, p, 0));
+            }
+            test_note("%d moments, radius %d: plane %.3f, edge %.3f, one texel under a step %.3f",
+                      moments, radius, plane, edge, covered);
+            CHECK(plane > 0.99f, "%d moments, radius %d: a steep plane at %g", moments, radius,
+                  plane);
+            CHECK(edge > 0.99f, "%d moments, radius %d: an edge at %g", moments, radius, edge);
+            CHECK(covered < 0.08f, "%d moments, radius %d: %g one texel under a caster", moments,
+                  radius, covered);
         }
         free(memory);
     }
@@ -387,9 +510,12 @@ static void bad_arguments_are_refused(void)
 const test_case filtered_tests[] = {
     {"filtered: one look gives the moments under a Gaussian", one_look_gives_the_gaussian},
     {"filtered: wide looks average, and every level is rounded once", wide_looks_average},
+    {"filtered: odd maps are lit beyond their edges", odd_maps_are_lit_beyond_their_edges},
     {"filtered: never darker than percentage-closer filtering",
      never_darker_than_percentage_closer},
     {"filtered: surfaces are lit, walls are dark", surfaces_are_lit_and_walls_are_dark},
+    {"filtered: the depth bias is for steep surfaces and edges",
+     bias_is_for_steep_surfaces_and_edges},
     {"filtered: a lamp throws the outline of a sheet", a_lamp_throws_the_outline_of_a_sheet},
     {"translucent: bounds enclose the transmittance of a stack", a_stack_of_layers_is_enclosed},
     {"translucent: a veil casts its share of shadow, hard and soft",
