@@ -2291,9 +2291,11 @@ MSSM_SHARED float mssm_part(struct mssm_plan p, int i, float distance)
 {
     float a = distance * distance;
     float a1 = p.d[1] * p.d[1];
-    float wide = mssm_clamp((a - a1) * p.between[0], 0.0f, 1.0f);
-    float slim = mssm_clamp((a1 - a) * p.between[1], 0.0f, 1.0f);
-    return i == 0 ? wide : (i == 1 ? 1.0f - wide - slim : slim);
+    float wide = (a - a1) * p.between[0];
+    float slim = (a1 - a) * p.between[1];
+    float other = wide > slim ? wide : slim;
+    float part = mssm_clamp(i == 0 ? wide : (i == 1 ? other : slim), 0.0f, 1.0f);
+    return i == 1 ? 1.0f - part : part;
 }
 
 // Distances of the three kernels: from the mean distance of all blockers in the search region to
@@ -2349,6 +2351,7 @@ MSSM_SHARED struct mssm_seen mssm_see(mssm_view v, struct mssm_receiver r, struc
     // The one-texel kernel sees texel centres up to a texel away.
     float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / d;
     for (int j = 1; j < 4; j++) {
+        if (p.w[j] < 1e-4f) continue;  // nothing to see
         float w = mssm_blocked(r, p.z[j], p.w[j]);
         float distance = mssm_spread_to(v, r, p.z[j]);
         float part = mssm_part(plan, i, distance);
@@ -4108,9 +4111,11 @@ static const char mssm__glsl_shading[] =
     "{\n"
     "    float a = distance * distance;\n"
     "    float a1 = p.d[1] * p.d[1];\n"
-    "    float wide = mssm_clamp((a - a1) * p.between[0], 0.0f, 1.0f);\n"
-    "    float slim = mssm_clamp((a1 - a) * p.between[1], 0.0f, 1.0f);\n"
-    "    return i == 0 ? wide : (i == 1 ? 1.0f - wide - slim : slim);\n"
+    "    float wide = (a - a1) * p.between[0];\n"
+    "    float slim = (a1 - a) * p.between[1];\n"
+    "    float other = wide > slim ? wide : slim;\n"
+    "    float part = mssm_clamp(i == 0 ? wide : (i == 1 ? other : slim), 0.0f, 1.0f);\n"
+    "    return i == 1 ? 1.0f - part : part;\n"
     "}\n"
     "\n"
     "// Distances of the three kernels: from the mean distance of all blockers in the search region to\n"
@@ -4166,6 +4171,7 @@ static const char mssm__glsl_shading[] =
     "    // The one-texel kernel sees texel centres up to a texel away.\n"
     "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / d;\n"
     "    for (int j = 1; j < 4; j++) {\n"
+    "        if (p.w[j] < 1e-4f) continue;  // nothing to see\n"
     "        float w = mssm_blocked(r, p.z[j], p.w[j]);\n"
     "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
     "        float part = mssm_part(plan, i, distance);\n"
