@@ -518,7 +518,7 @@ static bool measure_lights(figures *f, int lights, int width, int rounds, messag
 
 void measure_gl(figures *f, bool quick)
 {
-    const int width = quick ? 160 : 960, rounds = 3;
+    const int width = quick ? 160 : 960, rounds = quick ? 3 : 5;
     message why = {{0}};
     if (!measure_lights(f, 4, width, rounds, &why) ||
         !measure_lights(f, MOST_LIGHTS, width, rounds, &why)) {
