@@ -109,7 +109,8 @@ else
     echo "skip  32 bits: apt-get install gcc-multilib" && skipped=$((skipped + 1))
 fi
 if command -v valgrind >/dev/null; then
-    only="-GL|hostile driver"  # they take minutes under valgrind; the sanitizers see our side of them
+    # Minutes under valgrind, for rivals and for code that other tests run too; the sanitizers see them.
+    only="-GL|hostile driver|compared methods|irradiance of 32 lights"
     section "tests, valgrind" suite release env TEST_SCALE=200 \
         valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
 else
