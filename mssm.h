@@ -2580,8 +2580,9 @@ MSSM_SHARED float mssm_texel_at(mssm_view v, struct mssm_receiver r)
 
 // Bounds from Chebyshev moments under a footprint that is width texels wide. Of all that is not at the
 // receiver's depth a share lies beyond it: there its surface goes on, if it is steep or ends here, and
-// then it rises before the receiver as well. The depth bias is that share of three quarters of Gaussian
-// and footprint. Where nothing lies beyond, a bias would only light what is close behind a caster.
+// then it rises before the receiver as well. The depth bias is an eighth of a texel and that share of
+// three quarters of Gaussian and footprint. Where nothing lies beyond, more would only light what is
+// close behind a caster.
 MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, struct mssm_options o, struct mssm_receiver r,
                                           mssm_moments6 t, float width)
 {
@@ -4349,8 +4350,9 @@ static const char mssm__glsl_filtered[] =
     "\n"
     "// Bounds from Chebyshev moments under a footprint that is width texels wide. Of all that is not at the\n"
     "// receiver's depth a share lies beyond it: there its surface goes on, if it is steep or ends here, and\n"
-    "// then it rises before the receiver as well. The depth bias is that share of three quarters of Gaussian\n"
-    "// and footprint. Where nothing lies beyond, a bias would only light what is close behind a caster.\n"
+    "// then it rises before the receiver as well. The depth bias is an eighth of a texel and that share of\n"
+    "// three quarters of Gaussian and footprint. Where nothing lies beyond, more would only light what is\n"
+    "// close behind a caster.\n"
     "MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, mssm_options o, mssm_receiver r,\n"
     "                                          mssm_moments6 t, float width)\n"
     "{\n"

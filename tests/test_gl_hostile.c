@@ -374,22 +374,34 @@ static int count_failures(const mssm_result *all, int n, int messages_before, co
     return failures;
 }
 
+// What every life begins with: a light, and what create said.
+static mssm_light light_of_half_size(float half)
+{
+    static const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    mssm_light light;
+    mssm_light_directional(&light, up, axis, half, half, low, high);
+    return light;
+}
+
+static void check_create(mssm_result r, bool made, const char *what)
+{
+    check_result((int)r, MSSM_ERROR_ORDER, what, "create");
+    CHECK(!r == made && (!r || driver.messages > 0), "%s: result %d, %d messages", what, r, driver.messages);
+}
+
 // Every call of mssm.h once, in order; the number of failures.
 static int live_mssm(const char *what)
 {
-    static const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    const mssm_light light = light_of_half_size(0.1f);
     mssm_gl_desc d;
     mssm_gl *g = NULL;
-    mssm_light light;
     memset(&d, 0, sizeof d);
     d.load = load_hostile;
     d.lights = 2;
     d.side = 64;
     d.log = log_hostile;
-    mssm_light_directional(&light, up, axis, 0.1f, 0.1f, low, high);
-    mssm_result r = mssm_gl_create(&g, &d);
-    check_result((int)r, MSSM_ERROR_ORDER, what, "create");
-    CHECK(!r == !!g && (!r || driver.messages > 0), "%s: result %d, %d messages", what, r, driver.messages);
+    const mssm_result r = mssm_gl_create(&g, &d);
+    check_create(r, g != NULL, what);
     if (r) return 1;
     const int before = driver.messages;
     mssm_result all[10];
@@ -412,19 +424,16 @@ static int live_mssm(const char *what)
 
 static int live_filtered(const char *what)
 {
-    static const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    const mssm_light light = light_of_half_size(0);
     mssm_gl_filtered_desc d;
     mssm_gl_filtered *g = NULL;
-    mssm_light light;
     memset(&d, 0, sizeof d);
     d.load = load_hostile;
     d.lights = 2;
     d.side = 64;
     d.log = log_hostile;
-    mssm_light_directional(&light, up, axis, 0, 0, low, high);
-    mssm_result r = mssm_gl_filtered_create(&g, &d);
-    check_result((int)r, MSSM_ERROR_ORDER, what, "create");
-    CHECK(!r == !!g && (!r || driver.messages > 0), "%s: result %d, %d messages", what, r, driver.messages);
+    const mssm_result r = mssm_gl_filtered_create(&g, &d);
+    check_create(r, g != NULL, what);
     if (r) return 1;
     const int before = driver.messages;
     mssm_result all[7];

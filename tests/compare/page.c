@@ -500,16 +500,11 @@ static void write_arrays(const figures *f, FILE *page)
 // ---- OpenGL
 
 // How many times another's figure that of a method is, at the largest number of lights.
-static double gl_ratio_of(const figures *f, const char *own, const char *other, const char *metric)
+static double gl_ratio(const figures *f, const char *own, const char *other, const char *metric)
 {
     const numbers lights = sweep_of(f, "gl", own, metric);
     const double x = lights.count ? lights.list[lights.count - 1] : NAN;
     return mean_of(f, "gl", NULL, own, x, metric) / mean_of(f, "gl", NULL, other, x, metric);
-}
-
-static double gl_ratio(const figures *f, const char *other, const char *metric)
-{
-    return gl_ratio_of(f, LAYERED, other, metric);
 }
 
 static void write_times_as(FILE *page, double ratio, const char *less, const char *more)
@@ -529,16 +524,16 @@ static void write_gl_conclusion(const figures *f, FILE *page)
     const numbers lights = sweep_of(f, "gl", LAYERED, "frame_ms");
     fprintf(page, "With %g lights the shading of \"%s\" is ", lights.list[lights.count - 1],
             LAYERED);
-    write_times_as(page, gl_ratio(f, PCSS_GL, "shade_ms"), "faster", "slower");
+    write_times_as(page, gl_ratio(f, LAYERED, PCSS_GL, "shade_ms"), "faster", "slower");
     fprintf(page, " than that of PCSS with 27 x 27 reads for each of its two regions, the frame ");
-    write_times_as(page, gl_ratio(f, PCSS_GL, "frame_ms"), "faster", "slower");
+    write_times_as(page, gl_ratio(f, LAYERED, PCSS_GL, "frame_ms"), "faster", "slower");
     for (int i = 0; i < 2; i++) {
         fprintf(page, "; its frame is ");
-        write_times_as(page, gl_ratio(f, ways[i].name, "frame_ms"), "faster", "slower");
+        write_times_as(page, gl_ratio(f, LAYERED, ways[i].name, "frame_ms"), "faster", "slower");
         fprintf(page, " than that of convolution %s, with ", ways[i].words);
-        write_times_as(page, gl_ratio(f, ways[i].name, "rms"), "less error", "its error");
+        write_times_as(page, gl_ratio(f, LAYERED, ways[i].name, "rms"), "less error", "its error");
         fprintf(page, " and ");
-        write_times_as(page, gl_ratio(f, ways[i].name, "bytes"), "less memory", "its memory");
+        write_times_as(page, gl_ratio(f, LAYERED, ways[i].name, "bytes"), "less memory", "its memory");
     }
     fprintf(page, ".");
     const numbers widths = sweep_of(f, "gl_kernel", LAYERED, "shade_ms");
@@ -722,12 +717,12 @@ static void write_gl_goals(const figures *f, FILE *page)
     for (int i = 0; i < 3; i++) {
         snprintf(goal, sizeof goal,
                  "OpenGL, \"%s\": shading / PCSS with 27 x 27 reads, at most 0.1", own[i]);
-        write_goal(page, goal, gl_ratio_of(f, own[i], PCSS_GL, "shade_ms"), 0.1, NULL);
+        write_goal(page, goal, gl_ratio(f, own[i], PCSS_GL, "shade_ms"), 0.1, NULL);
     }
     for (int i = 0; i < 3; i++) {
         snprintf(goal, sizeof goal,
                  "OpenGL, \"%s\": frame / convolution with 16 terms in tables, at most 0.5", own[i]);
-        write_goal(page, goal, gl_ratio_of(f, own[i], CONVOLUTION, "frame_ms"), 0.5, NULL);
+        write_goal(page, goal, gl_ratio(f, own[i], CONVOLUTION, "frame_ms"), 0.5, NULL);
     }
     write_goal(page, "OpenGL: shading, slowest / fastest kernel width, at most 1.2",
                kernels.count ? kernels.most / kernels.least : NAN, 1.2, NULL);
