@@ -621,13 +621,33 @@ extern "C" {
 #endif
 #define MSSM_PRECISE
 
-// [glsl begin]
+// Names of GLSL's own functions (MSSM__GLSL_NAMES), which an optimizer can make one instruction each;
+// operands in this order, so that the specification's formula too gives b for NaN.
+MSSM_SHARED float mssm_min(float a, float b)
+{
+    return a < b ? a : b;
+}
 
-// Written so that NaN gives high.
+MSSM_SHARED float mssm_max(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+// NaN gives high, high below low gives low.
 MSSM_SHARED float mssm_clamp(float x, float low, float high)
 {
-    return x < high ? (x > low ? x : low) : high;
+    return mssm_max(mssm_min(x, high), low);
 }
+
+// The bits of a float as an integer.
+MSSM_SHARED int mssm_bits(float x)
+{
+    int bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+// [glsl begin]
 
 // ---- Moments and their storage ----
 
@@ -955,14 +975,14 @@ MSSM_SHARED float mssm_share6(struct mssm_kernel6 k, float t)
 MSSM_SHARED struct mssm_split mssm_split4(struct mssm_kernel4 k)
 {
     float disc = k.k1 * k.k1 - 4.0f * k.k0 * k.k2;
-    float root = sqrtf(disc > 0.0f ? disc : 0.0f);
+    float root = sqrtf(mssm_max(disc, 0.0f));
     float v_a = (-k.k1 - root) / (2.0f * k.k0);
     float v_b = 2.0f * k.k2 / (root - k.k1);
     float v = k.k1 >= 0.0f ? v_a : v_b;
-    float t = 1.0f / (v < -1e-3f ? v : -1e-3f);
+    float t = 1.0f / mssm_min(v, -1e-3f);
     float lit = 1.0f - k.w0;
     float share = mssm_share4(k, t);
-    share = share < lit ? share : lit;
+    share = mssm_min(share, lit);
     // The centred first moment is zero: what is nearer, the receiver and the rest add up to it.
     float first_one = share * (k.u0 + t);
     float first_all = -k.w0 * k.u0;
@@ -992,25 +1012,25 @@ MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
     float d = side * k.k3 * inverse;
     // Start above the root: the Laguerre-Samuelson bound, or the root without the cubic term.
     float h = b * b - 3.0f * c;
-    float y = (2.0f * sqrtf(h > 0.0f ? h : 0.0f) - b) * (1.0f / 3.0f);
+    float y = (2.0f * sqrtf(mssm_max(h, 0.0f)) - b) * (1.0f / 3.0f);
     float e = c * c - 4.0f * b * d;
-    float root = sqrtf(e > 0.0f ? e : 0.0f);
-    float y_a = -2.0f * d / (c + root > 1e-37f ? c + root : 1e-37f);
+    float root = sqrtf(mssm_max(e, 0.0f));
+    float y_a = -2.0f * d / mssm_max(c + root, 1e-37f);
     float y_b = (root - c) / (2.0f * b);
     float y_c = c >= 0.0f ? y_a : y_b;
     y_c = b > 0.0f ? y_c : y;
-    y = y_c < y ? y_c : y;
+    y = mssm_min(y_c, y);
     for (int i = 0; i < 3; i++) {  // Halley: monotone from there, error below 1e-6 after three
         float f = ((y + b) * y + c) * y + d;
         float f1 = (3.0f * y + 2.0f * b) * y + c;
         float f2 = 6.0f * y + 2.0f * b;
         float below = 2.0f * f1 * f1 - f * f2;
-        y = y - 2.0f * f * f1 / (below > 1e-37f ? below : 1e-37f);
+        y = y - 2.0f * f * f1 / mssm_max(below, 1e-37f);
     }
-    float t = side / (y > 1e-3f ? y : 1e-3f);
+    float t = side / mssm_max(y, 1e-3f);
     float rest = 1.0f - k.w0;
     float share = mssm_share6(k, t);
-    share = share < rest ? share : rest;
+    share = mssm_min(share, rest);
     float first_one = share * (k.u0 + t);
     float first_all = -k.w0 * k.u0;
     float first_two = first_all - first_one;
@@ -1060,7 +1080,7 @@ MSSM_SHARED float mssm_split_depth(struct mssm_split s, float z, float self_min,
     float low = mssm_clamp(self_min, 0.0f, 1.0f);
     float self = mssm_clamp(s.self, low, mssm_clamp(self_max, low, 1.0f));
     float sum = s.nearer + self;
-    float mean = (s.first + self * depth) / (sum > 1e-7f ? sum : 1e-7f);
+    float mean = (s.first + self * depth) / mssm_max(sum, 1e-7f);
     return sum > 1e-7f ? mssm_clamp(mean, -1.0f, depth) : depth;
 }
 
@@ -1092,12 +1112,12 @@ MSSM_SHARED struct mssm_pair mssm_quadratic(float b, float c)
 {
     float middle = -0.5f * b;
     float disc = middle * middle - c;
-    float root = sqrtf(disc > 0.0f ? disc : 0.0f);
+    float root = sqrtf(mssm_max(disc, 0.0f));
     float x = middle < 0.0f ? middle - root : middle + root;
     float y = disc > 0.0f ? c / x : middle;  // no cancellation; x is not 0 where disc is not
     struct mssm_pair r;
-    r.x0 = x < y ? x : y;
-    r.x1 = x < y ? y : x;
+    r.x0 = mssm_min(x, y);
+    r.x1 = mssm_max(y, x);
     return r;
 }
 
@@ -1153,7 +1173,7 @@ MSSM_SHARED struct mssm_deflated mssm_deflate_real(float b, float c, float d)
     float x = middle - (f < 0.0f ? -2.0f : 2.0f) * unit * cosine;
     f = ((x + b) * x + c) * x + d;
     float f1 = (3.0f * x + 2.0f * b) * x + c;
-    float step = f / (f1 > 1e-30f ? f1 : 1e-30f);  // bounded: next to a triple root it is noise
+    float step = f / mssm_max(f1, 1e-30f);  // bounded: next to a triple root it is noise
     x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);
     return mssm_divide(b, c, d, x);
 }
@@ -1166,7 +1186,7 @@ MSSM_SHARED float mssm_reach(float b, float c, float d)
     float cube = f > 0.0f ? powf(f, 1.0f / 3.0f) : 0.0f;
     float spread = b * b * (1.0f / 3.0f) - c;
     float root = spread > 0.0f ? sqrtf(spread) : 0.0f;
-    return spread > 0.0f ? 1.324718f * (cube > root ? cube : root) : cube;
+    return spread > 0.0f ? 1.324718f * mssm_max(cube, root) : cube;
 }
 
 // All three roots of a cubic that is known to have only real ones; the single one is the lowest or the highest.
@@ -1174,9 +1194,9 @@ MSSM_SHARED mssm_roots3 mssm_sort3(float single, struct mssm_pair p)
 {
     mssm_roots3 r;
     r.count = 3;
-    r.x[0] = single < p.x0 ? single : p.x0;
+    r.x[0] = mssm_min(single, p.x0);
     r.x[1] = single < p.x0 ? p.x0 : p.x1;
-    r.x[2] = single < p.x1 ? p.x1 : single;
+    r.x[2] = mssm_max(p.x1, single);
     return r;
 }
 
@@ -1221,7 +1241,7 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     float e3 = mssm_clamp(c3, -3e38f, 3e38f);
     float m01 = fabsf(e0) > fabsf(e1) ? fabsf(e0) : fabsf(e1);
     float m23 = fabsf(e2) > fabsf(e3) ? fabsf(e2) : fabsf(e3);
-    float largest = m01 > m23 ? m01 : m23;
+    float largest = mssm_max(m01, m23);
     float scale = largest > 1e18f ? 1e-18f : (largest < 1e-18f ? 1e18f : 1.0f);
     largest = largest * scale;
     if (largest <= 0.0f) return mssm_no_roots();
@@ -1239,7 +1259,7 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     float size = fabsf(b);
     size = sqrtf(fabsf(c)) > size ? sqrtf(fabsf(c)) : size;
     float size_d = d == 0.0f ? 0.0f : powf(fabsf(d), 1.0f / 3.0f);
-    size = size_d > size ? size_d : size;
+    size = mssm_max(size_d, size);
     mssm_roots3 r = mssm_no_roots();
     r.count = 3;
     if (size <= 0.0f) return r;
@@ -1256,9 +1276,9 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     float am = fabsf(m);
     float disc = left.c - m * m;
     float apart = fabsf(m - left.root);
-    float imaginary = sqrtf(disc > 0.0f ? disc : 0.0f);
+    float imaginary = sqrtf(mssm_max(disc, 0.0f));
     float noise = 2e-6f * (((am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));
-    if (disc * (apart > imaginary ? apart : imaginary) <= noise) {
+    if (disc * mssm_max(apart, imaginary) <= noise) {
         r = mssm_sort3(left.root, mssm_quadratic(left.b, left.c));
     } else {
         r.x[0] = left.root;
@@ -1273,7 +1293,7 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
 // Distance of a depth whose inverse is v; at most 1000, on the same side.
 MSSM_SHARED float mssm_distance(float v)
 {
-    float v_safe = v < 0.0f ? (v < -1e-3f ? v : -1e-3f) : (v > 1e-3f ? v : 1e-3f);
+    float v_safe = v < 0.0f ? mssm_min(v, -1e-3f) : mssm_max(v, 1e-3f);
     return 1.0f / v_safe;
 }
 
@@ -1282,8 +1302,8 @@ MSSM_SHARED mssm_points3 mssm_points_of4(struct mssm_kernel4 k)
     struct mssm_pair v = mssm_quadratic(k.k1 / k.k0, k.k2 / k.k0);
     float ta = mssm_distance(v.x0);
     float tb = mssm_distance(v.x1);
-    float t1 = ta < tb ? ta : tb;
-    float t2 = ta < tb ? tb : ta;
+    float t1 = mssm_min(ta, tb);
+    float t2 = mssm_max(tb, ta);
     float s1 = mssm_share4(k, t1);
     float s2 = mssm_share4(k, t2);
     float rest = (1.0f - k.w0) / (s1 + s2);
@@ -1311,7 +1331,7 @@ MSSM_SHARED mssm_points4 mssm_points_of6(struct mssm_kernel6 k)
     // are not, but their sum is: what the others leave.
     float total = 1.0f - k.w0;
     float share_a = mssm_share6(k, ta);
-    share_a = share_a < total ? share_a : total;
+    share_a = mssm_min(share_a, total);
     float s1 = mssm_share6(k, tb);
     float s2 = mssm_share6(k, tc);
     float rest = (total - share_a) / (s1 + s2);
@@ -1707,7 +1727,7 @@ MSSM_SHARED float mssm_face_weight(float v, float largest)
 {
     float size = v < 0.0f ? -v : v;
     float w = (size - MSSM_FACE_BAND * largest) / ((1.0f - MSSM_FACE_BAND) * largest);
-    return w > 0.0f ? (w < 1.0f ? w : 1.0f) : 0.0f;
+    return w > 0.0f ? mssm_min(w, 1.0f) : 0.0f;
 }
 
 mssm_faces mssm_point_faces(float x, float y, float z)
@@ -1716,7 +1736,7 @@ mssm_faces mssm_point_faces(float x, float y, float z)
     float largest = x < 0.0f ? -x : x;
     largest = y > largest ? y : (-y > largest ? -y : largest);
     largest = z > largest ? z : (-z > largest ? -z : largest);
-    largest = largest > 1e-30f ? largest : 1e-30f;
+    largest = mssm_max(largest, 1e-30f);
     r.face[0] = x < 0.0f ? 1 : 0;
     r.face[1] = y < 0.0f ? 3 : 2;
     r.face[2] = z < 0.0f ? 5 : 4;
@@ -1741,8 +1761,8 @@ float mssm_attenuation(float distance, float constant, float linear, float quadr
 float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent)
 {
     float t = (cosine - cos_outer) / (cos_inner - cos_outer);
-    t = t > 0.0f ? (t < 1.0f ? t : 1.0f) : 0.0f;
-    float along = powf(cosine > 0.0f ? cosine : 0.0f, exponent);
+    t = t > 0.0f ? mssm_min(t, 1.0f) : 0.0f;
+    float along = powf(mssm_max(cosine, 0.0f), exponent);
     return t > 0.0f ? t * t * (3.0f - 2.0f * t) * along : 0.0f;
 }
 // [glsl end]
@@ -1978,8 +1998,8 @@ MSSM_SHARED struct mssm_strips mssm_cut(float from, float to, float size)
     r.edge[1] = start + 1.0f;
     r.edge[2] = end;
     r.edge[3] = end < size ? end + 1.0f : size;
-    r.first = (start + 1.0f < high ? start + 1.0f : high) - low;
-    r.last = high > end ? high - end : 0.0f;
+    r.first = mssm_min(start + 1.0f, high) - low;
+    r.last = mssm_max(high - end, 0.0f);
     r.whole = to - from;
     r.inside = high - low;
     return r;
@@ -2003,21 +2023,17 @@ MSSM_SHARED struct mssm_span mssm_cut_texels(float from, float to, float size)
     float inside = mssm_clamp(high, 0.0f, size);
     r.low = mssm_clamp(low, 0.0f, size);
     // No more than a level's sums can hold, however from and to were rounded.
-    r.high = inside < r.low + MSSM_KERNEL ? inside : r.low + MSSM_KERNEL;
+    r.high = mssm_min(inside, r.low + MSSM_KERNEL);
     r.whole = high - low - (inside - r.high);
     return r;
 }
 
 // The level that serves a kernel this wide in texels of level 0, of a map with so many levels.
+// From the exponents: how often MSSM_KERNEL must be doubled to hold it.
 MSSM_SHARED int mssm_level_of(float width, int levels)
 {
-    int level = 0;
-    float limit = MSSM_KERNEL;
-    for (int i = 1; i < 11; i++) {
-        level = width > limit && i < levels ? i : level;
-        limit = limit * 2.0f;
-    }
-    return level;
+    int level = (mssm_bits(mssm_max(width, MSSM_KERNEL)) - mssm_bits(MSSM_KERNEL) + 0x7fffff) >> 23;
+    return level < levels - 1 ? level : levels - 1;
 }
 // [glsl end]
 
@@ -2042,7 +2058,7 @@ MSSM_SHARED void mssm__add_strips(const uint32_t *low, const uint32_t *high, con
 static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float y, float half_x,
                                 float half_y)
 {
-    const int level = mssm_level_of(2.0f * (half_x > half_y ? half_x : half_y), map->levels);
+    const int level = mssm_level_of(2.0f * mssm_max(half_x, half_y), map->levels);
     const float size = (float)map->size[level], scale = 1.0f / (float)(1 << level);
     const struct mssm_strips sx = mssm_cut((x - half_x) * scale, (x + half_x) * scale, size);
     const struct mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);
@@ -2075,7 +2091,7 @@ static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float
 static mssm_moments6 mssm__query_texels(const mssm_map *map, int moments, float x, float y,
                                         float half_x, float half_y)
 {
-    const int level = mssm_level_of(2.0f * (half_x > half_y ? half_x : half_y), map->levels);
+    const int level = mssm_level_of(2.0f * mssm_max(half_x, half_y), map->levels);
     const float size = (float)map->size[level], scale = 1.0f / (float)(1 << level);
     const struct mssm_span sx = mssm_cut_texels((x - half_x) * scale, (x + half_x) * scale, size);
     const struct mssm_span sy = mssm_cut_texels((y - half_y) * scale, (y + half_y) * scale, size);
@@ -2187,7 +2203,7 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     r.sharp = 1.0f / (o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade);
     r.z_own = z - bias;
     float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);
-    r.z_test = r.z_own < behind_all ? r.z_own : behind_all;
+    r.z_test = mssm_min(r.z_own, behind_all);
     r.spread = mssm_spread(v, z);
     r.d_max = r.spread - mssm_spread(v, -1.0f);
     return r;
@@ -2201,7 +2217,7 @@ MSSM_CALLED struct mssm_receiver mssm_receive(mssm_view v, struct mssm_options o
     float depth = mssm_row(v, 2, x, y, z);
     if (v.perspective != 0) {
         float axis = mssm_row(v, 3, x, y, z);
-        float inverse = 1.0f / (axis > 1e-30f ? axis : 1e-30f);
+        float inverse = 1.0f / mssm_max(axis, 1e-30f);
         u = u * inverse;
         w = w * inverse;
         depth = axis > 0.0f ? (axis - v.distance_offset) / v.distance_scale : -1.0f;
@@ -2293,7 +2309,7 @@ MSSM_SHARED float mssm_part(struct mssm_plan p, int i, float distance)
     float a1 = p.d[1] * p.d[1];
     float wide = (a - a1) * p.between[0];
     float slim = (a1 - a) * p.between[1];
-    float other = wide > slim ? wide : slim;
+    float other = mssm_max(wide, slim);
     float part = mssm_clamp(i == 0 ? wide : (i == 1 ? other : slim), 0.0f, 1.0f);
     return i == 1 ? 1.0f - part : part;
 }
@@ -2320,7 +2336,7 @@ MSSM_CALLED struct mssm_plan mssm_plan_layers(mssm_view v, struct mssm_options o
     float behind = r.spread - mssm_spread(v, MSSM_FAR_CASTER);
     p.d[2] = mssm_clamp(behind, 0.03f * r.d_max, r.d_max);
     p.d[0] = mssm_clamp(first / (nearer + 1e-3f), 0.1f * r.d_max, r.d_max);
-    p.d[0] = p.d[0] > p.d[2] ? p.d[0] : p.d[2];
+    p.d[0] = mssm_max(p.d[0], p.d[2]);
     p.d[1] = p.d[2] + 0.35f * (p.d[0] - p.d[2]);
     float a1 = p.d[1] * p.d[1];
     p.between[0] = 1.0f / (p.d[0] * p.d[0] - a1 + 1e-20f);
@@ -2345,7 +2361,7 @@ MSSM_SHARED struct mssm_seen mssm_see(mssm_view v, struct mssm_receiver r, struc
     float behind = 0.0f;
     float close_share = 0.0f;
     float close_counted = 0.0f;
-    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;
+    float kernel = mssm_max(v.kernel_u, v.kernel_v);
     float d = mssm_planned(plan, i);
     float half_width = kernel * d;
     // The one-texel kernel sees texel centres up to a texel away.
@@ -2368,12 +2384,12 @@ MSSM_SHARED struct mssm_seen mssm_see(mssm_view v, struct mssm_receiver r, struc
     // behind, empty texels too, stands for as much of what is close by in front.
     float rim = 3.0f - 4.0f * mssm_clamp(half_width, 0.5f, v.max_half);
     behind = v.averaged != 0 ? 0.0f : behind * mssm_clamp(rim, 0.0f, 1.0f);
-    behind = behind < close_share ? behind : close_share;
+    behind = mssm_min(behind, close_share);
     own += close_counted * behind / (close_share + 1e-9f);
     // A surface through the receiver lies as much behind it as in front: without this a plane
     // tilted by more than a third of the light's reach would shadow itself. Halfway to its back, a
     // surface is less in its own way.
-    own = own < s.counted ? own : s.counted;
+    own = mssm_min(own, s.counted);
     own = v.averaged != 0 ? 0.5f * own : own;
     s.share -= own;
     s.counted -= own;
@@ -2390,8 +2406,8 @@ struct mssm_tally {
 MSSM_SHARED struct mssm_tally mssm_add_seen(struct mssm_tally t, struct mssm_seen s)
 {
     t.occlusion += s.counted;
-    t.fullest = s.share > t.fullest ? s.share : t.fullest;
-    t.emptiest = s.share < t.emptiest ? s.share : t.emptiest;
+    t.fullest = mssm_max(s.share, t.fullest);
+    t.emptiest = mssm_min(s.share, t.emptiest);
     return t;
 }
 
@@ -2406,7 +2422,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     // light leaks into umbras, in narrow ones shadows of grids flicker up to four times as much.
     int few = o.moments == 6 ? 6 : 4;
     int most = o.moments == 4 ? 4 : 6;
-    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;
+    float kernel = mssm_max(v.kernel_u, v.kernel_v);
     mssm_points4 p = mssm_layers(o, few, mssm_search(map, v, r, few), r.z_test);
     struct mssm_plan plan = mssm_plan_layers(v, o, r, p);
     if (plan.known == 1) return 1.0f - plan.occlusion;
@@ -2588,7 +2604,7 @@ MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, struct mssm_options o, st
 {
     float texel = o.depth_bias > 0.0f ? 0.0f : mssm_texel_at(v, r);
     float z = r.z_own - 0.125f * texel;
-    z = z < r.z_test ? z : r.z_test;
+    z = mssm_min(z, r.z_test);
     struct mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, z));
     float beyond = (1.0f - s.self - s.nearer) / (1.001f - s.self);
     z = z - 0.75f * beyond * (width + 2.0f * v.max_half - 1.0f) * texel;
@@ -2857,8 +2873,8 @@ mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth)
         float inverse = 1.0f / (fabsf(slope) > 1e-12f ? slope : 1e-12f);
         float a = (-1.0f - s.eye[k]) * inverse;
         float b = (1.0f - s.eye[k]) * inverse;
-        first = mssm_clamp(a < b ? a : b, first, 1e12f);
-        last = mssm_clamp(a < b ? b : a, 0.0f, last);
+        first = mssm_clamp(mssm_min(a, b), first, 1e12f);
+        last = mssm_clamp(mssm_max(b, a), 0.0f, last);
     }
     row.first = first;
     row.extent = last > first ? last - first : 0.0f;
@@ -2918,7 +2934,7 @@ mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, 
     mssm_epipolar row = mssm_scattering_row(s, azimuth);
     float all = mssm_clamp(distance, 1e-6f, 1e12f);
     float part = mssm_clamp(all * across - row.first, 0.0f, row.extent);
-    float cosecant = 1.0f / (across > 1e-6f ? across : 1e-6f);
+    float cosecant = 1.0f / mssm_max(across, 1e-6f);
     float enter = mssm_clamp(row.first * cosecant, 0.0f, all);
     float leave = mssm_clamp((row.first + row.extent) * cosecant, enter, all);
     float e = mssm_clamp(s.extinction, 1e-3f / all, 80.0f / all);
@@ -3035,6 +3051,10 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     "#define MSSM_SHARED\n"                                                                        \
     "#define MSSM_CALLED\n"                                                                        \
     "#define MSSM_PRECISE precise\n"                                                               \
+    "#define mssm_min(a, b) min(b, a)\n"                                                           \
+    "#define mssm_max(a, b) max(b, a)\n"                                                           \
+    "#define mssm_clamp(x, low, high) max(low, min(high, x))\n"                                    \
+    "#define mssm_bits floatBitsToInt\n"                                                           \
     "#define sqrtf sqrt\n"                                                                         \
     "#define fabsf abs\n"                                                                          \
     "#define floorf floor\n"                                                                       \
@@ -3057,12 +3077,6 @@ static const char mssm__glsl_math[] =
     "struct mssm_points4 { float z[4], w[4]; };\n"
     "struct mssm_bounds { float lower, upper; };\n"
     "struct mssm_roots3 { float x[3]; int count; };\n"
-    "\n"
-    "// Written so that NaN gives high.\n"
-    "MSSM_SHARED float mssm_clamp(float x, float low, float high)\n"
-    "{\n"
-    "    return x < high ? (x > low ? x : low) : high;\n"
-    "}\n"
     "\n"
     "// ---- Moments and their storage ----\n"
     "\n"
@@ -3390,14 +3404,14 @@ static const char mssm__glsl_math[] =
     "MSSM_SHARED mssm_split mssm_split4(mssm_kernel4 k)\n"
     "{\n"
     "    float disc = k.k1 * k.k1 - 4.0f * k.k0 * k.k2;\n"
-    "    float root = sqrtf(disc > 0.0f ? disc : 0.0f);\n"
+    "    float root = sqrtf(mssm_max(disc, 0.0f));\n"
     "    float v_a = (-k.k1 - root) / (2.0f * k.k0);\n"
     "    float v_b = 2.0f * k.k2 / (root - k.k1);\n"
     "    float v = k.k1 >= 0.0f ? v_a : v_b;\n"
-    "    float t = 1.0f / (v < -1e-3f ? v : -1e-3f);\n"
+    "    float t = 1.0f / mssm_min(v, -1e-3f);\n"
     "    float lit = 1.0f - k.w0;\n"
     "    float share = mssm_share4(k, t);\n"
-    "    share = share < lit ? share : lit;\n"
+    "    share = mssm_min(share, lit);\n"
     "    // The centred first moment is zero: what is nearer, the receiver and the rest add up to it.\n"
     "    float first_one = share * (k.u0 + t);\n"
     "    float first_all = -k.w0 * k.u0;\n"
@@ -3427,25 +3441,25 @@ static const char mssm__glsl_math[] =
     "    float d = side * k.k3 * inverse;\n"
     "    // Start above the root: the Laguerre-Samuelson bound, or the root without the cubic term.\n"
     "    float h = b * b - 3.0f * c;\n"
-    "    float y = (2.0f * sqrtf(h > 0.0f ? h : 0.0f) - b) * (1.0f / 3.0f);\n"
+    "    float y = (2.0f * sqrtf(mssm_max(h, 0.0f)) - b) * (1.0f / 3.0f);\n"
     "    float e = c * c - 4.0f * b * d;\n"
-    "    float root = sqrtf(e > 0.0f ? e : 0.0f);\n"
-    "    float y_a = -2.0f * d / (c + root > 1e-37f ? c + root : 1e-37f);\n"
+    "    float root = sqrtf(mssm_max(e, 0.0f));\n"
+    "    float y_a = -2.0f * d / mssm_max(c + root, 1e-37f);\n"
     "    float y_b = (root - c) / (2.0f * b);\n"
     "    float y_c = c >= 0.0f ? y_a : y_b;\n"
     "    y_c = b > 0.0f ? y_c : y;\n"
-    "    y = y_c < y ? y_c : y;\n"
+    "    y = mssm_min(y_c, y);\n"
     "    for (int i = 0; i < 3; i++) {  // Halley: monotone from there, error below 1e-6 after three\n"
     "        float f = ((y + b) * y + c) * y + d;\n"
     "        float f1 = (3.0f * y + 2.0f * b) * y + c;\n"
     "        float f2 = 6.0f * y + 2.0f * b;\n"
     "        float below = 2.0f * f1 * f1 - f * f2;\n"
-    "        y = y - 2.0f * f * f1 / (below > 1e-37f ? below : 1e-37f);\n"
+    "        y = y - 2.0f * f * f1 / mssm_max(below, 1e-37f);\n"
     "    }\n"
-    "    float t = side / (y > 1e-3f ? y : 1e-3f);\n"
+    "    float t = side / mssm_max(y, 1e-3f);\n"
     "    float rest = 1.0f - k.w0;\n"
     "    float share = mssm_share6(k, t);\n"
-    "    share = share < rest ? share : rest;\n"
+    "    share = mssm_min(share, rest);\n"
     "    float first_one = share * (k.u0 + t);\n"
     "    float first_all = -k.w0 * k.u0;\n"
     "    float first_two = first_all - first_one;\n"
@@ -3495,7 +3509,7 @@ static const char mssm__glsl_math[] =
     "    float low = mssm_clamp(self_min, 0.0f, 1.0f);\n"
     "    float self = mssm_clamp(s.self, low, mssm_clamp(self_max, low, 1.0f));\n"
     "    float sum = s.nearer + self;\n"
-    "    float mean = (s.first + self * depth) / (sum > 1e-7f ? sum : 1e-7f);\n"
+    "    float mean = (s.first + self * depth) / mssm_max(sum, 1e-7f);\n"
     "    return sum > 1e-7f ? mssm_clamp(mean, -1.0f, depth) : depth;\n"
     "}\n"
     "\n"
@@ -3527,12 +3541,12 @@ static const char mssm__glsl_math[] =
     "{\n"
     "    float middle = -0.5f * b;\n"
     "    float disc = middle * middle - c;\n"
-    "    float root = sqrtf(disc > 0.0f ? disc : 0.0f);\n"
+    "    float root = sqrtf(mssm_max(disc, 0.0f));\n"
     "    float x = middle < 0.0f ? middle - root : middle + root;\n"
     "    float y = disc > 0.0f ? c / x : middle;  // no cancellation; x is not 0 where disc is not\n"
     "    mssm_pair r;\n"
-    "    r.x0 = x < y ? x : y;\n"
-    "    r.x1 = x < y ? y : x;\n"
+    "    r.x0 = mssm_min(x, y);\n"
+    "    r.x1 = mssm_max(y, x);\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -3588,7 +3602,7 @@ static const char mssm__glsl_math[] =
     "    float x = middle - (f < 0.0f ? -2.0f : 2.0f) * unit * cosine;\n"
     "    f = ((x + b) * x + c) * x + d;\n"
     "    float f1 = (3.0f * x + 2.0f * b) * x + c;\n"
-    "    float step = f / (f1 > 1e-30f ? f1 : 1e-30f);  // bounded: next to a triple root it is noise\n"
+    "    float step = f / mssm_max(f1, 1e-30f);  // bounded: next to a triple root it is noise\n"
     "    x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);\n"
     "    return mssm_divide(b, c, d, x);\n"
     "}\n"
@@ -3601,7 +3615,7 @@ static const char mssm__glsl_math[] =
     "    float cube = f > 0.0f ? powf(f, 1.0f / 3.0f) : 0.0f;\n"
     "    float spread = b * b * (1.0f / 3.0f) - c;\n"
     "    float root = spread > 0.0f ? sqrtf(spread) : 0.0f;\n"
-    "    return spread > 0.0f ? 1.324718f * (cube > root ? cube : root) : cube;\n"
+    "    return spread > 0.0f ? 1.324718f * mssm_max(cube, root) : cube;\n"
     "}\n"
     "\n"
     "// All three roots of a cubic that is known to have only real ones; the single one is the lowest or the highest.\n"
@@ -3609,9 +3623,9 @@ static const char mssm__glsl_math[] =
     "{\n"
     "    mssm_roots3 r;\n"
     "    r.count = 3;\n"
-    "    r.x[0] = single < p.x0 ? single : p.x0;\n"
+    "    r.x[0] = mssm_min(single, p.x0);\n"
     "    r.x[1] = single < p.x0 ? p.x0 : p.x1;\n"
-    "    r.x[2] = single < p.x1 ? p.x1 : single;\n"
+    "    r.x[2] = mssm_max(p.x1, single);\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -3656,7 +3670,7 @@ static const char mssm__glsl_math[] =
     "    float e3 = mssm_clamp(c3, -3e38f, 3e38f);\n"
     "    float m01 = fabsf(e0) > fabsf(e1) ? fabsf(e0) : fabsf(e1);\n"
     "    float m23 = fabsf(e2) > fabsf(e3) ? fabsf(e2) : fabsf(e3);\n"
-    "    float largest = m01 > m23 ? m01 : m23;\n"
+    "    float largest = mssm_max(m01, m23);\n"
     "    float scale = largest > 1e18f ? 1e-18f : (largest < 1e-18f ? 1e18f : 1.0f);\n"
     "    largest = largest * scale;\n"
     "    if (largest <= 0.0f) return mssm_no_roots();\n"
@@ -3674,7 +3688,7 @@ static const char mssm__glsl_math[] =
     "    float size = fabsf(b);\n"
     "    size = sqrtf(fabsf(c)) > size ? sqrtf(fabsf(c)) : size;\n"
     "    float size_d = d == 0.0f ? 0.0f : powf(fabsf(d), 1.0f / 3.0f);\n"
-    "    size = size_d > size ? size_d : size;\n"
+    "    size = mssm_max(size_d, size);\n"
     "    mssm_roots3 r = mssm_no_roots();\n"
     "    r.count = 3;\n"
     "    if (size <= 0.0f) return r;\n"
@@ -3691,9 +3705,9 @@ static const char mssm__glsl_math[] =
     "    float am = fabsf(m);\n"
     "    float disc = left.c - m * m;\n"
     "    float apart = fabsf(m - left.root);\n"
-    "    float imaginary = sqrtf(disc > 0.0f ? disc : 0.0f);\n"
+    "    float imaginary = sqrtf(mssm_max(disc, 0.0f));\n"
     "    float noise = 2e-6f * (((am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));\n"
-    "    if (disc * (apart > imaginary ? apart : imaginary) <= noise) {\n"
+    "    if (disc * mssm_max(apart, imaginary) <= noise) {\n"
     "        r = mssm_sort3(left.root, mssm_quadratic(left.b, left.c));\n"
     "    } else {\n"
     "        r.x[0] = left.root;\n"
@@ -3708,7 +3722,7 @@ static const char mssm__glsl_math[] =
     "// Distance of a depth whose inverse is v; at most 1000, on the same side.\n"
     "MSSM_SHARED float mssm_distance(float v)\n"
     "{\n"
-    "    float v_safe = v < 0.0f ? (v < -1e-3f ? v : -1e-3f) : (v > 1e-3f ? v : 1e-3f);\n"
+    "    float v_safe = v < 0.0f ? mssm_min(v, -1e-3f) : mssm_max(v, 1e-3f);\n"
     "    return 1.0f / v_safe;\n"
     "}\n"
     "\n"
@@ -3717,8 +3731,8 @@ static const char mssm__glsl_math[] =
     "    mssm_pair v = mssm_quadratic(k.k1 / k.k0, k.k2 / k.k0);\n"
     "    float ta = mssm_distance(v.x0);\n"
     "    float tb = mssm_distance(v.x1);\n"
-    "    float t1 = ta < tb ? ta : tb;\n"
-    "    float t2 = ta < tb ? tb : ta;\n"
+    "    float t1 = mssm_min(ta, tb);\n"
+    "    float t2 = mssm_max(tb, ta);\n"
     "    float s1 = mssm_share4(k, t1);\n"
     "    float s2 = mssm_share4(k, t2);\n"
     "    float rest = (1.0f - k.w0) / (s1 + s2);\n"
@@ -3746,7 +3760,7 @@ static const char mssm__glsl_math[] =
     "    // are not, but their sum is: what the others leave.\n"
     "    float total = 1.0f - k.w0;\n"
     "    float share_a = mssm_share6(k, ta);\n"
-    "    share_a = share_a < total ? share_a : total;\n"
+    "    share_a = mssm_min(share_a, total);\n"
     "    float s1 = mssm_share6(k, tb);\n"
     "    float s2 = mssm_share6(k, tc);\n"
     "    float rest = (total - share_a) / (s1 + s2);\n"
@@ -3882,8 +3896,8 @@ static const char mssm__glsl_shading[] =
     "    r.edge[1] = start + 1.0f;\n"
     "    r.edge[2] = end;\n"
     "    r.edge[3] = end < size ? end + 1.0f : size;\n"
-    "    r.first = (start + 1.0f < high ? start + 1.0f : high) - low;\n"
-    "    r.last = high > end ? high - end : 0.0f;\n"
+    "    r.first = mssm_min(start + 1.0f, high) - low;\n"
+    "    r.last = mssm_max(high - end, 0.0f);\n"
     "    r.whole = to - from;\n"
     "    r.inside = high - low;\n"
     "    return r;\n"
@@ -3907,21 +3921,17 @@ static const char mssm__glsl_shading[] =
     "    float inside = mssm_clamp(high, 0.0f, size);\n"
     "    r.low = mssm_clamp(low, 0.0f, size);\n"
     "    // No more than a level's sums can hold, however from and to were rounded.\n"
-    "    r.high = inside < r.low + MSSM_KERNEL ? inside : r.low + MSSM_KERNEL;\n"
+    "    r.high = mssm_min(inside, r.low + MSSM_KERNEL);\n"
     "    r.whole = high - low - (inside - r.high);\n"
     "    return r;\n"
     "}\n"
     "\n"
     "// The level that serves a kernel this wide in texels of level 0, of a map with so many levels.\n"
+    "// From the exponents: how often MSSM_KERNEL must be doubled to hold it.\n"
     "MSSM_SHARED int mssm_level_of(float width, int levels)\n"
     "{\n"
-    "    int level = 0;\n"
-    "    float limit = MSSM_KERNEL;\n"
-    "    for (int i = 1; i < 11; i++) {\n"
-    "        level = width > limit && i < levels ? i : level;\n"
-    "        limit = limit * 2.0f;\n"
-    "    }\n"
-    "    return level;\n"
+    "    int level = (mssm_bits(mssm_max(width, MSSM_KERNEL)) - mssm_bits(MSSM_KERNEL) + 0x7fffff) >> 23;\n"
+    "    return level < levels - 1 ? level : levels - 1;\n"
     "}\n"
     "\n"
     "// A light and its map as shading sees them. Scalars only: std430 lays it out as C does.\n"
@@ -4008,7 +4018,7 @@ static const char mssm__glsl_shading[] =
     "    r.sharp = 1.0f / (o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade);\n"
     "    r.z_own = z - bias;\n"
     "    float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);\n"
-    "    r.z_test = r.z_own < behind_all ? r.z_own : behind_all;\n"
+    "    r.z_test = mssm_min(r.z_own, behind_all);\n"
     "    r.spread = mssm_spread(v, z);\n"
     "    r.d_max = r.spread - mssm_spread(v, -1.0f);\n"
     "    return r;\n"
@@ -4022,7 +4032,7 @@ static const char mssm__glsl_shading[] =
     "    float depth = mssm_row(v, 2, x, y, z);\n"
     "    if (v.perspective != 0) {\n"
     "        float axis = mssm_row(v, 3, x, y, z);\n"
-    "        float inverse = 1.0f / (axis > 1e-30f ? axis : 1e-30f);\n"
+    "        float inverse = 1.0f / mssm_max(axis, 1e-30f);\n"
     "        u = u * inverse;\n"
     "        w = w * inverse;\n"
     "        depth = axis > 0.0f ? (axis - v.distance_offset) / v.distance_scale : -1.0f;\n"
@@ -4114,7 +4124,7 @@ static const char mssm__glsl_shading[] =
     "    float a1 = p.d[1] * p.d[1];\n"
     "    float wide = (a - a1) * p.between[0];\n"
     "    float slim = (a1 - a) * p.between[1];\n"
-    "    float other = wide > slim ? wide : slim;\n"
+    "    float other = mssm_max(wide, slim);\n"
     "    float part = mssm_clamp(i == 0 ? wide : (i == 1 ? other : slim), 0.0f, 1.0f);\n"
     "    return i == 1 ? 1.0f - part : part;\n"
     "}\n"
@@ -4141,7 +4151,7 @@ static const char mssm__glsl_shading[] =
     "    float behind = r.spread - mssm_spread(v, MSSM_FAR_CASTER);\n"
     "    p.d[2] = mssm_clamp(behind, 0.03f * r.d_max, r.d_max);\n"
     "    p.d[0] = mssm_clamp(first / (nearer + 1e-3f), 0.1f * r.d_max, r.d_max);\n"
-    "    p.d[0] = p.d[0] > p.d[2] ? p.d[0] : p.d[2];\n"
+    "    p.d[0] = mssm_max(p.d[0], p.d[2]);\n"
     "    p.d[1] = p.d[2] + 0.35f * (p.d[0] - p.d[2]);\n"
     "    float a1 = p.d[1] * p.d[1];\n"
     "    p.between[0] = 1.0f / (p.d[0] * p.d[0] - a1 + 1e-20f);\n"
@@ -4166,7 +4176,7 @@ static const char mssm__glsl_shading[] =
     "    float behind = 0.0f;\n"
     "    float close_share = 0.0f;\n"
     "    float close_counted = 0.0f;\n"
-    "    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;\n"
+    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
     "    float d = mssm_planned(plan, i);\n"
     "    float half_width = kernel * d;\n"
     "    // The one-texel kernel sees texel centres up to a texel away.\n"
@@ -4189,12 +4199,12 @@ static const char mssm__glsl_shading[] =
     "    // behind, empty texels too, stands for as much of what is close by in front.\n"
     "    float rim = 3.0f - 4.0f * mssm_clamp(half_width, 0.5f, v.max_half);\n"
     "    behind = v.averaged != 0 ? 0.0f : behind * mssm_clamp(rim, 0.0f, 1.0f);\n"
-    "    behind = behind < close_share ? behind : close_share;\n"
+    "    behind = mssm_min(behind, close_share);\n"
     "    own += close_counted * behind / (close_share + 1e-9f);\n"
     "    // A surface through the receiver lies as much behind it as in front: without this a plane\n"
     "    // tilted by more than a third of the light's reach would shadow itself. Halfway to its back, a\n"
     "    // surface is less in its own way.\n"
-    "    own = own < s.counted ? own : s.counted;\n"
+    "    own = mssm_min(own, s.counted);\n"
     "    own = v.averaged != 0 ? 0.5f * own : own;\n"
     "    s.share -= own;\n"
     "    s.counted -= own;\n"
@@ -4211,8 +4221,8 @@ static const char mssm__glsl_shading[] =
     "MSSM_SHARED mssm_tally mssm_add_seen(mssm_tally t, mssm_seen s)\n"
     "{\n"
     "    t.occlusion += s.counted;\n"
-    "    t.fullest = s.share > t.fullest ? s.share : t.fullest;\n"
-    "    t.emptiest = s.share < t.emptiest ? s.share : t.emptiest;\n"
+    "    t.fullest = mssm_max(s.share, t.fullest);\n"
+    "    t.emptiest = mssm_min(s.share, t.emptiest);\n"
     "    return t;\n"
     "}\n"
     "\n"
@@ -4227,7 +4237,7 @@ static const char mssm__glsl_shading[] =
     "    // light leaks into umbras, in narrow ones shadows of grids flicker up to four times as much.\n"
     "    int few = o.moments == 6 ? 6 : 4;\n"
     "    int most = o.moments == 4 ? 4 : 6;\n"
-    "    float kernel = v.kernel_u > v.kernel_v ? v.kernel_u : v.kernel_v;\n"
+    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
     "    mssm_points4 p = mssm_layers(o, few, mssm_search(map, v, r, few), r.z_test);\n"
     "    mssm_plan plan = mssm_plan_layers(v, o, r, p);\n"
     "    if (plan.known == 1) return 1.0f - plan.occlusion;\n"
@@ -4297,7 +4307,7 @@ static const char mssm__glsl_lights[] =
     "{\n"
     "    float size = v < 0.0f ? -v : v;\n"
     "    float w = (size - MSSM_FACE_BAND * largest) / ((1.0f - MSSM_FACE_BAND) * largest);\n"
-    "    return w > 0.0f ? (w < 1.0f ? w : 1.0f) : 0.0f;\n"
+    "    return w > 0.0f ? mssm_min(w, 1.0f) : 0.0f;\n"
     "}\n"
     "\n"
     "mssm_faces mssm_point_faces(float x, float y, float z)\n"
@@ -4306,7 +4316,7 @@ static const char mssm__glsl_lights[] =
     "    float largest = x < 0.0f ? -x : x;\n"
     "    largest = y > largest ? y : (-y > largest ? -y : largest);\n"
     "    largest = z > largest ? z : (-z > largest ? -z : largest);\n"
-    "    largest = largest > 1e-30f ? largest : 1e-30f;\n"
+    "    largest = mssm_max(largest, 1e-30f);\n"
     "    r.face[0] = x < 0.0f ? 1 : 0;\n"
     "    r.face[1] = y < 0.0f ? 3 : 2;\n"
     "    r.face[2] = z < 0.0f ? 5 : 4;\n"
@@ -4331,8 +4341,8 @@ static const char mssm__glsl_lights[] =
     "float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent)\n"
     "{\n"
     "    float t = (cosine - cos_outer) / (cos_inner - cos_outer);\n"
-    "    t = t > 0.0f ? (t < 1.0f ? t : 1.0f) : 0.0f;\n"
-    "    float along = powf(cosine > 0.0f ? cosine : 0.0f, exponent);\n"
+    "    t = t > 0.0f ? mssm_min(t, 1.0f) : 0.0f;\n"
+    "    float along = powf(mssm_max(cosine, 0.0f), exponent);\n"
     "    return t > 0.0f ? t * t * (3.0f - 2.0f * t) * along : 0.0f;\n"
     "}\n"
     // [glsl text end]
@@ -4358,7 +4368,7 @@ static const char mssm__glsl_filtered[] =
     "{\n"
     "    float texel = o.depth_bias > 0.0f ? 0.0f : mssm_texel_at(v, r);\n"
     "    float z = r.z_own - 0.125f * texel;\n"
-    "    z = z < r.z_test ? z : r.z_test;\n"
+    "    z = mssm_min(z, r.z_test);\n"
     "    mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, z));\n"
     "    float beyond = (1.0f - s.self - s.nearer) / (1.001f - s.self);\n"
     "    z = z - 0.75f * beyond * (width + 2.0f * v.max_half - 1.0f) * texel;\n"
@@ -4416,8 +4426,8 @@ static const char mssm__glsl_scattering[] =
     "        float inverse = 1.0f / (fabsf(slope) > 1e-12f ? slope : 1e-12f);\n"
     "        float a = (-1.0f - s.eye[k]) * inverse;\n"
     "        float b = (1.0f - s.eye[k]) * inverse;\n"
-    "        first = mssm_clamp(a < b ? a : b, first, 1e12f);\n"
-    "        last = mssm_clamp(a < b ? b : a, 0.0f, last);\n"
+    "        first = mssm_clamp(mssm_min(a, b), first, 1e12f);\n"
+    "        last = mssm_clamp(mssm_max(b, a), 0.0f, last);\n"
     "    }\n"
     "    row.first = first;\n"
     "    row.extent = last > first ? last - first : 0.0f;\n"
@@ -4477,7 +4487,7 @@ static const char mssm__glsl_scattering[] =
     "    mssm_epipolar row = mssm_scattering_row(s, azimuth);\n"
     "    float all = mssm_clamp(distance, 1e-6f, 1e12f);\n"
     "    float part = mssm_clamp(all * across - row.first, 0.0f, row.extent);\n"
-    "    float cosecant = 1.0f / (across > 1e-6f ? across : 1e-6f);\n"
+    "    float cosecant = 1.0f / mssm_max(across, 1e-6f);\n"
     "    float enter = mssm_clamp(row.first * cosecant, 0.0f, all);\n"
     "    float leave = mssm_clamp((row.first + row.extent) * cosecant, enter, all);\n"
     "    float e = mssm_clamp(s.extinction, 1e-3f / all, 80.0f / all);\n"
@@ -4914,7 +4924,8 @@ static const char mssm__glsl_rows[] =
     "    }\n"
     "}\n";
 
-// Prefix sums along columns, one thread a column: neighbours read neighbouring texels.
+// Prefix sums along columns, one thread a column: neighbours read neighbouring texels. Eight rows at a
+// time, so that a thread waits for memory once for eight.
 static const char mssm__glsl_columns[] =
     "layout(local_size_x = 64) in;\n"
     "void main()\n"
@@ -4922,10 +4933,17 @@ static const char mssm__glsl_columns[] =
     "    ivec2 size = imageSize(table0).xy;\n"
     "    ivec3 p = ivec3(gl_GlobalInvocationID.x, 0, layers[gl_WorkGroupID.z]);\n"
     "    if (p.x >= size.x) return;\n"
-    "    entry sum = load(p);\n"
-    "    for (p.y = 1; p.y < size.y; p.y++) {\n"
-    "        sum = add(sum, load(p));\n"
-    "        store(p, sum);\n"
+    "    entry sum = entry(ivec4(0), ivec2(0)), e[8];\n"
+    "    for (int y = 0; y < size.y; y += 8) {\n"
+    "        for (int i = 0; i < 8; i++) {\n"
+    "            p.y = min(y + i, size.y - 1);\n"
+    "            e[i] = load(p);\n"
+    "        }\n"
+    "        for (int i = 0; i < 8; i++) {\n"
+    "            p.y = y + i;\n"
+    "            sum = add(sum, e[i]);\n"
+    "            if (p.y < size.y) store(p, sum);\n"
+    "        }\n"
     "    }\n"
     "}\n";
 
@@ -4935,6 +4953,45 @@ static const char mssm__glsl_search[] =
     "                                float half_y);\n"
     "#define MSSM_SEARCH mssm_query_texels\n";
 
+// Nine rectangles of whole texels with their weights, as mssm__add_strips does. A row of entries starts
+// the differences of the next: the first takes no floats.
+static const char mssm__glsl_strips[] =
+    "// A row of table entries of one texture, as exact differences modulo 2^32.\n"
+    "struct mssm_entries { ivec4 first, whole, last; };\n"
+    "mssm_entries mssm_read(isampler2DArray table, ivec4 x, int keep, ivec3 row)\n"
+    "{\n"
+    "    ivec4 e0 = texelFetch(table, ivec3(x.x, row.xy), row.z) & keep;\n"
+    "    ivec4 e1 = texelFetch(table, ivec3(x.y, row.xy), row.z);\n"
+    "    ivec4 e2 = texelFetch(table, ivec3(x.z, row.xy), row.z);\n"
+    "    ivec4 e3 = texelFetch(table, ivec3(x.w, row.xy), row.z);\n"
+    "    return mssm_entries(e1 - e0, e2 - e1, e3 - e2);\n"
+    "}\n"
+    "// Sums over the three strips between two rows.\n"
+    "vec4 mssm_strip(mssm_entries low, mssm_entries high, mssm_strips x)\n"
+    "{\n"
+    "    return (x.first * vec4(high.first - low.first) + x.last * vec4(high.last - low.last)) +\n"
+    "           vec4(high.whole - low.whole);\n"
+    "}\n"
+    "// Columns x and rows y of entries; the first of each may be left of the table.\n"
+    "vec4 mssm_sum(isampler2DArray table, int light, int level, ivec4 x, ivec4 y, mssm_strips sx,\n"
+    "              mssm_strips sy)\n"
+    "{\n"
+    "    int keep = x.x < 0 ? 0 : -1, keep_row = y.x < 0 ? 0 : -1;\n"
+    "    x.x = max(x.x, 0);\n"
+    "    mssm_entries r0 = mssm_read(table, x, keep, ivec3(max(y.x, 0), light, level));\n"
+    "    r0 = mssm_entries(r0.first & keep_row, r0.whole & keep_row, r0.last & keep_row);\n"
+    "    mssm_entries r1 = mssm_read(table, x, keep, ivec3(y.y, light, level));\n"
+    "    vec4 partial = sy.first * mssm_strip(r0, r1, sx), whole = vec4(0.0);\n"
+    "    if (y.z > y.y) { // narrow kernels have no whole row\n"
+    "        r0 = r1;\n"
+    "        r1 = mssm_read(table, x, keep, ivec3(y.z, light, level));\n"
+    "        whole = mssm_strip(r0, r1, sx);\n"
+    "    }\n"
+    "    mssm_entries r3 = mssm_read(table, x, keep, ivec3(y.w, light, level));\n"
+    "    partial += sy.last * mssm_strip(r1, r3, sx);\n"
+    "    return partial + whole;\n"
+    "}\n";
+
 // Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first
 // texel they are 0.
 static const char mssm__glsl_entry[] =
@@ -4943,64 +5000,26 @@ static const char mssm__glsl_entry[] =
     "layout(binding = MSSM_UNIT + 1) uniform isampler2DArray mssm_table1;\n"
     "#endif\n"
     "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
-    "// The partial and the whole strips of one texture, over one row of table entries after another.\n"
-    "struct mssm_sums {\n"
-    "    ivec4 first, whole, last; // of the row before, so far: exact differences, modulo 2^32\n"
-    "    vec4 partial_rows, whole_rows;\n"
-    "};\n"
-    "mssm_sums mssm_no_sums()\n"
-    "{\n"
-    "    return mssm_sums(ivec4(0), ivec4(0), ivec4(0), vec4(0.0), vec4(0.0));\n"
-    "}\n"
-    "void mssm_add_row(inout mssm_sums s, isampler2DArray table, ivec4 at, ivec3 row, mssm_strips x,\n"
-    "                  vec2 weight)\n"
-    "{\n"
-    "    ivec2 keep = ivec2(at.x < 0 ? 0 : -1, row.x < 0 ? 0 : -1);\n"
-    "    int y = max(row.x, 0);\n"
-    "    ivec4 e0 = texelFetch(table, ivec3(max(at.x, 0), y, row.y), row.z);\n"
-    "    ivec4 e1 = texelFetch(table, ivec3(at.y, y, row.y), row.z);\n"
-    "    ivec4 e2 = texelFetch(table, ivec3(at.z, y, row.y), row.z);\n"
-    "    ivec4 e3 = texelFetch(table, ivec3(at.w, y, row.y), row.z);\n"
-    "    ivec4 first = (e1 - (e0 & keep.x)) & keep.y;\n"
-    "    ivec4 whole = (e2 - e1) & keep.y;\n"
-    "    ivec4 last = (e3 - e2) & keep.y;\n"
-    "    vec4 strip = (x.first * vec4(first - s.first) + x.last * vec4(last - s.last)) +\n"
-    "                 vec4(whole - s.whole);\n"
-    "    s.partial_rows += weight.x * strip;\n"
-    "    s.whole_rows += weight.y * strip;\n"
-    "    s.first = first;\n"
-    "    s.whole = whole;\n"
-    "    s.last = last;\n"
-    "}\n"
     "int mssm_side = 1, mssm_levels = 1; // of the light at hand: read once, not for every query\n"
     "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y)\n"
     "{\n"
-    "    int level = mssm_level_of(2.0 * (half_x > half_y ? half_x : half_y), mssm_levels);\n"
+    "    int level = mssm_level_of(2.0 * mssm_max(half_x, half_y), mssm_levels);\n"
     "    float size = float((mssm_side + (1 << level) - 1) >> level);\n"
-    "    float scale = 1.0 / float(1 << level);\n"
+    "    float scale = intBitsToFloat((127 - level) << 23);\n"
     "    mssm_strips sx = mssm_cut((x - half_x) * scale, (x + half_x) * scale, size);\n"
     "    mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);\n"
     "    float area = sx.whole * sy.whole;\n"
     "    float inverse = MSSM_INVERSE_SCALE / area;\n"
     "    float outside = (area - sx.inside * sy.inside) / area;\n"
-    "    ivec4 at = ivec4(int(sx.edge[0]), int(sx.edge[1]), int(sx.edge[2]), int(sx.edge[3])) - 1;\n"
-    "    mssm_sums a = mssm_no_sums();\n"
-    "    mssm_sums b = mssm_no_sums();\n"
-    "    // Narrow kernels have no whole row. Tested at its end, or a software rasterizer would run the\n"
-    "    // loop once more for nothing.\n"
-    "    int third = sy.edge[2] > sy.edge[1] ? 2 : 3, j = 0;\n"
-    "    do {\n"
-    "        float edge = j == 0 ? sy.edge[0] : j == 1 ? sy.edge[1] : j == 2 ? sy.edge[2] : sy.edge[3];\n"
-    "        vec2 weight = vec2(j == 1 ? sy.first : j == 3 ? sy.last : 0.0, j == 2 ? 1.0 : 0.0);\n"
-    "        ivec3 row = ivec3(int(edge) - 1, light, level);\n"
-    "        mssm_add_row(a, mssm_table0, at, row, sx, weight);\n"
+    "    ivec4 x4 = ivec4(int(sx.edge[0]), int(sx.edge[1]), int(sx.edge[2]), int(sx.edge[3])) - 1;\n"
+    "    ivec4 y4 = ivec4(int(sy.edge[0]), int(sy.edge[1]), int(sy.edge[2]), int(sy.edge[3])) - 1;\n"
+    "    vec4 low = mssm_sum(mssm_table0, light, level, x4, y4, sx, sy) * inverse + outside;\n"
+    "    vec4 high = vec4(0.0);\n"
     "#if MSSM_MOMENTS == 6\n"
-    "        if (moments == 6) mssm_add_row(b, mssm_table1, at, row, sx, weight);\n"
+    "    if (moments == 6) {\n"
+    "        high = mssm_sum(mssm_table1, light, level, x4, y4, sx, sy) * inverse + outside;\n"
+    "    }\n"
     "#endif\n"
-    "        j = j == 1 ? third : j + 1;\n"
-    "    } while (j < 4);\n"
-    "    vec4 low = (a.partial_rows + a.whole_rows) * inverse + outside;\n"
-    "    vec4 high = (b.partial_rows + b.whole_rows) * inverse + outside;\n"
     "    mssm_moments6 t;\n"
     "    t.b[0] = low.x;\n"
     "    t.b[1] = low.y;\n"
@@ -5047,9 +5066,9 @@ static const char mssm__glsl_texels[] =
     "mssm_moments6 mssm_query_texels(int light, int moments, float x, float y, float half_x,\n"
     "                                float half_y)\n"
     "{\n"
-    "    int level = mssm_level_of(2.0 * (half_x > half_y ? half_x : half_y), mssm_levels);\n"
+    "    int level = mssm_level_of(2.0 * mssm_max(half_x, half_y), mssm_levels);\n"
     "    float size = float((mssm_side + (1 << level) - 1) >> level);\n"
-    "    float scale = 1.0 / float(1 << level);\n"
+    "    float scale = intBitsToFloat((127 - level) << 23);\n"
     "    mssm_span sx = mssm_cut_texels((x - half_x) * scale, (x + half_x) * scale, size);\n"
     "    mssm_span sy = mssm_cut_texels((y - half_y) * scale, (y + half_y) * scale, size);\n"
     "    float area = sx.whole * sy.whole;\n"
@@ -5547,7 +5566,8 @@ static mssm_result mssm__check_units(mssm_gl *gl)
 
 mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 {
-    static const char *const texts[4] = {mssm__glsl_search, "", mssm__glsl_entry, mssm__glsl_texels};
+    static const char *const texts[4] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_entry,
+                                         mssm__glsl_texels};
     if (!gl || !desc || !desc->load) return MSSM_ERROR_ARGUMENT;
     mssm_gl *g = (mssm_gl *)MSSM_MALLOC(sizeof *g);
     if (!g) {
