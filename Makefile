@@ -10,6 +10,7 @@
 #   make chart         speed against accuracy, all methods: docs/accuracy.md, its pictures and figures
 #   make chart-quick   the same from fewer receivers, into build/docs
 #   make chart-check   whether README and docs still say what the figures say
+#   make isa           what GPUs execute of the shaders, counted in their machine code: docs/gpu.md
 #   make fuzz          random and damaged input for both headers and the file readers, FUZZ_SECONDS=60 each
 #   make coverage      lines and branches of the headers' CPU halves that the tests take; fails below 100%
 #   make platforms     other compilers, flags, processors and byte orders -> build/platforms.md
@@ -51,7 +52,8 @@ rivals = $(call part,methods percentage_closer variance convolution)
 report_only = $(call part,report charts page claims summary svg)
 report_objects = $(filter $(report_only) $(call part,figures),$(compare))
 measure_objects = $(filter-out $(report_only) $(call part,pictures),$(compare))
-test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases gl_convolution measure_gl figures light_cuts)
+test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases gl_convolution measure_gl figures light_cuts) \
+    $(out)/tests/isa/listing.o
 stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $(call part,svg) \
     $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
@@ -89,6 +91,12 @@ platforms:
 
 mutants:
 	@sh tests/mutants.sh
+
+isa:
+	@sh tests/isa.sh write
+
+$(out)/isa: $(patsubst %.c,$(out)/%.o,$(wildcard tests/isa/*.c)) $(call part,gl_convolution figures) $(common)
+	$(CC) $(CFLAGS) $^ -o $@ -lvulkan $(LIBS)
 
 glsl:
 	sh tests/make_glsl.sh $(headers)
@@ -175,6 +183,6 @@ $(out)/test-cpu: $(cpu_objects)
 $(out)/outputs: $(addprefix $(out)/cpu/,tests/platforms/outputs.o examples/common/implementation.o)
 	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
 
-.PHONY: all demo test test-binary test-cpu outputs coverage platforms mutants fuzz glsl bias stability bench chart \
+.PHONY: all demo test test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart \
     chart-quick chart-check clean measure-vector
 .SECONDARY:

@@ -67,7 +67,7 @@ int main(int argc, char **argv)
         lights_tests, filtered_tests, scattering_tests,
 #ifndef TEST_CPU_ONLY // what coverage, mutants and other platforms are measured with
         files_tests, glsl_tests, gl_tests, lightprobe_gl_tests, gl_hostile_tests, governor_tests,
-        cuts_tests, compare_tests, compare_hard_tests,
+        cuts_tests, compare_tests, compare_hard_tests, isa_tests,
 #if UINTPTR_MAX > 0xffffffffu // a driver for 32 bits would have to be installed beside the other
         filtered_gl_tests, smoke_tests, scattering_gl_tests, lights_gl_tests, demo_tests, compare_gl_tests,
 #endif

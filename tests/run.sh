@@ -93,6 +93,7 @@ section "tests, release" suite release
 section "promises" promises
 section "claims" claims
 section "viewer" sh tests/viewer.sh
+section "isa" sh tests/isa.sh
 if can -O3 -march=native; then
     section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=4
 else
