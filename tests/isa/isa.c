@@ -275,19 +275,21 @@ static void print_ratios(FILE *f)
     const char *const own = "layered, 6 moments", *const pcss = "PCSS, 27x27";
     const char *const tables = "convolution, 16 terms";
     const char *const mips = "convolution, 16 terms, mip maps";
-    fprintf(f,
-            "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are of "
-            "llvmpipe, a rasterizer on\nthe CPU, where every read of a texture is arithmetic too. On "
-            "a GPU the slower of two units decides. Relative to\nlayered shadows with 6 moments, PCSS "
-            "as charted executes %.1f times the arithmetic and %.1f times the reads\n(%s): its ratio "
-            "holds for GPUs, as long as it reads tap by tap; textureGather takes a quarter of\nthe "
-            "reads, and 16 taps in place of 729 a fiftieth, with noise. Convolution executes %.2f times "
-            "the arithmetic and\n%.2f times the reads with tables, each of four texels of 128 bits, "
-            "and %.2f and %.2f times with mip maps, which\nGPUs filter for nothing: these shade faster "
-            "there than llvmpipe says; memory and update are their price.\n",
-            ratio(pcss, own, ARITHMETIC), ratio(pcss, own, READS), gpus[CEILING_GPU].name,
-            ratio(tables, own, ARITHMETIC), ratio(tables, own, READS), ratio(mips, own, ARITHMETIC),
-            ratio(mips, own, READS));
+    fprintf(
+        f,
+        "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are of "
+        "llvmpipe, a rasterizer on\nthe CPU, where every read of a texture is arithmetic too. On "
+        "a GPU the slower of two units decides. Relative to\nlayered shadows with 6 moments, PCSS "
+        "as charted executes %.1f times the arithmetic and %.1f times the reads\n(%s): its ratio "
+        "holds for GPUs, as long as it reads tap by tap; textureGather takes a quarter of\nthe "
+        "reads, and 16 taps in place of 729 a fiftieth, with noise. Convolution executes %.2f "
+        "times "
+        "the arithmetic and\n%.2f times the reads with tables, each of four texels of 128 bits, "
+        "and %.2f and %.2f times with mip maps, which\nGPUs filter for nothing: these shade faster "
+        "there than llvmpipe says; memory and update are their price.\n",
+        ratio(pcss, own, ARITHMETIC), ratio(pcss, own, READS), gpus[CEILING_GPU].name,
+        ratio(tables, own, ARITHMETIC), ratio(tables, own, READS), ratio(mips, own, ARITHMETIC),
+        ratio(mips, own, READS));
 }
 
 static void write_page(const char *path, const figures *measured)
