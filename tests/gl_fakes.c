@@ -55,6 +55,11 @@ const uint32_t *gl_fakes_map_table(const mssm_map *map, int level, int *size)
     return level < map->levels ? map->table[level] : NULL;
 }
 
+int gl_fakes_level_of(float width, int levels)
+{
+    return mssm_level_of(width, levels);
+}
+
 // ---- Objects that live ---------------------------------------------------------------------------
 
 typedef struct living {

@@ -2213,10 +2213,32 @@ static void second_compiler_agrees(void)
     end_gl();
 }
 
+// The shader has the same text.
+static void level_holds_kernel(void)
+{
+    const float hostile[] = {0, -0.0f, -1, -INFINITY, 1e-40f, INFINITY, NAN, -NAN};
+    for (int levels = 1; levels <= 11; levels++) {
+        for (int k = 0; k < 12; k++) {
+            const float most = ldexpf(27, k), at[] = {nextafterf(most, 0), most, nextafterf(most, 1e9f)};
+            for (int i = 0; i < 3; i++) {
+                int level = 0;
+                while (level < levels - 1 && ldexp(27, level) < (double)at[i]) level++;
+                const int found = gl_fakes_level_of(at[i], levels);
+                CHECK(found == level, "%a of %d levels: %d, not %d", (double)at[i], levels, found, level);
+            }
+        }
+        for (size_t i = 0; i < sizeof hostile / sizeof *hostile; i++) {
+            const int found = gl_fakes_level_of(hostile[i], levels);
+            CHECK(found == (hostile[i] > 27 ? levels - 1 : 0), "%g: %d", (double)hostile[i], found);
+        }
+    }
+}
+
 const test_case gl_tests[] = {
 #if UINTPTR_MAX <= 0xffffffffu
     {0, 0}, // a 32-bit program would need a 32-bit driver, and the text is the same
 #endif
+    {"levels: a kernel gets the first that holds it", level_holds_kernel},
     {"GL's tables are the CPU's, bit for bit", tables_are_equal},
     {"GL's spot lights have linear depth in every sample", spot_depth_is_linear_per_sample},
     {"GL's equal samples are one", equal_samples_are_one},
