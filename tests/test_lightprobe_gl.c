@@ -441,7 +441,7 @@ static void a_turning_probe_does_not_jump(void)
     const lightprobe_gl_desc d = description(128, 32);
     static subject s;
     const int frames = test_trials(60) + 1;
-    double last[8], now[8], worst = 0, mean = 0;
+    double last[8] = {0}, now[8], worst = 0, mean = 0;
     if (!begin_gl()) return;
     test_probe p = test_probe_load("city_sun_128");
     if (!p.side) p = test_scene_probe(SCENE_SKY_SUN, d.side);
