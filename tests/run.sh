@@ -1,12 +1,13 @@
 #!/bin/sh
 # Runs everything that CI checks and ends with one line of counts. Called by `make test`.
 # What this machine lacks is skipped, with the line that installs it; TEST_REQUIRE_GL=1 turns the skip
-# of the GL half into a failure, TEST_REQUIRE_ALL=1 every skip (.ci/run sets both).
+# of the GL half into a failure, TEST_REQUIRE_ALL=1 every skip (.ci/run sets both). Where there is EGL, the
+# release and the sanitized tests run once more without it.
 
 set -u
 cd "$(dirname "$0")/.." || exit 1
 MAKE=${MAKE:-make}
-passed=0 failed=0 skipped=0 only=
+passed=0 failed=0 skipped=0 only= no_egl=
 log=$(mktemp) || exit 1
 trap 'rm -f "$log" "$log.run"' EXIT
 
@@ -47,6 +48,26 @@ suite()
     config=$1
     shift
     $MAKE -s -j2 config="$config" test-binary && "$@" "build/$config/test" ${only:+"$only"}
+}
+
+# The tests of that configuration as on a machine without EGL: an empty file stands before libEGL.so.1, and
+# dlopen refuses it. There each test of OpenGL must be skipped, say what installs EGL and leave nothing
+# behind. Those of the CPU ran before, so few trials do.
+without_egl()
+{
+    mkdir -p build/no-egl && : >build/no-egl/libEGL.so.1
+    (
+        unset TEST_REQUIRE_GL
+        suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=100
+    ) >"$log.run" 2>&1
+    status=$?
+    awk '
+    /^    skipped: / { installs = /apt-get install/; hidden += /libEGL/ }
+    /^skip / { print (installs ? "ok    skipped: " : "FAIL  without a line that installs: ") substr($0, 7)
+               installs = 0; next }
+    !/^[0-9]+ passed, / { print }
+    END { if (!hidden) print "FAIL  no test was skipped for want of EGL" }' "$log.run"
+    return $status
 }
 
 fresh_glsl()
@@ -90,6 +111,8 @@ section "GLSL text" fresh_glsl
 section "compile" sh tests/compile.sh
 section "docs" sh tests/snippets.sh
 section "tests, release" suite release
+grep -q '^    skipped: .*libEGL' "$log" && no_egl=1 # these skips are seen already
+[ -n "$no_egl" ] || section "tests, release, EGL hidden" without_egl release
 section "promises" promises
 section "claims" claims
 section "viewer" sh tests/viewer.sh
@@ -101,6 +124,7 @@ else
 fi
 if can -fsanitize=address,undefined; then
     section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=10
+    [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
 else
     echo "skip  sanitizers: apt-get install libasan8 libubsan1" && skipped=$((skipped + 1))
 fi

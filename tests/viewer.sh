@@ -7,7 +7,7 @@
 
 set -u
 cd "$(dirname "$0")/.." || exit 1
-for need in pkg-config:pkg-config Xvfb:xvfb xvfb-run:xvfb; do
+for need in pkg-config:pkg-config Xvfb:xvfb xvfb-run:xvfb xauth:xauth; do
     command -v "${need%:*}" > /dev/null && continue
     echo "skip viewer: no ${need%:*}, apt-get install ${need#*:}"
     exit 0
