@@ -4564,6 +4564,8 @@ typedef unsigned char mssm__glboolean;
 #else
 #define MSSM__GL_FILTERED_FUNCTIONS(X)
 #endif
+// Not those by name that Intel's driver for Windows takes without a word and does not carry out: clears,
+// buffers, glBindTextureUnit, queries.
 #define MSSM__GL_FUNCTIONS(X)                                                                      \
     MSSM__GL_FILTERED_FUNCTIONS(X)                                                                 \
     X(void, GetIntegerv, (mssm__glenum, int *))                                                    \
@@ -4592,24 +4594,23 @@ typedef unsigned char mssm__glboolean;
     X(void, NamedFramebufferDrawBuffer, (unsigned, mssm__glenum))                                  \
     X(void, NamedFramebufferReadBuffer, (unsigned, mssm__glenum))                                  \
     X(mssm__glenum, CheckNamedFramebufferStatus, (unsigned, mssm__glenum))                         \
-    X(void, ClearNamedFramebufferfv, (unsigned, mssm__glenum, int, const float *))                 \
+    X(void, ClearBufferfv, (mssm__glenum, int, const float *))                                     \
     X(void, CreateTextures, (mssm__glenum, int, unsigned *))                                       \
     X(void, DeleteTextures, (int, const unsigned *))                                               \
     X(void, TextureStorage3D, (unsigned, int, mssm__glenum, int, int, int))                        \
     X(void, TextureStorage2DMultisample,                                                           \
       (unsigned, int, mssm__glenum, int, int, mssm__glboolean))                                    \
     X(void, TextureParameteri, (unsigned, mssm__glenum, int))                                      \
-    X(void, GetTextureLevelParameteriv, (unsigned, int, mssm__glenum, int *))                      \
+    X(void, GetTexLevelParameteriv, (mssm__glenum, int, mssm__glenum, int *))                      \
     X(void, ActiveTexture, (mssm__glenum))                                                         \
-    X(void, BindTextureUnit, (unsigned, unsigned))                                                 \
     X(void, BindTexture, (mssm__glenum, unsigned))                                                 \
     X(void, BindSampler, (unsigned, unsigned))                                                     \
     X(void, BindImageTexture,                                                                      \
       (unsigned, unsigned, int, mssm__glboolean, int, mssm__glenum, mssm__glenum))                 \
     X(void, CreateBuffers, (int, unsigned *))                                                      \
     X(void, DeleteBuffers, (int, const unsigned *))                                                \
-    X(void, NamedBufferStorage, (unsigned, ptrdiff_t, const void *, unsigned))                     \
-    X(void, NamedBufferSubData, (unsigned, ptrdiff_t, ptrdiff_t, const void *))                    \
+    X(void, BufferStorage, (mssm__glenum, ptrdiff_t, const void *, unsigned))                      \
+    X(void, BufferSubData, (mssm__glenum, ptrdiff_t, ptrdiff_t, const void *))                     \
     X(void, BindBuffer, (mssm__glenum, unsigned))                                                  \
     X(void, BindBufferBase, (mssm__glenum, unsigned, unsigned))                                    \
     X(unsigned, CreateShader, (mssm__glenum))                                                      \
@@ -5273,7 +5274,11 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
     if (!gl->depth[i] || !gl->framebuffer[i]) return MSSM_ERROR_GL;
     f->TextureStorage2DMultisample(gl->depth[i], gl->desc.samples, MSSM__GL_DEPTH_COMPONENT32F,
                                    gl->desc.side, gl->desc.side, 1);
-    f->GetTextureLevelParameteriv(gl->depth[i], 0, MSSM__GL_TEXTURE_SAMPLES, &gl->samples);
+    const int bound = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
+    f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[i]);
+    gl->samples = gl->desc.samples;
+    f->GetTexLevelParameteriv(MSSM__GL_TEXTURE_2D_MULTISAMPLE, 0, MSSM__GL_TEXTURE_SAMPLES, &gl->samples);
+    f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, (unsigned)bound);
     f->ObjectLabel(MSSM__GL_TEXTURE, gl->depth[i], -1, names[i]);
     f->NamedFramebufferTexture(gl->framebuffer[i], MSSM__GL_DEPTH_ATTACHMENT, gl->depth[i], 0);
     f->NamedFramebufferDrawBuffer(gl->framebuffer[i], 0);
@@ -5332,8 +5337,11 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     f->CreateBuffers(1, &gl->views);
     if (!gl->views) r = MSSM_ERROR_GL;
     if (!r) {
-        f->NamedBufferStorage(gl->views, (ptrdiff_t)(count * sizeof *gl->view), NULL,
-                              MSSM__GL_DYNAMIC_STORAGE_BIT);
+        const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+        f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
+        f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)(count * sizeof *gl->view), NULL,
+                         MSSM__GL_DYNAMIC_STORAGE_BIT);
+        f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
         f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
     }
     const mssm__glenum error = mssm__take_error(gl);
@@ -5349,7 +5357,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
 
 // Program, textures, samplers and images that our own dispatches displace.
 typedef struct mssm__gl_bindings {
-    int program, active, texture[2], sampler[2], image[4][6];
+    int program, active, buffer, texture[2], sampler[2], image[4][6];
 } mssm__gl_bindings;
 
 static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
@@ -5359,6 +5367,7 @@ static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
         MSSM__GL_IMAGE_BINDING_LAYER, MSSM__GL_IMAGE_BINDING_ACCESS, MSSM__GL_IMAGE_BINDING_FORMAT};
     b->program = mssm__get(gl, MSSM__GL_CURRENT_PROGRAM);
     b->active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
+    b->buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     for (int i = 0; i < 2; i++) {
         gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
         b->texture[i] = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
@@ -5384,7 +5393,16 @@ static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b
         gl->f.BindImageTexture(i, (unsigned)m[0], m[1], (mssm__glboolean)m[2], m[3],
                                (mssm__glenum)m[4], (mssm__glenum)m[5]);
     }
+    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)b->buffer);
     gl->f.UseProgram((unsigned)b->program);
+}
+
+// Without a sampler: a filter for colours would make integer textures incomplete. The unit stays active.
+static void mssm__bind_texture(const mssm_gl *gl, int unit, mssm__glenum target, unsigned texture)
+{
+    gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + unit));
+    gl->f.BindTexture(target, texture);
+    gl->f.BindSampler((unsigned)unit, 0);
 }
 
 static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, mssm__glenum access)
@@ -5402,12 +5420,12 @@ static void mssm__resolve(mssm_gl *gl, int index)
     const mssm_light *light = &gl->lights[index].light;
     const int average = gl->lights[index].averaged;
     const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE],
-                   unit = (unsigned)gl->desc.first_texture_unit, side = (unsigned)gl->padded;
+                   side = (unsigned)gl->padded;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
-    for (unsigned i = 0; i < 2; i++) {
-        f->BindTextureUnit(unit + i, gl->depth[i]);
-        f->BindSampler(unit + i, 0);
+    for (int i = 0; i < 2; i++) {
+        mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
+                           gl->depth[i]);
     }
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
     f->ProgramUniform1i(program, 0, gl->samples);
@@ -5485,12 +5503,14 @@ static int mssm__make_views(mssm_gl *gl)
     return 1 + mssm_level_of(widest, gl->levels);
 }
 
+// Leaves the generic binding to the buffer.
 static void mssm__upload_views(mssm_gl *gl)
 {
     if (!gl->views_stale) return;
     mssm__make_views(gl);
-    gl->f.NamedBufferSubData(gl->views, 0, (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view),
-                             gl->view);
+    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
+    gl->f.BufferSubData(MSSM__GL_SHADER_STORAGE_BUFFER, 0,
+                        (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view), gl->view);
     gl->views_stale = 0;
 }
 
@@ -5664,7 +5684,7 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
     gl->drawing = index;
     gl->back = back_faces != 0;
     mssm__pass_state(gl, gl->framebuffer[gl->back], 1, back_faces);
-    gl->f.ClearNamedFramebufferfv(gl->framebuffer[gl->back], MSSM__GL_DEPTH, 0, &farthest);
+    gl->f.ClearBufferfv(MSSM__GL_DEPTH, 0, &farthest);
     return MSSM_OK;
 }
 
@@ -5719,14 +5739,15 @@ mssm_result mssm_gl_build(mssm_gl *gl)
 mssm_result mssm_gl_bind(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    mssm__upload_views(gl);
     const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
-    for (unsigned i = 0; i < 2; i++) {
-        const unsigned unit = (unsigned)gl->desc.first_texture_unit + i;
+    const int active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
+    mssm__upload_views(gl);
+    for (int i = 0; i < 2; i++) {
         if (!gl->table[i]) continue;
-        gl->f.BindTextureUnit(unit, gl->table[i]);
-        gl->f.BindSampler(unit, 0); // a filter for colours would make integer textures incomplete
+        mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_ARRAY,
+                           gl->table[i]);
     }
+    gl->f.ActiveTexture((mssm__glenum)active);
     gl->f.BindBufferBase(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)gl->desc.first_buffer_binding,
                          gl->views);
     gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
@@ -6076,12 +6097,10 @@ mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl)
     if (r) return r;
     const mssm_light *light = &b->lights[b->drawing].light;
     const unsigned program = b->program[MSSM__RESOLVE], groups = (unsigned)(b->padded + 7) / 8;
-    const unsigned unit = (unsigned)b->desc.first_texture_unit;
     mssm__gl_bindings saved;
     mssm__set_state(b, &b->saved);
     mssm__save_bindings(b, &saved);
-    b->f.BindTextureUnit(unit, b->depth[0]);
-    b->f.BindSampler(unit, 0);
+    mssm__bind_texture(b, b->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, b->depth[0]);
     b->f.BindImageTexture(0, gl->work, 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
     b->f.ProgramUniform1i(program, 0, b->samples);
     b->f.ProgramUniform4f(program, 3, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,

@@ -1587,6 +1587,36 @@ static void fail_once(const char *what, mssm_result expected)
     gl_state_free(&start);
 }
 
+// Intel's driver for Windows: clears, buffers and bindings by name do nothing, and raise no error.
+static void silent_calls_are_not_relied_on(void)
+{
+    enum { COUNT = 64 * 64 * 4 };
+    const mssm_gl_desc d = description(2, 64, 4, 6);
+    static float z[COUNT];
+    uint64_t seed = 52;
+    subject s;
+    if (!begin_gl()) return;
+    fakes.silent_names = true;
+    if (make_subject(&s, &d)) {
+        difference all = {0, 0, 0};
+        for (int i = 0; i < 2; i++) {
+            s.light[i] = wide_light(false, 3);
+            random_depth(z, 64, 4, &seed);
+            fill(&s, i, z, z);
+        }
+        build(&s);
+        for (int i = 0; i < 2; i++) compare_tables(&s, i, &all);
+        CHECK(all.values > 0 && all.largest <= slack(), "sums differ by %d", all.largest);
+        const float point[3] = {0.3f, -0.5f, 0.2f};
+        float v;
+        ask(&s, 0, false, 1, point, &v);
+        const double truth = (double)mssm_map_visibility(s.map[0], &s.light[0], &d.settings, point);
+        CHECK(fabs((double)v - truth) < 1e-3, "visibility %g, the CPU's %g", (double)v, truth);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
 static void missing_functions(void)
 {
     if (!begin_gl()) return;
@@ -2237,6 +2267,7 @@ const test_case gl_tests[] = {
     {"GL state that the caller changes between begin and end is his", changes_in_between},
     {"GL errors of the caller are not ours", callers_error_is_not_ours},
     {"GL objects are labelled and deleted", objects_are_labelled_and_deleted},
+    {"GL: calls that a driver leaves undone are not relied on", silent_calls_are_not_relied_on},
     {"GL functions may be missing", missing_functions},
     {"GL and malloc may be out of memory", allocations_fail},
     {"GL shaders may fail, with any log", shaders_fail},

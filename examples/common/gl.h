@@ -66,6 +66,7 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
     /* buffers */                                                                                  \
     X(void, CreateBuffers, (GLsizei count, GLuint *buffers))                                       \
     X(void, DeleteBuffers, (GLsizei count, const GLuint *buffers))                                 \
+    X(void, BufferStorage, (GLenum target, GLsizeiptr size, const void *data, GLbitfield flags))   \
     X(void, NamedBufferStorage,                                                                    \
       (GLuint buffer, GLsizeiptr size, const void *data, GLbitfield flags))                        \
     X(void, NamedBufferSubData,                                                                    \

@@ -1,6 +1,7 @@
 #include "gl_context.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 gl_functions gl;
@@ -60,6 +61,7 @@ enum {
     EGL_CONTEXT_DEBUG_BIT = 0x0001,
     EGL_CONTEXT_PROFILE_MASK = 0x30FD,
     EGL_CONTEXT_CORE_PROFILE_BIT = 0x0001,
+    EGL_CONTEXT_COMPATIBILITY_PROFILE_BIT = 0x0002,
     EGL_PLATFORM_SURFACELESS_MESA = 0x31DD
 };
 
@@ -138,15 +140,16 @@ static void *create_context(void *display)
 {
     static const int config_attributes[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
                                             EGL_OPENGL_BIT, EGL_NONE};
-    static const int context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                             4,
-                                             EGL_CONTEXT_MINOR_VERSION,
-                                             5,
-                                             EGL_CONTEXT_PROFILE_MASK,
-                                             EGL_CONTEXT_CORE_PROFILE_BIT,
-                                             EGL_CONTEXT_FLAGS,
-                                             EGL_CONTEXT_DEBUG_BIT,
-                                             EGL_NONE};
+    const int context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                      4,
+                                      EGL_CONTEXT_MINOR_VERSION,
+                                      5,
+                                      EGL_CONTEXT_PROFILE_MASK,
+                                      getenv("GL_COMPATIBILITY") ? EGL_CONTEXT_COMPATIBILITY_PROFILE_BIT
+                                                                 : EGL_CONTEXT_CORE_PROFILE_BIT,
+                                      EGL_CONTEXT_FLAGS,
+                                      EGL_CONTEXT_DEBUG_BIT,
+                                      EGL_NONE};
     void *config = NULL; // stays null where no config fits: EGL_KHR_no_config_context
     int count = 0;
     if (!egl.BindAPI(EGL_OPENGL_API)) return NULL;

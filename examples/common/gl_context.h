@@ -10,7 +10,8 @@ typedef struct gl_context {
     void *display, *context;
 } gl_context;
 
-// Makes a debug context, current on the calling thread, and fills the table gl. There is no default
+// Makes a debug context (with the environment variable GL_COMPATIBILITY one of the compatibility profile,
+// as many engines have), current on the calling thread, and fills the table gl. There is no default
 // framebuffer: render into your own. On failure *why is one line that says what is missing and what
 // installs it; nothing stays open.
 bool gl_context_create(gl_context *c, const char **why);
