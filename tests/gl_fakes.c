@@ -325,6 +325,37 @@ static GLenum GL_CALL fake_CheckNamedFramebufferStatus(GLuint framebuffer, GLenu
     return fakes.incomplete ? GL_FRAMEBUFFER_UNSUPPORTED : status; // unsupported
 }
 
+// GL_EXT_depth_bounds_test, which a shadow pass must not keep on, on drivers without it.
+enum { NUM_EXTENSIONS = 0x821D, EXTENSIONS = 0x1F03, DEPTH_BOUNDS_TEST = 0x8890 };
+
+static const unsigned char *GL_CALL fake_GetStringi(GLenum name, GLuint index)
+{
+    static const unsigned char bounds[] = "GL_EXT_depth_bounds_test";
+    const unsigned char *(GL_CALL *GetStringi)(GLenum, GLuint);
+    const gl_fakes_function f = gl_context_function("glGetStringi");
+    GLint count = 0;
+    memcpy(&GetStringi, &f, sizeof f);
+    gl.GetIntegerv(NUM_EXTENSIONS, &count);
+    return fakes.depth_bounds && index == (GLuint)count ? bounds : GetStringi(name, index);
+}
+
+static GLboolean GL_CALL fake_IsEnabled(GLenum name)
+{
+    return fakes.depth_bounds && name == DEPTH_BOUNDS_TEST ? fakes.depth_bounds == 2 : gl.IsEnabled(name);
+}
+
+static void GL_CALL fake_Enable(GLenum name)
+{
+    if (fakes.depth_bounds && name == DEPTH_BOUNDS_TEST) fakes.depth_bounds = 2;
+    else gl.Enable(name);
+}
+
+static void GL_CALL fake_Disable(GLenum name)
+{
+    if (fakes.depth_bounds && name == DEPTH_BOUNDS_TEST) fakes.depth_bounds = 1;
+    else gl.Disable(name);
+}
+
 static void GL_CALL fake_GetIntegerv(GLenum name, GLint *value)
 {
     static const GLenum limits[] = {GL_MAX_SAMPLES, GL_MAX_COLOR_TEXTURE_SAMPLES,
@@ -335,6 +366,7 @@ static void GL_CALL fake_GetIntegerv(GLenum name, GLint *value)
     for (int i = 0; i < 5; i++) {
         if (name == limits[i] && fakes.max_samples) *value = fakes.max_samples;
     }
+    if (name == NUM_EXTENSIONS && fakes.depth_bounds) ++*value;
     if (name == GL_MAJOR_VERSION && fakes.version) *value = fakes.major;
     if (name == GL_MINOR_VERSION && fakes.version) *value = fakes.minor;
 }
@@ -406,6 +438,10 @@ gl_fakes_function gl_fakes_load(const char *name)
     RETURN_FAKE(GetProgramInfoLog)
     RETURN_FAKE(CheckNamedFramebufferStatus)
     RETURN_FAKE(GetIntegerv)
+    RETURN_FAKE(GetStringi)
+    RETURN_FAKE(IsEnabled)
+    RETURN_FAKE(Enable)
+    RETURN_FAKE(Disable)
     RETURN_FAKE(GetString)
     if (makes_objects(name) && !fakes.unwatched++) {
         snprintf(fakes.unwatched_name, sizeof fakes.unwatched_name, "%s", name);

@@ -60,6 +60,7 @@ static int strange(void)
     X(DepthRangeIndexed, (GLuint a, GLdouble b, GLdouble c))                                             \
     X(DepthFunc, (GLenum a))                                                                             \
     X(DepthMask, (GLboolean a))                                                                          \
+    X(ColorMaski, (GLuint a, GLboolean b, GLboolean c, GLboolean d, GLboolean e))                        \
     X(ClipControl, (GLenum a, GLenum b))                                                                 \
     X(CullFace, (GLenum a))                                                                              \
     X(PolygonMode, (GLenum a, GLenum b))                                                                 \
@@ -68,8 +69,8 @@ static int strange(void)
     X(NamedFramebufferTextureLayer, (GLuint a, GLenum b, GLuint c, GLint d, GLint e))                    \
     X(NamedFramebufferDrawBuffer, (GLuint a, GLenum b))                                                  \
     X(NamedFramebufferDrawBuffers, (GLuint a, GLsizei b, const GLenum *c))                               \
-    X(BlitNamedFramebuffer, (GLuint a, GLuint b, GLint c, GLint d, GLint e, GLint f, GLint g, GLint h,   \
-                             GLint i, GLint j, GLbitfield k, GLenum l))                                  \
+    X(BindVertexArray, (GLuint a))                                                                       \
+    X(DrawArrays, (GLenum a, GLint b, GLsizei c))                                                        \
     X(NamedFramebufferReadBuffer, (GLuint a, GLenum b))                                                  \
     X(ClearBufferfv, (GLenum a, GLint b, const GLfloat *c))                                              \
     X(TextureStorage3D, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLsizei f))                \
@@ -125,7 +126,7 @@ static void drop(GLsizei count, const GLuint *names)
     for (int i = 0; i < count; i++) driver.objects -= names[i] != 0;
 }
 
-#define OBJECTS(X) X(Framebuffers) X(Buffers) X(Samplers)
+#define OBJECTS(X) X(Framebuffers) X(Buffers) X(Samplers) X(VertexArrays)
 #define OBJECT(kind)                                                               \
     static void GL_CALL hostile_Create##kind(GLsizei count, GLuint *names)         \
     {                                                                              \
@@ -216,6 +217,22 @@ static void GL_CALL hostile_GetFloati_v(GLenum name, GLuint index, GLfloat *valu
     for (int i = 0; i < 2 && works(); i++) value[i] = nonsense() ? (GLfloat)strange() : 0;
 }
 
+static void GL_CALL hostile_GetDoublei_v(GLenum name, GLuint index, GLdouble *value)
+{
+    for (int i = 0; i < 2 && works(); i++) value[i] = nonsense() ? (GLdouble)strange() : 0;
+}
+
+static void GL_CALL hostile_GetBooleani_v(GLenum name, GLuint index, GLboolean *value)
+{
+    if (works()) value[0] = nonsense() ? (GLboolean)strange() : GL_TRUE;
+}
+
+static const unsigned char *GL_CALL hostile_GetStringi(GLenum name, GLuint index)
+{
+    static const unsigned char bounds[] = "GL_EXT_depth_bounds_test";
+    return works() && !nonsense() ? bounds : NULL;
+}
+
 static GLboolean GL_CALL hostile_IsEnabled(GLenum name)
 {
     return works() && nonsense();
@@ -226,10 +243,12 @@ static GLboolean GL_CALL hostile_IsEnabledi(GLenum name, GLuint index)
     return works() && nonsense();
 }
 
-static GLboolean GL_CALL hostile_IsTexture(GLuint texture)
-{
-    return works() && !nonsense();
-}
+#define IS(kind)                                           \
+    static GLboolean GL_CALL hostile_Is##kind(GLuint name) \
+    {                                                      \
+        return works() && !nonsense();                     \
+    }
+IS(Texture) IS(Sampler) IS(Framebuffer) IS(Program) IS(VertexArray) IS(Buffer)
 
 static GLenum GL_CALL hostile_CheckNamedFramebufferStatus(GLuint framebuffer, GLenum target)
 {
@@ -322,7 +341,8 @@ static gl_fakes_function load_hostile(const char *name)
     RETURN(CreateTextures) RETURN(DeleteTextures) RETURN(CreateShader) RETURN(DeleteShader)
     RETURN(CreateProgram) RETURN(DeleteProgram) RETURN(ShaderSource) RETURN(GetError) RETURN(GetString)
     RETURN(GetIntegerv) RETURN(GetIntegeri_v) RETURN(GetInteger64i_v) RETURN(GetFloati_v) RETURN(IsEnabled)
-    RETURN(IsEnabledi) RETURN(IsTexture) RETURN(CheckNamedFramebufferStatus) RETURN(GetTexParameteriv)
+    RETURN(GetDoublei_v) RETURN(GetBooleani_v) RETURN(GetStringi) RETURN(IsSampler) RETURN(IsFramebuffer)
+    RETURN(IsProgram) RETURN(IsVertexArray) RETURN(IsBuffer) RETURN(IsEnabledi) RETURN(IsTexture) RETURN(CheckNamedFramebufferStatus) RETURN(GetTexParameteriv)
     RETURN(GetTexLevelParameteriv)
     RETURN(GetShaderiv) RETURN(GetProgramiv) RETURN(GetShaderInfoLog)
     RETURN(GetProgramInfoLog) RETURN(MapBufferRange) RETURN(FenceSync) RETURN(ClientWaitSync)
