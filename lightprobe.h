@@ -2161,7 +2161,8 @@ const char *lightprobe_glsl_math(void)
 typedef unsigned int lightprobe__glenum;
 typedef unsigned char lightprobe__glboolean;
 
-// X(result, name without "gl", parameters)
+// X(result, name without "gl", parameters). Not those of buffers and cube maps by name, which Intel's driver
+// for Windows takes without a word and does not carry out.
 #define LIGHTPROBE__GL_FUNCTIONS(X)                                                          \
     X(void, GetIntegerv, (lightprobe__glenum, int *))                                        \
     X(const unsigned char *, GetString, (lightprobe__glenum))                                \
@@ -2169,8 +2170,8 @@ typedef unsigned char lightprobe__glboolean;
     X(void, GetIntegeri_v, (lightprobe__glenum, unsigned, int *))                            \
     X(void, GetInteger64i_v, (lightprobe__glenum, unsigned, int64_t *))                      \
     X(lightprobe__glboolean, IsTexture, (unsigned))                                          \
-    X(void, GetTextureParameteriv, (unsigned, lightprobe__glenum, int *))                    \
-    X(void, GetTextureLevelParameteriv, (unsigned, int, lightprobe__glenum, int *))          \
+    X(void, GetTexParameteriv, (lightprobe__glenum, lightprobe__glenum, int *))              \
+    X(void, GetTexLevelParameteriv, (lightprobe__glenum, int, lightprobe__glenum, int *))    \
     X(void, ActiveTexture, (lightprobe__glenum))                                             \
     X(void, BindTexture, (lightprobe__glenum, unsigned))                                     \
     X(void, CreateSamplers, (int, unsigned *))                                               \
@@ -2179,10 +2180,11 @@ typedef unsigned char lightprobe__glboolean;
     X(void, BindSampler, (unsigned, unsigned))                                               \
     X(void, CreateBuffers, (int, unsigned *))                                                \
     X(void, DeleteBuffers, (int, const unsigned *))                                          \
-    X(void, NamedBufferStorage, (unsigned, ptrdiff_t, const void *, unsigned))               \
-    X(void, NamedBufferSubData, (unsigned, ptrdiff_t, ptrdiff_t, const void *))              \
-    X(void, CopyNamedBufferSubData, (unsigned, unsigned, ptrdiff_t, ptrdiff_t, ptrdiff_t))   \
-    X(void *, MapNamedBufferRange, (unsigned, ptrdiff_t, ptrdiff_t, unsigned))               \
+    X(void, BufferStorage, (lightprobe__glenum, ptrdiff_t, const void *, unsigned))          \
+    X(void, BufferSubData, (lightprobe__glenum, ptrdiff_t, ptrdiff_t, const void *))         \
+    X(void, CopyBufferSubData,                                                               \
+      (lightprobe__glenum, lightprobe__glenum, ptrdiff_t, ptrdiff_t, ptrdiff_t))             \
+    X(void *, MapBufferRange, (lightprobe__glenum, ptrdiff_t, ptrdiff_t, unsigned))          \
     X(void, BindBuffer, (lightprobe__glenum, unsigned))                                      \
     X(void, BindBufferBase, (lightprobe__glenum, unsigned, unsigned))                        \
     X(void, BindBufferRange, (lightprobe__glenum, unsigned, unsigned, ptrdiff_t, ptrdiff_t)) \
@@ -2221,8 +2223,10 @@ enum {
     LIGHTPROBE__GL_ACTIVE_TEXTURE = 0x84E0,
     LIGHTPROBE__GL_TEXTURE_CUBE_MAP = 0x8513,
     LIGHTPROBE__GL_TEXTURE_BINDING_CUBE_MAP = 0x8514,
-    LIGHTPROBE__GL_TEXTURE_TARGET = 0x1006,
+    LIGHTPROBE__GL_TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515,
     LIGHTPROBE__GL_TEXTURE_BASE_LEVEL = 0x813C,
+    LIGHTPROBE__GL_TEXTURE_MAX_LEVEL = 0x813D,
+    LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS = 0x82DF,
     LIGHTPROBE__GL_TEXTURE_WIDTH = 0x1000,
     LIGHTPROBE__GL_TEXTURE_MIN_FILTER = 0x2801,
     LIGHTPROBE__GL_TEXTURE_MAG_FILTER = 0x2800,
@@ -2233,7 +2237,9 @@ enum {
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING = 0x90D3,
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START = 0x90D4,
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE = 0x90D5,
+    LIGHTPROBE__GL_COPY_WRITE_BUFFER = 0x8F37,
     LIGHTPROBE__GL_DYNAMIC_STORAGE = 0x0100,
+    LIGHTPROBE__GL_CLIENT_STORAGE = 0x0200,
     LIGHTPROBE__GL_MAP_READ = 0x0001 | 0x0040 | 0x0080, // persistent, coherent
     LIGHTPROBE__GL_COMPUTE_SHADER = 0x91B9,
     LIGHTPROBE__GL_COMPILE_STATUS = 0x8B81,
@@ -3656,6 +3662,7 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
     return LIGHTPROBE_OK;
 }
 
+// Stays bound to the generic binding.
 static int lightprobe__create_buffer(lightprobe_gl *gl, int which, size_t bytes, unsigned flags)
 {
     static const char *const names[] = {"lightprobe lights", "lightprobe work",
@@ -3663,7 +3670,8 @@ static int lightprobe__create_buffer(lightprobe_gl *gl, int which, size_t bytes,
     if (bytes > (size_t)lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE)) return 0;
     gl->f.CreateBuffers(1, &gl->buffer[which]);
     if (!gl->buffer[which]) return 0;
-    gl->f.NamedBufferStorage(gl->buffer[which], (ptrdiff_t)bytes, NULL, flags);
+    gl->f.BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, gl->buffer[which]);
+    gl->f.BufferStorage(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)bytes, NULL, flags);
     gl->f.ObjectLabel(LIGHTPROBE__GL_BUFFER, gl->buffer[which], -1, names[which]);
     return 1;
 }
@@ -3687,7 +3695,8 @@ static lightprobe_result lightprobe__upload_weights(lightprobe_gl *gl)
     w.omega = memory + 1;
     w.weight = w.omega + quarter;
     lightprobe__make_tables(&w);
-    gl->f.NamedBufferSubData(gl->buffer[LIGHTPROBE__WORK], 0, (ptrdiff_t)bytes, memory);
+    gl->f.BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, gl->buffer[LIGHTPROBE__WORK]);
+    gl->f.BufferSubData(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, 0, (ptrdiff_t)bytes, memory);
     LIGHTPROBE_FREE(memory);
     return LIGHTPROBE_OK;
 }
@@ -3719,7 +3728,8 @@ static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl)
     int good = lightprobe__create_buffer(gl, LIGHTPROBE__LIGHTS, ring, 0) &&
                lightprobe__create_buffer(gl, LIGHTPROBE__WORK, lightprobe__size_parts(gl),
                                          LIGHTPROBE__GL_DYNAMIC_STORAGE) &&
-               lightprobe__create_buffer(gl, LIGHTPROBE__MAPPED, ring, LIGHTPROBE__GL_MAP_READ);
+               lightprobe__create_buffer(gl, LIGHTPROBE__MAPPED, ring,
+                                         LIGHTPROBE__GL_MAP_READ | LIGHTPROBE__GL_CLIENT_STORAGE);
     if (good) f->CreateSamplers(1, &gl->sampler);
     lightprobe__glenum error = lightprobe__take_error(gl);
     good = good && gl->sampler && !error;
@@ -3727,8 +3737,8 @@ static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl)
         f->SamplerParameteri(gl->sampler, LIGHTPROBE__GL_TEXTURE_MAG_FILTER,
                              LIGHTPROBE__GL_NEAREST);
         f->ObjectLabel(LIGHTPROBE__GL_SAMPLER, gl->sampler, -1, "lightprobe texels");
-        gl->mapped = (const char *)f->MapNamedBufferRange(gl->buffer[LIGHTPROBE__MAPPED], 0,
-                                                          (ptrdiff_t)ring, LIGHTPROBE__GL_MAP_READ);
+        gl->mapped = (const char *)f->MapBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, 0,
+                                                     (ptrdiff_t)ring, LIGHTPROBE__GL_MAP_READ);
         error = lightprobe__take_error(gl);
     }
     if (good && gl->mapped && !error) return lightprobe__upload_weights(gl);
@@ -3808,7 +3818,9 @@ lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_d
     g->splits = LIGHTPROBE__MAX_ROUNDS / (3 * leaves + 100);
     r = lightprobe__check_units(g);
     if (!r) r = lightprobe__build_programs(g);
+    const int generic = lightprobe__get(g, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
     if (!r) r = lightprobe__create_storage(g);
+    g->f.BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
     if (r) {
         lightprobe_gl_destroy(g);
         return r;
@@ -3839,7 +3851,7 @@ void lightprobe_gl_destroy(lightprobe_gl *gl)
 
 // What our own dispatches displace.
 typedef struct lightprobe__gl_bindings {
-    int program, active, texture, sampler, generic, buffer[LIGHTPROBE__BINDINGS];
+    int program, active, texture, sampler, generic, copied, buffer[LIGHTPROBE__BINDINGS];
     int64_t start[LIGHTPROBE__BINDINGS], size[LIGHTPROBE__BINDINGS];
 } lightprobe__gl_bindings;
 
@@ -3853,6 +3865,7 @@ static void lightprobe__save_bindings(const lightprobe_gl *gl, lightprobe__gl_bi
     b->texture = lightprobe__get(gl, LIGHTPROBE__GL_TEXTURE_BINDING_CUBE_MAP);
     b->sampler = lightprobe__get(gl, LIGHTPROBE__GL_SAMPLER_BINDING);
     b->generic = lightprobe__get(gl, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
+    b->copied = lightprobe__get(gl, LIGHTPROBE__GL_COPY_WRITE_BUFFER); // asked by the target's name
     for (int i = 0; i < LIGHTPROBE__BINDINGS; i++) {
         const unsigned at = (unsigned)(gl->desc.first_buffer_binding + i);
         f->GetIntegeri_v(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING, at, &b->buffer[i]);
@@ -3874,27 +3887,50 @@ static void lightprobe__restore_bindings(const lightprobe_gl *gl, const lightpro
             f->BindBufferBase(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, at, buffer);
     }
     f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (unsigned)b->generic);
+    f->BindBuffer(LIGHTPROBE__GL_COPY_WRITE_BUFFER, (unsigned)b->copied);
     f->BindTexture(LIGHTPROBE__GL_TEXTURE_CUBE_MAP, (unsigned)b->texture);
     f->BindSampler((unsigned)gl->desc.first_texture_unit, (unsigned)b->sampler);
     f->ActiveTexture((lightprobe__glenum)b->active);
     f->UseProgram((unsigned)b->program);
 }
 
-// The texture's mip level of our side, counted from its base level; -1 if there is none.
-static int lightprobe__find_mip(const lightprobe_gl *gl, unsigned texture)
+// Binds the texture to the active unit and returns the mip level of our side, counted from its base level;
+// -1 if there is none. Not all contexts know a texture's target: whether it binds tells.
+static int lightprobe__bind_texture(const lightprobe_gl *gl, unsigned texture)
 {
+    const lightprobe__glenum cube = LIGHTPROBE__GL_TEXTURE_CUBE_MAP;
     const lightprobe__gl_functions *f = &gl->f;
-    int target = 0, base = 0;
-    if (!texture || !f->IsTexture(texture)) return -1;
-    f->GetTextureParameteriv(texture, LIGHTPROBE__GL_TEXTURE_TARGET, &target);
-    if (target != LIGHTPROBE__GL_TEXTURE_CUBE_MAP) return -1;
-    f->GetTextureParameteriv(texture, LIGHTPROBE__GL_TEXTURE_BASE_LEVEL, &base);
-    if (base < 0) return -1;
-    for (int level = base; level < LIGHTPROBE__LEVELS; level++) {
-        int width = 0;
-        f->GetTextureLevelParameteriv(texture, level, LIGHTPROBE__GL_TEXTURE_WIDTH, &width);
-        if (width == gl->desc.side) return level - base;
+    int base = 0, last = 0, levels = 0, mip = -1;
+    char line[160];
+    if (!texture || !f->IsTexture(texture)) {
+        lightprobe__log(gl, "the cube-map texture is none", NULL);
+        return -1;
     }
+    f->BindTexture(cube, texture);
+    if (lightprobe__get(gl, LIGHTPROBE__GL_TEXTURE_BINDING_CUBE_MAP) != (int)texture) {
+        lightprobe__take_error(gl);
+        lightprobe__log(gl, "the texture is no cube map", NULL);
+        return -1;
+    }
+    f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_BASE_LEVEL, &base);
+    f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_MAX_LEVEL, &last);
+    f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS, &levels);
+    if (levels > 0 && last >= levels) last = levels - 1;
+    // Where another level than the first is read, all there may be must be there.
+    for (int level = base, side = 0; level >= 0 && level < LIGHTPROBE__LEVELS; level++) {
+        int width = 0;
+        f->GetTexLevelParameteriv(LIGHTPROBE__GL_TEXTURE_CUBE_MAP_POSITIVE_X, level,
+                                  LIGHTPROBE__GL_TEXTURE_WIDTH, &width);
+        if (width == gl->desc.side) mip = level - base;
+        if (level > base && width != side) mip = -1;
+        if (width <= 1 || mip == 0 || level >= last || (level > base && width != side)) break;
+        side = width / 2;
+    }
+    if (mip >= 0) return mip;
+    snprintf(line, sizeof line,
+             "the texture has no level of side %d among its levels %d to %d, or lacks one of these",
+             gl->desc.side, base, last);
+    lightprobe__log(gl, line, NULL);
     return -1;
 }
 
@@ -3914,13 +3950,12 @@ static ptrdiff_t lightprobe__slot(const lightprobe_gl *gl, unsigned number)
     return (ptrdiff_t)(number % LIGHTPROBE__SLOTS * gl->slot_bytes);
 }
 
-static void lightprobe__bind(const lightprobe_gl *gl, unsigned texture, int mip)
+static void lightprobe__bind(const lightprobe_gl *gl, int mip)
 {
     const lightprobe__gl_functions *f = &gl->f;
     const unsigned first = (unsigned)gl->desc.first_buffer_binding;
     const unsigned ring = gl->buffer[LIGHTPROBE__LIGHTS];
     const ptrdiff_t bytes = (ptrdiff_t)gl->slot_bytes;
-    f->BindTexture(LIGHTPROBE__GL_TEXTURE_CUBE_MAP, texture); // the unit is active
     f->BindSampler((unsigned)gl->desc.first_texture_unit, gl->sampler);
     // Without mipmaps where they are not needed: they may be incomplete.
     f->SamplerParameteri(gl->sampler, LIGHTPROBE__GL_TEXTURE_MIN_FILTER,
@@ -3956,22 +3991,24 @@ lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture)
 {
     if (!gl) return LIGHTPROBE_ERROR_NULL;
     const lightprobe__gl_functions *f = &gl->f;
-    const int mip = lightprobe__find_mip(gl, cube_texture);
-    if (mip < 0) {
-        lightprobe__log(gl, "this is no cube-map texture with a level of the side asked for", NULL);
-        return LIGHTPROBE_ERROR_TEXTURE;
-    }
     lightprobe__gl_bindings saved;
     lightprobe__save_bindings(gl, &saved);
+    const int mip = lightprobe__bind_texture(gl, cube_texture);
+    if (mip < 0) {
+        lightprobe__restore_bindings(gl, &saved);
+        return LIGHTPROBE_ERROR_TEXTURE;
+    }
     gl->updates++;
-    lightprobe__bind(gl, cube_texture, mip);
+    lightprobe__bind(gl, mip);
     lightprobe__run(gl, mip);
     gl->again = 1;
-    lightprobe__restore_bindings(gl, &saved);
     const ptrdiff_t at = lightprobe__slot(gl, gl->updates);
     void **fence = gl->fence + gl->updates % LIGHTPROBE__SLOTS;
-    f->CopyNamedBufferSubData(gl->buffer[LIGHTPROBE__LIGHTS], gl->buffer[LIGHTPROBE__MAPPED], at,
-                              at, (ptrdiff_t)gl->slot_bytes);
+    f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, gl->buffer[LIGHTPROBE__LIGHTS]);
+    f->BindBuffer(LIGHTPROBE__GL_COPY_WRITE_BUFFER, gl->buffer[LIGHTPROBE__MAPPED]);
+    f->CopyBufferSubData(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, LIGHTPROBE__GL_COPY_WRITE_BUFFER, at,
+                         at, (ptrdiff_t)gl->slot_bytes);
+    lightprobe__restore_bindings(gl, &saved);
     if (*fence) f->DeleteSync(*fence);
     *fence = f->FenceSync(LIGHTPROBE__GL_SYNC_COMPLETE, 0);
     if (*fence) f->ObjectPtrLabel(*fence, -1, "lightprobe lights are written");

@@ -4566,22 +4566,33 @@ typedef unsigned char mssm__glboolean;
 // X(result, name without "gl", parameters)
 #ifndef MSSM_NO_FILTERED
 #define MSSM__GL_FILTERED_FUNCTIONS(X)                                                             \
-    X(void, BlitNamedFramebuffer,                                                                  \
-      (unsigned, unsigned, int, int, int, int, int, int, int, int, unsigned, mssm__glenum))        \
+    X(void, CreateVertexArrays, (int, unsigned *))                                                 \
+    X(void, DeleteVertexArrays, (int, const unsigned *))                                           \
+    X(void, BindVertexArray, (unsigned))                                                           \
+    X(mssm__glboolean, IsVertexArray, (unsigned))                                                  \
+    X(void, DrawArrays, (mssm__glenum, int, int))                                                  \
     X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int))            \
     X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))                    \
     X(void, TextureParameterfv, (unsigned, mssm__glenum, const float *))
 #else
 #define MSSM__GL_FILTERED_FUNCTIONS(X)
 #endif
+// Not those by name that Intel's driver for Windows takes without a word and does not carry out: clears,
+// buffers, glBindTextureUnit, queries.
 #define MSSM__GL_FUNCTIONS(X)                                                                      \
     MSSM__GL_FILTERED_FUNCTIONS(X)                                                                 \
     X(void, GetIntegerv, (mssm__glenum, int *))                                                    \
     X(const unsigned char *, GetString, (mssm__glenum))                                            \
     X(mssm__glenum, GetError, (void))                                                              \
     X(void, GetIntegeri_v, (mssm__glenum, unsigned, int *))                                        \
-    X(void, GetInteger64i_v, (mssm__glenum, unsigned, int64_t *))                                  \
     X(void, GetFloati_v, (mssm__glenum, unsigned, float *))                                        \
+    X(void, GetDoublei_v, (mssm__glenum, unsigned, double *))                                      \
+    X(void, GetBooleani_v, (mssm__glenum, unsigned, mssm__glboolean *))                            \
+    X(const unsigned char *, GetStringi, (mssm__glenum, unsigned))                                 \
+    X(mssm__glboolean, IsTexture, (unsigned))                                                      \
+    X(mssm__glboolean, IsSampler, (unsigned))                                                      \
+    X(mssm__glboolean, IsFramebuffer, (unsigned))                                                  \
+    X(mssm__glboolean, IsProgram, (unsigned))                                                      \
     X(mssm__glboolean, IsEnabled, (mssm__glenum))                                                  \
     X(mssm__glboolean, IsEnabledi, (mssm__glenum, unsigned))                                       \
     X(void, Enable, (mssm__glenum))                                                                \
@@ -4592,6 +4603,8 @@ typedef unsigned char mssm__glboolean;
     X(void, DepthRangeIndexed, (unsigned, double, double))                                         \
     X(void, DepthFunc, (mssm__glenum))                                                             \
     X(void, DepthMask, (mssm__glboolean))                                                          \
+    X(void, ColorMaski,                                                                            \
+      (unsigned, mssm__glboolean, mssm__glboolean, mssm__glboolean, mssm__glboolean))              \
     X(void, ClipControl, (mssm__glenum, mssm__glenum))                                             \
     X(void, CullFace, (mssm__glenum))                                                              \
     X(void, PolygonMode, (mssm__glenum, mssm__glenum))                                             \
@@ -4602,24 +4615,23 @@ typedef unsigned char mssm__glboolean;
     X(void, NamedFramebufferDrawBuffer, (unsigned, mssm__glenum))                                  \
     X(void, NamedFramebufferReadBuffer, (unsigned, mssm__glenum))                                  \
     X(mssm__glenum, CheckNamedFramebufferStatus, (unsigned, mssm__glenum))                         \
-    X(void, ClearNamedFramebufferfv, (unsigned, mssm__glenum, int, const float *))                 \
+    X(void, ClearBufferfv, (mssm__glenum, int, const float *))                                     \
     X(void, CreateTextures, (mssm__glenum, int, unsigned *))                                       \
     X(void, DeleteTextures, (int, const unsigned *))                                               \
     X(void, TextureStorage3D, (unsigned, int, mssm__glenum, int, int, int))                        \
     X(void, TextureStorage2DMultisample,                                                           \
       (unsigned, int, mssm__glenum, int, int, mssm__glboolean))                                    \
     X(void, TextureParameteri, (unsigned, mssm__glenum, int))                                      \
-    X(void, GetTextureLevelParameteriv, (unsigned, int, mssm__glenum, int *))                      \
+    X(void, GetTexLevelParameteriv, (mssm__glenum, int, mssm__glenum, int *))                      \
     X(void, ActiveTexture, (mssm__glenum))                                                         \
-    X(void, BindTextureUnit, (unsigned, unsigned))                                                 \
     X(void, BindTexture, (mssm__glenum, unsigned))                                                 \
     X(void, BindSampler, (unsigned, unsigned))                                                     \
     X(void, BindImageTexture,                                                                      \
       (unsigned, unsigned, int, mssm__glboolean, int, mssm__glenum, mssm__glenum))                 \
     X(void, CreateBuffers, (int, unsigned *))                                                      \
     X(void, DeleteBuffers, (int, const unsigned *))                                                \
-    X(void, NamedBufferStorage, (unsigned, ptrdiff_t, const void *, unsigned))                     \
-    X(void, NamedBufferSubData, (unsigned, ptrdiff_t, ptrdiff_t, const void *))                    \
+    X(void, BufferStorage, (mssm__glenum, ptrdiff_t, const void *, unsigned))                      \
+    X(void, BufferSubData, (mssm__glenum, ptrdiff_t, ptrdiff_t, const void *))                     \
     X(void, BindBuffer, (mssm__glenum, unsigned))                                                  \
     X(void, BindBufferBase, (mssm__glenum, unsigned, unsigned))                                    \
     X(unsigned, CreateShader, (mssm__glenum))                                                      \
@@ -4669,6 +4681,7 @@ enum {
     MSSM__GL_CULL_FACE = 0x0B44,
     MSSM__GL_CULL_FACE_MODE = 0x0B45,
     MSSM__GL_FRONT = 0x0404,
+    MSSM__GL_BACK = 0x0405,
     MSSM__GL_FRONT_AND_BACK = 0x0408,
     MSSM__GL_POLYGON_MODE = 0x0B40,
     MSSM__GL_FILL = 0x1B02,
@@ -4680,6 +4693,17 @@ enum {
     MSSM__GL_SAMPLE_COVERAGE = 0x80A0,
     MSSM__GL_SAMPLE_MASK = 0x8E51,
     MSSM__GL_SAMPLE_SHADING = 0x8C36,
+    MSSM__GL_COLOR_LOGIC_OP = 0x0BF2,
+    MSSM__GL_CLIP_DISTANCE0 = 0x3000,
+    MSSM__GL_ALPHA_TEST = 0x0BC0,
+    MSSM__GL_POLYGON_STIPPLE = 0x0B42,
+    MSSM__GL_DEPTH_BOUNDS_TEST = 0x8890,
+    MSSM__GL_COLOR_WRITEMASK = 0x0C23,
+    MSSM__GL_TRANSFORM_FEEDBACK_PAUSED = 0x8E23,
+    MSSM__GL_TRANSFORM_FEEDBACK_ACTIVE = 0x8E24,
+    MSSM__GL_CONTEXT_PROFILE_MASK = 0x9126,
+    MSSM__GL_EXTENSIONS = 0x1F03,
+    MSSM__GL_NUM_EXTENSIONS = 0x821D,
     MSSM__GL_LESS = 0x0201,
     MSSM__GL_CLIP_ORIGIN = 0x935C,
     MSSM__GL_CLIP_DEPTH_MODE = 0x935D,
@@ -4710,6 +4734,8 @@ enum {
     MSSM__GL_SHADER_STORAGE_BUFFER_BINDING = 0x90D3,
     MSSM__GL_DYNAMIC_STORAGE_BIT = 0x0100,
     MSSM__GL_COMPUTE_SHADER = 0x91B9,
+    MSSM__GL_FRAGMENT_SHADER = 0x8B30,
+    MSSM__GL_VERTEX_SHADER = 0x8B31,
     MSSM__GL_COMPILE_STATUS = 0x8B81,
     MSSM__GL_LINK_STATUS = 0x8B82,
     MSSM__GL_INFO_LOG_LENGTH = 0x8B84,
@@ -4727,15 +4753,17 @@ typedef struct mssm__gl_functions {
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
 
-enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__FILTER, MSSM__PROGRAMS };
+enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__FILTER, MSSM__COPY, MSSM__PROGRAMS };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
-enum { MSSM__CAPABILITIES = 11 };
+enum { MSSM__CAPABILITIES = 23 };  // at most
 
 // State of the caller from begin to end of a depth pass.
 typedef struct mssm__gl_state {
     int framebuffer, depth_func, depth_mask, cull_mode, clip_origin, clip_depth, polygon_mode[2];
     int enabled[MSSM__CAPABILITIES], scissor;
-    float viewport[4], depth_range[2];
+    mssm__glboolean mask[2][4];  // of the colours that translucent casters write
+    float viewport[4];
+    double depth_range[2];
 } mssm__gl_state;
 
 typedef struct mssm__gl_light {
@@ -4748,6 +4776,8 @@ typedef struct mssm__gl_light {
 struct mssm_gl {
     mssm__gl_functions f;
     mssm_gl_desc desc;  // with defaults filled in
+    mssm__glenum capability[MSSM__CAPABILITIES];  // those that there are in this context
+    int capabilities, compatible;                 // with the compatibility profile
     int levels, padded, samples;  // samples that the driver gives: at least those asked for
     int drawing, back;  // light of the pass between begin and end, or -1; which faces
     int front_of;       // light whose front faces the depth target holds, or -1
@@ -4765,7 +4795,7 @@ static const char mssm__glsl_version[] = "#version 450 core\n";
 
 // Depth as drawn to depth linear in distance.
 static const char mssm__glsl_linear_depth[] =
-    "layout(location = 3) uniform vec4 range;  // perspective: 1, near, far\n"
+    "layout(location = 0) uniform vec4 range;  // perspective: 1, near, far\n"
     "float linear_depth(float d)\n"
     "{\n"
     "    precise float z = 2.0 * d - 1.0;\n"
@@ -4780,14 +4810,14 @@ static const char mssm__glsl_resolve[] =
     "layout(local_size_x = 32, local_size_y = 2) in;\n"
     "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
     "#ifdef MSSM_AVERAGE\n"
-    "layout(binding = MSSM_UNIT + 1) uniform sampler2DMS back;\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DMS back;\n"
     "#endif\n"
     "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray table0;\n"
     "#if MSSM_MOMENTS == 6\n"
     "layout(binding = 1, rg32i) writeonly uniform iimage2DArray table1;\n"
     "#endif\n"
-    "layout(location = 0) uniform int samples;\n"
-    "layout(location = 1) uniform int layer;\n"
+    "layout(location = 1) uniform int samples;\n"
+    "layout(location = 2) uniform int layer;\n"
     "ivec4 to_integer(vec4 t)\n"
     "{\n"
     "    float one = float(MSSM_SCALE);\n"
@@ -4909,6 +4939,7 @@ static const char mssm__glsl_rows[] =
     "        for (int step = 1; step <= threads; step *= 2) {\n"
     "            sums_a[turn][thread] = upto.a;\n"
     "            sums_b[turn][thread] = upto.b;\n"
+    "            memoryBarrierShared();\n"
     "            barrier();\n"
     "            if (step < threads && in_row >= step) {\n"
     "                upto = add(upto, entry(sums_a[turn][thread - step], sums_b[turn][thread - step]));\n"
@@ -4997,7 +5028,7 @@ static const char mssm__glsl_strips[] =
 static const char mssm__glsl_entry[] =
     "layout(binding = MSSM_UNIT) uniform isampler2DArray mssm_table0;\n"
     "#if MSSM_MOMENTS == 6\n"
-    "layout(binding = MSSM_UNIT + 1) uniform isampler2DArray mssm_table1;\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform isampler2DArray mssm_table1;\n"
     "#endif\n"
     "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
     "int mssm_side = 1, mssm_levels = 1; // of the light at hand: read once, not for every query\n"
@@ -5028,14 +5059,24 @@ static const char mssm__glsl_entry[] =
     "    t.b[4] = moments == 6 ? high.x : 0.0;\n"
     "    t.b[5] = moments == 6 ? high.y : 0.0;\n"
     "    return t;\n"
+    "}\n";
+
+// What is called, and the query of the search. Goes behind all else.
+static const char mssm__glsl_texels[] =
+    "// Without texels, that is lit, where there is no such light.\n"
+    "mssm_view mssm_view_of(int light)\n"
+    "{\n"
+    "    bool good = uint(light) < uint(mssm_views.length());\n"
+    "    mssm_view v = mssm_views[good ? light : 0];\n"
+    "    if (!good) v.side = 0.0;\n"
+    "    mssm_side = int(v.side);\n"
+    "    mssm_levels = v.levels;\n"
+    "    return v;\n"
     "}\n"
-    "\n"
     "// Visibility of a light from a world-space point: 1 where the whole light is seen.\n"
     "float mssm_visibility(int light, vec3 world_position)\n"
     "{\n"
-    "    mssm_view v = mssm_views[light];\n"
-    "    mssm_side = int(v.side);\n"
-    "    mssm_levels = v.levels;\n"
+    "    mssm_view v = mssm_view_of(light);\n"
     "    vec3 p = world_position;\n"
     "    return mssm_estimate(light, v, mssm_chosen, mssm_receive(v, mssm_chosen, p.x, p.y, p.z));\n"
     "}\n"
@@ -5043,15 +5084,10 @@ static const char mssm__glsl_entry[] =
     "// The same from shadow-space x, y in [-1,1] and depth, for frusta of one's own.\n"
     "float mssm_visibility_at(int light, vec3 shadow)\n"
     "{\n"
-    "    mssm_view v = mssm_views[light];\n"
-    "    mssm_side = int(v.side);\n"
-    "    mssm_levels = v.levels;\n"
+    "    mssm_view v = mssm_view_of(light);\n"
     "    return mssm_estimate(light, v, mssm_chosen,\n"
     "                         mssm_receive_at(v, mssm_chosen, shadow.x, shadow.y, shadow.z));\n"
-    "}\n";
-
-// The query of the search. Goes behind all else.
-static const char mssm__glsl_texels[] =
+    "}\n"
     "// All texels of a rectangle of table entries, low and high in x and y.\n"
     "ivec4 mssm_texels(isampler2DArray table, ivec4 at, int light, int level)\n"
     "{\n"
@@ -5121,6 +5157,37 @@ static mssm__glenum mssm__take_error(const mssm_gl *gl)
     return first;
 }
 
+// Capabilities that passes switch: the first two on, the rest off. Asking for one that a context does not
+// have would be an error.
+static void mssm__find_capabilities(mssm_gl *gl)
+{
+    static const mssm__glenum always[] = {
+        MSSM__GL_DEPTH_TEST,      MSSM__GL_MULTISAMPLE,         MSSM__GL_CULL_FACE,
+        MSSM__GL_STENCIL_TEST,    MSSM__GL_RASTERIZER_DISCARD,  MSSM__GL_DEPTH_CLAMP,
+        MSSM__GL_SAMPLE_SHADING,  MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
+        MSSM__GL_SAMPLE_COVERAGE, MSSM__GL_SAMPLE_MASK,         MSSM__GL_COLOR_LOGIC_OP};
+    const int count = (int)(sizeof always / sizeof *always);
+    memcpy(gl->capability, always, sizeof always);
+    gl->capabilities = count;
+    for (unsigned i = 0; i < 8; i++) {
+        gl->capability[gl->capabilities++] = MSSM__GL_CLIP_DISTANCE0 + i;
+    }
+    // Some drivers have a mask of 0 where nobody asked for a profile.
+    gl->compatible = !(mssm__get(gl, MSSM__GL_CONTEXT_PROFILE_MASK) & 1);
+    if (gl->compatible) {
+        gl->capability[gl->capabilities++] = MSSM__GL_ALPHA_TEST;
+        gl->capability[gl->capabilities++] = MSSM__GL_POLYGON_STIPPLE;
+    }
+    const int extensions = mssm__get(gl, MSSM__GL_NUM_EXTENSIONS);
+    for (int i = 0; i < extensions && i < 2000; i++) {
+        const char *name = (const char *)gl->f.GetStringi(MSSM__GL_EXTENSIONS, (unsigned)i);
+        if (!name) break;
+        if (strcmp(name, "GL_EXT_depth_bounds_test")) continue;
+        gl->capability[gl->capabilities++] = MSSM__GL_DEPTH_BOUNDS_TEST;
+        break;
+    }
+}
+
 static mssm_result mssm__load(mssm_gl *gl)
 {
     const char *missing = NULL;
@@ -5146,6 +5213,7 @@ static mssm_result mssm__load(mssm_gl *gl)
         mssm__log(gl, "OpenGL 4.5 is needed, the loader does not find ", missing);
         return MSSM_ERROR_GL_VERSION;
     }
+    mssm__find_capabilities(gl);
     return MSSM_OK;
 }
 
@@ -5164,42 +5232,55 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
     MSSM_FREE(text);
 }
 
-static mssm_result mssm__build_program(mssm_gl *gl, int which, const char *const *text, int count)
+static const char *const mssm__program_names[MSSM__PROGRAMS] = {
+    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm filter", "mssm copy"};
+
+static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type, const char *const *text,
+                                    int count)
 {
-    static const char *const names[] = {"mssm resolve", "mssm average", "mssm rows",
-                                        "mssm halve",   "mssm columns", "mssm filter"};
     const mssm__gl_functions *f = &gl->f;
     int good = 0;
-    const unsigned shader = f->CreateShader(MSSM__GL_COMPUTE_SHADER);
-    const unsigned program = gl->program[which] = f->CreateProgram();
-    if (!shader || !program) {
+    const unsigned shader = f->CreateShader(type);
+    if (!gl->program[which]) gl->program[which] = f->CreateProgram();
+    if (!shader || !gl->program[which]) {
         if (shader) f->DeleteShader(shader);
-        mssm__log(gl, "no shader or program object for ", names[which]);
+        mssm__log(gl, "no shader or program object for ", mssm__program_names[which]);
         return MSSM_ERROR_GL;
     }
     f->ShaderSource(shader, count, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, MSSM__GL_COMPILE_STATUS, &good);
-    if (good) {
-        f->AttachShader(program, shader);
-        f->LinkProgram(program);
-        f->GetProgramiv(program, MSSM__GL_LINK_STATUS, &good);
-        if (!good) mssm__log_all(gl, program, 1, names[which]);
-        f->ObjectLabel(MSSM__GL_PROGRAM, program, -1, names[which]);
-    } else {
-        mssm__log_all(gl, shader, 0, names[which]);
-    }
+    if (good) f->AttachShader(gl->program[which], shader);
+    else mssm__log_all(gl, shader, 0, mssm__program_names[which]);
     f->DeleteShader(shader);
     return good ? MSSM_OK : MSSM_ERROR_GL;
+}
+
+static mssm_result mssm__link(mssm_gl *gl, int which)
+{
+    const unsigned program = gl->program[which];
+    int good = 0;
+    gl->f.LinkProgram(program);
+    gl->f.GetProgramiv(program, MSSM__GL_LINK_STATUS, &good);
+    if (!good) mssm__log_all(gl, program, 1, mssm__program_names[which]);
+    gl->f.ObjectLabel(MSSM__GL_PROGRAM, program, -1, mssm__program_names[which]);
+    return good ? MSSM_OK : MSSM_ERROR_GL;
+}
+
+static mssm_result mssm__build_program(mssm_gl *gl, int which, const char *const *text, int count)
+{
+    const mssm_result r = mssm__add_shader(gl, which, MSSM__GL_COMPUTE_SHADER, text, count);
+    return r ? r : mssm__link(gl, which);
 }
 
 static mssm_result mssm__build_programs(mssm_gl *gl)
 {
     char defines[256];
     snprintf(defines, sizeof defines,
-             "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_BATCH %d\n"
-             "#define MSSM_SCALE %d\n",
-             gl->desc.moments, gl->desc.first_texture_unit, (int)MSSM__BATCH, MSSM_SCALE);
+             "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
+             "#define MSSM_BATCH %d\n#define MSSM_SCALE %d\n",
+             gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
+             (int)MSSM__BATCH, MSSM_SCALE);
     const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
                                    mssm__glsl_linear_depth, mssm__glsl_resolve};
     const char *const average[] = {mssm__glsl_version, defines,                 "#define MSSM_AVERAGE\n",
@@ -5231,13 +5312,14 @@ static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[4], int
 {
     const struct mssm_options o = mssm__options(&gl->desc.settings, gl->desc.moments);
     const float numbers[] = {o.alpha4, o.alpha6, o.depth_bias, o.tolerance};
-    char defines[256], chosen[512];
+    char defines[400], chosen[512];
     snprintf(
         defines, sizeof defines,
-        "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_BINDING %d\n"
+        "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n#define MSSM_BINDING %d\n"
         "#define MSSM_SCALE %d\n#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n"
         "#define MSSM_ANISOTROPY %d\n",
-        gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_buffer_binding, MSSM_SCALE, taps);
+        gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
+        gl->desc.first_buffer_binding, MSSM_SCALE, taps);
     int at = snprintf(chosen, sizeof chosen, "#define mssm_chosen mssm_options(%d, %d", o.moments,
                       o.estimator);
     for (int i = 0; i < 4; i++) {
@@ -5292,7 +5374,11 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
     if (!gl->depth[i] || !gl->framebuffer[i]) return MSSM_ERROR_GL;
     f->TextureStorage2DMultisample(gl->depth[i], gl->desc.samples, MSSM__GL_DEPTH_COMPONENT32F,
                                    gl->desc.side, gl->desc.side, 1);
-    f->GetTextureLevelParameteriv(gl->depth[i], 0, MSSM__GL_TEXTURE_SAMPLES, &gl->samples);
+    const int bound = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
+    f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[i]);
+    gl->samples = gl->desc.samples;
+    f->GetTexLevelParameteriv(MSSM__GL_TEXTURE_2D_MULTISAMPLE, 0, MSSM__GL_TEXTURE_SAMPLES, &gl->samples);
+    f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, (unsigned)bound);
     f->ObjectLabel(MSSM__GL_TEXTURE, gl->depth[i], -1, names[i]);
     f->NamedFramebufferTexture(gl->framebuffer[i], MSSM__GL_DEPTH_ATTACHMENT, gl->depth[i], 0);
     f->NamedFramebufferDrawBuffer(gl->framebuffer[i], 0);
@@ -5351,8 +5437,11 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     f->CreateBuffers(1, &gl->views);
     if (!gl->views) r = MSSM_ERROR_GL;
     if (!r) {
-        f->NamedBufferStorage(gl->views, (ptrdiff_t)(count * sizeof *gl->view), NULL,
-                              MSSM__GL_DYNAMIC_STORAGE_BIT);
+        const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+        f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
+        f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)(count * sizeof *gl->view), NULL,
+                         MSSM__GL_DYNAMIC_STORAGE_BIT);
+        f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
         f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
     }
     const mssm__glenum error = mssm__take_error(gl);
@@ -5366,9 +5455,26 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     return MSSM_OK;
 }
 
+// A name to bind again; 0 where the object has been deleted since, perhaps in another context.
+static unsigned mssm__living(int name, mssm__glboolean(MSSM__GLAPI *is)(unsigned))
+{
+    return name && is((unsigned)name) ? (unsigned)name : 0;
+}
+
+// Between glBeginTransformFeedback and its end GL allows no other program. Says so.
+static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
+{
+    if (!mssm__get(gl, MSSM__GL_TRANSFORM_FEEDBACK_ACTIVE) ||
+        mssm__get(gl, MSSM__GL_TRANSFORM_FEEDBACK_PAUSED)) {
+        return MSSM_OK;
+    }
+    mssm__log(gl, "transform feedback must be paused or ended before ", call);
+    return MSSM_ERROR_ORDER;
+}
+
 // Program, textures, samplers and images that our own dispatches displace.
 typedef struct mssm__gl_bindings {
-    int program, active, texture[2], sampler[2], image[4][6];
+    int program, active, buffer, texture[2], sampler[2], image[4][6];
 } mssm__gl_bindings;
 
 static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
@@ -5378,6 +5484,7 @@ static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
         MSSM__GL_IMAGE_BINDING_LAYER, MSSM__GL_IMAGE_BINDING_ACCESS, MSSM__GL_IMAGE_BINDING_FORMAT};
     b->program = mssm__get(gl, MSSM__GL_CURRENT_PROGRAM);
     b->active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
+    b->buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     for (int i = 0; i < 2; i++) {
         gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
         b->texture[i] = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
@@ -5394,16 +5501,25 @@ static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b
     for (int i = 0; i < 2; i++) {
         const unsigned unit = (unsigned)(gl->desc.first_texture_unit + i);
         gl->f.ActiveTexture(MSSM__GL_TEXTURE0 + unit);
-        gl->f.BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, (unsigned)b->texture[i]);
-        gl->f.BindSampler(unit, (unsigned)b->sampler[i]);
+        gl->f.BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, mssm__living(b->texture[i], gl->f.IsTexture));
+        gl->f.BindSampler(unit, mssm__living(b->sampler[i], gl->f.IsSampler));
     }
     gl->f.ActiveTexture((mssm__glenum)b->active);
     for (unsigned i = 0; i < 4; i++) {
         const int *m = b->image[i];
-        gl->f.BindImageTexture(i, (unsigned)m[0], m[1], (mssm__glboolean)m[2], m[3],
+        gl->f.BindImageTexture(i, mssm__living(m[0], gl->f.IsTexture), m[1], (mssm__glboolean)m[2], m[3],
                                (mssm__glenum)m[4], (mssm__glenum)m[5]);
     }
-    gl->f.UseProgram((unsigned)b->program);
+    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)b->buffer);
+    gl->f.UseProgram(mssm__living(b->program, gl->f.IsProgram));
+}
+
+// Without a sampler: a filter for colours would make integer textures incomplete. The unit stays active.
+static void mssm__bind_texture(const mssm_gl *gl, int unit, mssm__glenum target, unsigned texture)
+{
+    gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + unit));
+    gl->f.BindTexture(target, texture);
+    gl->f.BindSampler((unsigned)unit, 0);
 }
 
 static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, mssm__glenum access)
@@ -5421,29 +5537,24 @@ static void mssm__resolve(mssm_gl *gl, int index)
     const mssm_light *light = &gl->lights[index].light;
     const int average = gl->lights[index].averaged;
     const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE],
-                   unit = (unsigned)gl->desc.first_texture_unit, side = (unsigned)gl->padded;
+                   side = (unsigned)gl->padded;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
-    for (unsigned i = 0; i < 2; i++) {
-        f->BindTextureUnit(unit + i, gl->depth[i]);
-        f->BindSampler(unit + i, 0);
+    for (int i = 0; i < 2; i++) {
+        mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
+                           gl->depth[i]);
     }
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
-    f->ProgramUniform1i(program, 0, gl->samples);
-    f->ProgramUniform1i(program, 1, index);
-    f->ProgramUniform4f(program, 3, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
+    f->ProgramUniform4f(program, 0, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
                         0);
+    f->ProgramUniform1i(program, 1, gl->samples);
+    f->ProgramUniform1i(program, 2, index);
     f->UseProgram(program);
-    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, 1);
+    // After shading, or an earlier resolve of this layer; what follows has the barrier of the build.
     (f->MemoryBarrier)(MSSM__GL_BARRIERS);
+    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, 1);
     mssm__restore_bindings(gl, &saved);
 }
-
-static const mssm__glenum mssm__capabilities[MSSM__CAPABILITIES] = {
-    MSSM__GL_DEPTH_TEST,      MSSM__GL_MULTISAMPLE, // on, the rest off
-    MSSM__GL_STENCIL_TEST,    MSSM__GL_CULL_FACE,           MSSM__GL_RASTERIZER_DISCARD,
-    MSSM__GL_DEPTH_CLAMP,     MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
-    MSSM__GL_SAMPLE_COVERAGE, MSSM__GL_SAMPLE_MASK,         MSSM__GL_SAMPLE_SHADING};
 
 static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
 {
@@ -5455,28 +5566,40 @@ static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
     s->clip_origin = mssm__get(gl, MSSM__GL_CLIP_ORIGIN);
     s->clip_depth = mssm__get(gl, MSSM__GL_CLIP_DEPTH_MODE);
     f->GetIntegerv(MSSM__GL_POLYGON_MODE, s->polygon_mode);
-    for (int i = 0; i < MSSM__CAPABILITIES; i++)
-        s->enabled[i] = f->IsEnabled(mssm__capabilities[i]);
+    for (int i = 0; i < gl->capabilities; i++) s->enabled[i] = f->IsEnabled(gl->capability[i]);
     s->scissor = f->IsEnabledi(MSSM__GL_SCISSOR_TEST, 0);
+    for (unsigned i = 0; i < 2; i++) f->GetBooleani_v(MSSM__GL_COLOR_WRITEMASK, i, s->mask[i]);
     f->GetFloati_v(MSSM__GL_VIEWPORT, 0, s->viewport);
-    f->GetFloati_v(MSSM__GL_DEPTH_RANGE, 0, s->depth_range);
+    f->GetDoublei_v(MSSM__GL_DEPTH_RANGE, 0, s->depth_range);
 }
 
 static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
 {
     const mssm__gl_functions *f = &gl->f;
+    const int one_mode = !gl->compatible || s->polygon_mode[0] == s->polygon_mode[1];
     f->BindFramebuffer(MSSM__GL_DRAW_FRAMEBUFFER, (unsigned)s->framebuffer);
     f->DepthFunc((mssm__glenum)s->depth_func);
     f->DepthMask((mssm__glboolean)s->depth_mask);
     f->CullFace((mssm__glenum)s->cull_mode);
     f->ClipControl((mssm__glenum)s->clip_origin, (mssm__glenum)s->clip_depth);
-    f->PolygonMode(MSSM__GL_FRONT_AND_BACK, (mssm__glenum)s->polygon_mode[0]);
-    for (int i = 0; i < MSSM__CAPABILITIES; i++) {
-        (s->enabled[i] ? f->Enable : f->Disable)(mssm__capabilities[i]);
+    f->PolygonMode(one_mode ? MSSM__GL_FRONT_AND_BACK : MSSM__GL_FRONT, (mssm__glenum)s->polygon_mode[0]);
+    if (!one_mode) f->PolygonMode(MSSM__GL_BACK, (mssm__glenum)s->polygon_mode[1]);
+    for (int i = 0; i < gl->capabilities; i++) {
+        (s->enabled[i] ? f->Enable : f->Disable)(gl->capability[i]);
     }
     (s->scissor ? f->Enablei : f->Disablei)(MSSM__GL_SCISSOR_TEST, 0);
+    for (unsigned i = 0; i < 2; i++) {
+        f->ColorMaski(i, s->mask[i][0], s->mask[i][1], s->mask[i][2], s->mask[i][3]);
+    }
     f->ViewportIndexedf(0, s->viewport[0], s->viewport[1], s->viewport[2], s->viewport[3]);
-    f->DepthRangeIndexed(0, (double)s->depth_range[0], (double)s->depth_range[1]);
+    f->DepthRangeIndexed(0, s->depth_range[0], s->depth_range[1]);
+}
+
+static void mssm__restore_state(mssm_gl *gl)
+{
+    mssm__gl_state *s = &gl->saved;
+    s->framebuffer = (int)mssm__living(s->framebuffer, gl->f.IsFramebuffer);
+    mssm__set_state(gl, s);
 }
 
 // Views of all lights; returns the levels that the widest of their kernels needs.
@@ -5504,12 +5627,14 @@ static int mssm__make_views(mssm_gl *gl)
     return 1 + mssm_level_of(widest, gl->levels);
 }
 
+// Leaves the generic binding to the buffer.
 static void mssm__upload_views(mssm_gl *gl)
 {
     if (!gl->views_stale) return;
     mssm__make_views(gl);
-    gl->f.NamedBufferSubData(gl->views, 0, (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view),
-                             gl->view);
+    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
+    gl->f.BufferSubData(MSSM__GL_SHADER_STORAGE_BUFFER, 0,
+                        (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view), gl->view);
     gl->views_stale = 0;
 }
 
@@ -5602,7 +5727,7 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 void mssm_gl_destroy(mssm_gl *gl)
 {
     if (!gl) return;
-    if (gl->drawing >= 0) mssm__set_state(gl, &gl->saved);
+    if (gl->drawing >= 0) mssm__restore_state(gl);
     mssm__delete_storage(gl);
     for (int i = 0; i < MSSM__PROGRAMS; i++) {
         if (gl->program[i]) gl->f.DeleteProgram(gl->program[i]);
@@ -5661,9 +5786,10 @@ static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, 
     s.cull_mode = MSSM__GL_FRONT;
     s.clip_origin = MSSM__GL_LOWER_LEFT;
     s.clip_depth = MSSM__GL_NEGATIVE_ONE_TO_ONE;
-    s.polygon_mode[0] = MSSM__GL_FILL;
-    for (int i = 0; i < MSSM__CAPABILITIES; i++) s.enabled[i] = i < 2;
-    if (back_faces) s.enabled[3] = 1; // cull front faces
+    s.polygon_mode[0] = s.polygon_mode[1] = MSSM__GL_FILL;
+    s.enabled[0] = s.enabled[1] = 1;
+    s.enabled[2] = back_faces;  // cull front faces
+    memset(s.mask, 1, sizeof s.mask);
     s.viewport[2] = s.viewport[3] = (float)gl->desc.side;
     s.depth_range[1] = 1;
     mssm__set_state(gl, &s);
@@ -5680,11 +5806,13 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
                   NULL);
         return MSSM_ERROR_ORDER;
     }
+    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_depth");
+    if (r) return r;
     const float farthest = 1;
     gl->drawing = index;
     gl->back = back_faces != 0;
     mssm__pass_state(gl, gl->framebuffer[gl->back], 1, back_faces);
-    gl->f.ClearNamedFramebufferfv(gl->framebuffer[gl->back], MSSM__GL_DEPTH, 0, &farthest);
+    gl->f.ClearBufferfv(MSSM__GL_DEPTH, 0, &farthest);
     return MSSM_OK;
 }
 
@@ -5695,8 +5823,10 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
         mssm__log(gl, "mssm_gl_end_depth without mssm_gl_begin_depth", NULL);
         return MSSM_ERROR_ORDER;
     }
+    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_depth");
+    if (r) return r;
     mssm__gl_light *light = &gl->lights[gl->drawing];
-    mssm__set_state(gl, &gl->saved);
+    mssm__restore_state(gl);
     light->averaged = gl->back;
     light->filled = 1;
     light->built = 0;
@@ -5714,9 +5844,12 @@ mssm_result mssm_gl_build(mssm_gl *gl)
         mssm__log(gl, "mssm_gl_build before mssm_gl_end_depth", NULL);
         return MSSM_ERROR_ORDER;
     }
+    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_build");
+    if (r) return r;
     const int levels = mssm__make_views(gl);
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
+    (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
     // All that were drawn start with level 0; a light that has only grown wants coarser levels.
     for (int first = 0; first < levels; first++) {
         int layers[MSSM__BATCH], count = 0;
@@ -5739,14 +5872,15 @@ mssm_result mssm_gl_build(mssm_gl *gl)
 mssm_result mssm_gl_bind(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    mssm__upload_views(gl);
     const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
-    for (unsigned i = 0; i < 2; i++) {
-        const unsigned unit = (unsigned)gl->desc.first_texture_unit + i;
+    const int active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
+    mssm__upload_views(gl);
+    for (int i = 0; i < 2; i++) {
         if (!gl->table[i]) continue;
-        gl->f.BindTextureUnit(unit, gl->table[i]);
-        gl->f.BindSampler(unit, 0); // a filter for colours would make integer textures incomplete
+        mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_ARRAY,
+                           gl->table[i]);
     }
+    gl->f.ActiveTexture((mssm__glenum)active);
     gl->f.BindBufferBase(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)gl->desc.first_buffer_binding,
                          gl->views);
     gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
@@ -5768,7 +5902,10 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 
 enum {
     MSSM__GL_COLOR_ATTACHMENT0 = 0x8CE0,
-    MSSM__GL_DEPTH_BUFFER_BIT = 0x0100,
+    MSSM__GL_VERTEX_ARRAY = 0x8074,
+    MSSM__GL_VERTEX_ARRAY_BINDING = 0x85B5,
+    MSSM__GL_TRIANGLES = 0x0004,
+    MSSM__GL_ALWAYS = 0x0207,
     MSSM__GL_RGBA32F = 0x8814,
     MSSM__GL_RGBA16 = 0x805B,
     MSSM__GL_RG16 = 0x822C,
@@ -5787,7 +5924,7 @@ struct mssm_gl_filtered {
     int radius, anisotropy;
     int ready;        // light whose moments are in `work`, not built yet, or -1
     int translucent;  // the pass under way is one of translucent casters
-    unsigned work, rows, depth, target;
+    unsigned work, rows, depth, target, triangle;
 };
 
 static const char mssm__glsl_translucent[] =
@@ -5812,7 +5949,7 @@ static const char mssm__glsl_filtered_resolve[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
     "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
     "layout(binding = 0, rgba32f) writeonly uniform image2DArray work;\n"
-    "layout(location = 0) uniform int samples;\n"
+    "layout(location = 1) uniform int samples;\n"
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
@@ -5826,6 +5963,25 @@ static const char mssm__glsl_filtered_resolve[] =
     "    }\n"
     "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * low / float(samples), 1.0));\n"
     "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * high / float(samples), 1.0));\n"
+    "}\n";
+
+// Depth of one sample for translucent casters: the farthest, or an edge of an opaque caster would cut a rim
+// out of the smoke before it. Multisampled depth blits are where drivers fail, and take any sample.
+static const char mssm__glsl_triangle[] =
+    "void main()\n"
+    "{\n"
+    "    gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);\n"
+    "}\n";
+static const char mssm__glsl_copy[] =
+    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "layout(location = 0) uniform int samples;\n"
+    "void main()\n"
+    "{\n"
+    "    float farthest = 0.0;\n"
+    "    for (int s = 0; s < samples; s++) {\n"
+    "        farthest = max(farthest, texelFetch(front, ivec2(gl_FragCoord.xy), s).x);\n"
+    "    }\n"
+    "    gl_FragDepth = farthest;\n"
     "}\n";
 
 // Rows, columns and halves as in mssm__filter; each level is rounded into the map, from floats.
@@ -5849,18 +6005,18 @@ static const char mssm__glsl_filter[] =
     "#define stored(q) q\n"
     "#endif\n"
     "// left, low, right, high, scale, layer of the map, side of the source\n"
-    "layout(location = 0) uniform int pass[7];\n"
+    "layout(location = 0) uniform int job[7];\n"
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
     "    if (any(greaterThanEqual(p, imageSize(map0).xy))) return;\n"
     "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
-    "    float radius = float(pass[2] + pass[3]), falloff = 2.0 / max(radius * radius, 1.0);\n"
-    "    for (int y = pass[1]; y <= pass[3]; y++) {\n"
-    "        for (int x = pass[0]; x <= pass[2]; x++) {\n"
-    "            ivec2 q = p * pass[4] + ivec2(x, y);\n"
-    "            bool outside = any(lessThan(q, ivec2(0))) || any(greaterThanEqual(q, ivec2(pass[6])));\n"
-    "            float w = pass[4] > 1 ? 1.0 : exp(-falloff * float(x * x + y * y));\n"
+    "    float radius = float(job[2] + job[3]), falloff = 2.0 / max(radius * radius, 1.0);\n"
+    "    for (int y = job[1]; y <= job[3]; y++) {\n"
+    "        for (int x = job[0]; x <= job[2]; x++) {\n"
+    "            ivec2 q = p * job[4] + ivec2(x, y);\n"
+    "            bool outside = any(lessThan(q, ivec2(0))) || any(greaterThanEqual(q, ivec2(job[6])));\n"
+    "            float w = job[4] > 1 ? 1.0 : exp(-falloff * float(x * x + y * y));\n"
     "            low += w * (outside ? vec4(1.0) : vec4(imageLoad(source, ivec3(q, 0)).xyz, 1.0));\n"
     "            high += w * (outside ? vec4(1.0) : imageLoad(source, ivec3(q, 1)));\n"
     "        }\n"
@@ -5871,9 +6027,9 @@ static const char mssm__glsl_filter[] =
     "    imageStore(target, ivec3(p, 0), low);\n"
     "    imageStore(target, ivec3(p, 1), high);\n"
     "#endif\n"
-    "    imageStore(map0, ivec3(p, pass[5]), stored(vec4(low.xyz, high.x)));\n"
+    "    imageStore(map0, ivec3(p, job[5]), stored(vec4(low.xyz, high.x)));\n"
     "#if MSSM_MOMENTS == 6\n"
-    "    imageStore(map1, ivec3(p, pass[5]), stored(vec4(high.yz, 1.0, 1.0)));\n"
+    "    imageStore(map1, ivec3(p, job[5]), stored(vec4(high.yz, 1.0, 1.0)));\n"
     "#endif\n"
     "}\n";
 
@@ -5882,7 +6038,7 @@ static const char mssm__glsl_filter[] =
 static const char mssm__glsl_filtered_entry[] =
     "layout(binding = MSSM_UNIT) uniform sampler2DArray mssm_map0;\n"
     "#if MSSM_MOMENTS == 6\n"
-    "layout(binding = MSSM_UNIT + 1) uniform sampler2DArray mssm_map1;\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray mssm_map1;\n"
     "#endif\n"
     "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
     "vec2 mssm_ddx = vec2(1.0), mssm_ddy = vec2(1.0); // of the place in the map, in texels\n"
@@ -5917,8 +6073,9 @@ static const char mssm__glsl_filtered_entry[] =
     "}\n"
     "mssm_bounds mssm_filtered_bounds(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
     "{\n"
-    "    mssm_view v = mssm_views[light];\n"
     "    mssm_bounds lit = mssm_bounds(1.0, 1.0);\n"
+    "    if (uint(light) >= uint(mssm_views.length())) return lit;\n"
+    "    mssm_view v = mssm_views[light];\n"
     "    if (v.side == 0.0) return lit;\n"
     "    vec3 p = world_position, px = p + ddx, py = p + ddy;\n"
     "    mssm_receiver r = mssm_receive(v, mssm_chosen, p.x, p.y, p.z);\n"
@@ -5971,7 +6128,9 @@ static mssm_result mssm__filtered_targets(mssm_gl_filtered *gl)
     gl->rows = mssm__filtered_array(b, 1, MSSM__GL_RGBA32F, 2, "mssm blurred rows");
     gl->depth = mssm__filtered_array(b, 1, MSSM__GL_DEPTH_COMPONENT32F, 1, "mssm depth, one sample");
     f->CreateFramebuffers(1, &gl->target);
-    if (!gl->work || !gl->rows || !gl->depth || !gl->target) return MSSM_ERROR_GL;
+    f->CreateVertexArrays(1, &gl->triangle);
+    if (!gl->work || !gl->rows || !gl->depth || !gl->target || !gl->triangle) return MSSM_ERROR_GL;
+    f->ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->triangle, -1, "mssm triangle");
     for (int i = 0; i < 2; i++) {
         if (b->table[i]) mssm__filtered_sampling(gl, b->table[i]);
         f->NamedFramebufferTextureLayer(gl->target, buffers[i], gl->work, 0, i);
@@ -5993,10 +6152,15 @@ static mssm_result mssm__filtered_objects(mssm_gl_filtered *gl)
     const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
                                    mssm__glsl_linear_depth, mssm__glsl_filtered_resolve};
     const char *const filter[] = {mssm__glsl_version, defines, mssm__glsl_filter};
+    const char *const triangle[] = {mssm__glsl_version, mssm__glsl_triangle};
+    const char *const copy[] = {mssm__glsl_version, defines, mssm__glsl_copy};
     const char *const texts[4] = {"", mssm__glsl_filtered, mssm__glsl_filtered_entry, ""};
     mssm_result r = mssm__check_units(b);
     if (!r) r = mssm__build_program(b, MSSM__RESOLVE, resolve, 5);
     if (!r) r = mssm__build_program(b, MSSM__FILTER, filter, 3);
+    if (!r) r = mssm__add_shader(b, MSSM__COPY, MSSM__GL_VERTEX_SHADER, triangle, 2);
+    if (!r) r = mssm__add_shader(b, MSSM__COPY, MSSM__GL_FRAGMENT_SHADER, copy, 3);
+    if (!r) r = mssm__link(b, MSSM__COPY);
     if (!r) r = mssm__write_shader(b, texts, gl->anisotropy);
     if (!r) r = mssm__create_storage(b);
     if (r) return r;
@@ -6060,9 +6224,10 @@ void mssm_gl_filtered_destroy(mssm_gl_filtered *gl)
 {
     if (!gl) return;
     const unsigned textures[3] = {gl->work, gl->rows, gl->depth};
-    if (gl->base.drawing >= 0) mssm__set_state(&gl->base, &gl->base.saved);
+    if (gl->base.drawing >= 0) mssm__restore_state(&gl->base);
     gl->base.drawing = -1;
     if (gl->target) gl->base.f.DeleteFramebuffers(1, &gl->target);
+    if (gl->triangle) gl->base.f.DeleteVertexArrays(1, &gl->triangle);
     for (int i = 0; i < 3; i++) {
         if (textures[i]) gl->base.f.DeleteTextures(1, &textures[i]);
     }
@@ -6079,10 +6244,10 @@ mssm_result mssm_gl_filtered_begin_depth(mssm_gl_filtered *gl, int index)
     return gl ? mssm_gl_begin_depth(&gl->base, index, 0) : MSSM_ERROR_ARGUMENT;
 }
 
-// Order of calls: says what is wrong unless `good`.
+// Order of calls: says what is wrong unless `good`, or if transform feedback is active.
 static mssm_result mssm__filtered_order(const mssm_gl_filtered *gl, int good, const char *what)
 {
-    if (good) return MSSM_OK;
+    if (good) return mssm__check_feedback(&gl->base, "passes of mssm_gl_filtered");
     mssm__log(&gl->base, what, NULL);
     return MSSM_ERROR_ORDER;
 }
@@ -6096,16 +6261,14 @@ mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl)
     if (r) return r;
     const mssm_light *light = &b->lights[b->drawing].light;
     const unsigned program = b->program[MSSM__RESOLVE], groups = (unsigned)(b->padded + 7) / 8;
-    const unsigned unit = (unsigned)b->desc.first_texture_unit;
     mssm__gl_bindings saved;
-    mssm__set_state(b, &b->saved);
+    mssm__restore_state(b);
     mssm__save_bindings(b, &saved);
-    b->f.BindTextureUnit(unit, b->depth[0]);
-    b->f.BindSampler(unit, 0);
+    mssm__bind_texture(b, b->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, b->depth[0]);
     b->f.BindImageTexture(0, gl->work, 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
-    b->f.ProgramUniform1i(program, 0, b->samples);
-    b->f.ProgramUniform4f(program, 3, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
+    b->f.ProgramUniform4f(program, 0, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
                           0);
+    b->f.ProgramUniform1i(program, 1, b->samples);
     b->f.UseProgram(program);
     b->f.DispatchCompute(groups, groups, 1);
     (b->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
@@ -6113,6 +6276,29 @@ mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl)
     gl->ready = b->drawing;
     b->drawing = -1;
     return MSSM_OK;
+}
+
+// Into the target whose pass has begun.
+static void mssm__copy_depth(mssm_gl_filtered *gl)
+{
+    mssm_gl *b = &gl->base;
+    const mssm__gl_functions *f = &b->f;
+    const int array = mssm__get(b, MSSM__GL_VERTEX_ARRAY_BINDING);
+    mssm__gl_bindings saved;
+    mssm__save_bindings(b, &saved);
+    mssm__bind_texture(b, b->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, b->depth[0]);
+    f->ProgramUniform1i(b->program[MSSM__COPY], 0, b->samples);
+    f->UseProgram(b->program[MSSM__COPY]);
+    f->BindVertexArray(gl->triangle);
+    f->DepthFunc(MSSM__GL_ALWAYS);
+    f->DepthMask(1);
+    for (unsigned i = 0; i < 2; i++) f->ColorMaski(i, 0, 0, 0, 0);
+    f->DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
+    for (unsigned i = 0; i < 2; i++) f->ColorMaski(i, 1, 1, 1, 1);
+    f->DepthMask(0);
+    f->DepthFunc(MSSM__GL_LESS);
+    f->BindVertexArray(mssm__living(array, f->IsVertexArray));
+    mssm__restore_bindings(b, &saved);
 }
 
 mssm_result mssm_gl_filtered_begin_translucent(mssm_gl_filtered *gl)
@@ -6123,10 +6309,8 @@ mssm_result mssm_gl_filtered_begin_translucent(mssm_gl_filtered *gl)
         mssm__filtered_order(gl, b->drawing < 0 && gl->ready >= 0,
                              "translucent casters must follow the depth pass of their light");
     if (r) return r;
-    const int side = b->desc.side;
     mssm__pass_state(b, gl->target, 0, 0);
-    b->f.BlitNamedFramebuffer(b->framebuffer[0], gl->target, 0, 0, side, side, 0, 0, side, side,
-                              MSSM__GL_DEPTH_BUFFER_BIT, MSSM__GL_NEAREST);
+    mssm__copy_depth(gl);
     b->drawing = gl->ready;
     gl->translucent = 1;
     return MSSM_OK;
@@ -6138,7 +6322,7 @@ mssm_result mssm_gl_filtered_end_translucent(mssm_gl_filtered *gl)
     const mssm_result r = mssm__filtered_order(
         gl, gl->translucent, "mssm_gl_filtered_end_translucent without its begin");
     if (r) return r;
-    mssm__set_state(&gl->base, &gl->base.saved);
+    mssm__restore_state(&gl->base);
     gl->translucent = 0;
     gl->base.drawing = -1;
     return MSSM_OK;
@@ -6201,7 +6385,7 @@ unsigned mssm_gl_filtered_texture(const mssm_gl_filtered *gl, int which)
 mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 {
     if (!gl || !texture || index < 0 || index >= gl->desc.lights) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0) return MSSM_ERROR_ORDER;
+    if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_moments")) return MSSM_ERROR_ORDER;
     unsigned *program = &gl->program[MSSM__FILTER];
     if (!*program) {  // made when first needed
         char defines[128];

@@ -180,6 +180,7 @@ TYPED_OBJECTS(FAKE_TYPED)
 #define STORAGE(X)                                                                              \
     X(NamedBufferStorage, (GLuint b, GLsizeiptr n, const void *data, GLbitfield f),             \
       (b, n, data, f))                                                                          \
+    X(BufferStorage, (GLenum t, GLsizeiptr n, const void *data, GLbitfield f), (t, n, data, f))  \
     X(TextureStorage2D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h), (t, l, f, w, h)) \
     X(TextureStorage3D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h, GLsizei d),       \
       (t, l, f, w, h, d))                                                                       \
@@ -329,6 +330,37 @@ static GLenum GL_CALL fake_CheckNamedFramebufferStatus(GLuint framebuffer, GLenu
     return fakes.incomplete ? GL_FRAMEBUFFER_UNSUPPORTED : status; // unsupported
 }
 
+// GL_EXT_depth_bounds_test, which a shadow pass must not keep on, on drivers without it.
+enum { NUM_EXTENSIONS = 0x821D, EXTENSIONS = 0x1F03, DEPTH_BOUNDS_TEST = 0x8890 };
+
+static const unsigned char *GL_CALL fake_GetStringi(GLenum name, GLuint index)
+{
+    static const unsigned char bounds[] = "GL_EXT_depth_bounds_test";
+    const unsigned char *(GL_CALL *GetStringi)(GLenum, GLuint);
+    const gl_fakes_function f = gl_context_function("glGetStringi");
+    GLint count = 0;
+    memcpy(&GetStringi, &f, sizeof f);
+    gl.GetIntegerv(NUM_EXTENSIONS, &count);
+    return fakes.depth_bounds && index == (GLuint)count ? bounds : GetStringi(name, index);
+}
+
+static GLboolean GL_CALL fake_IsEnabled(GLenum name)
+{
+    return fakes.depth_bounds && name == DEPTH_BOUNDS_TEST ? fakes.depth_bounds == 2 : gl.IsEnabled(name);
+}
+
+static void GL_CALL fake_Enable(GLenum name)
+{
+    if (fakes.depth_bounds && name == DEPTH_BOUNDS_TEST) fakes.depth_bounds = 2;
+    else gl.Enable(name);
+}
+
+static void GL_CALL fake_Disable(GLenum name)
+{
+    if (fakes.depth_bounds && name == DEPTH_BOUNDS_TEST) fakes.depth_bounds = 1;
+    else gl.Disable(name);
+}
+
 static void GL_CALL fake_GetIntegerv(GLenum name, GLint *value)
 {
     static const GLenum limits[] = {GL_MAX_SAMPLES, GL_MAX_COLOR_TEXTURE_SAMPLES,
@@ -339,6 +371,7 @@ static void GL_CALL fake_GetIntegerv(GLenum name, GLint *value)
     for (int i = 0; i < 5; i++) {
         if (name == limits[i] && fakes.max_samples) *value = fakes.max_samples;
     }
+    if (name == NUM_EXTENSIONS && fakes.depth_bounds) ++*value;
     if (name == GL_MAJOR_VERSION && fakes.version) *value = fakes.major;
     if (name == GL_MINOR_VERSION && fakes.version) *value = fakes.minor;
 }
@@ -348,6 +381,25 @@ static const unsigned char *GL_CALL fake_GetString(GLenum name)
     if (fakes.version && !fakes.version[0]) return NULL;
     if (name != GL_VERSION || !fakes.version) return gl.GetString(name);
     return (const unsigned char *)fakes.version;
+}
+
+// Calls that Intel's driver for Windows takes without a word and does not carry out: Magnum's list of
+// driver workarounds, "intel-windows-...", and voxy's issue 656.
+static bool is_silent(const char *name)
+{
+    static const char *const ends[] = {
+        "ClearNamedFramebufferfv", "NamedBufferStorage",       "NamedBufferSubData",         "BindTextureUnit",
+        "BlitNamedFramebuffer",    "CopyNamedBufferSubData",   "GetTextureParameteriv",      "MapNamedBufferRange",
+        "FlushMappedNamedBuffer",  "GetTextureLevelParameter", "ClearNamedBufferData",       "NamedBufferData"};
+    for (int i = 0; i < (int)(sizeof ends / sizeof *ends); i++) {
+        if (!strncmp(name + 2, ends[i], strlen(ends[i]))) return true;
+    }
+    return false;
+}
+
+static void *GL_CALL fake_nothing(void)
+{
+    return NULL;
 }
 
 // ---- The loader ----------------------------------------------------------------------------------
@@ -373,6 +425,7 @@ gl_fakes_function gl_fakes_load(const char *name)
 {
     if (fakes.name_count < GL_FAKES_NAMES) fakes.names[fakes.name_count++] = name;
     if (fakes.missing && !strcmp(fakes.missing, name)) return NULL;
+    if (fakes.silent_names && is_silent(name)) return (gl_fakes_function)fake_nothing;
     PLAIN_OBJECTS(RETURN_OBJECT)
     TYPED_OBJECTS(RETURN_OBJECT)
     STORAGE(RETURN_STORAGE)
@@ -390,6 +443,10 @@ gl_fakes_function gl_fakes_load(const char *name)
     RETURN_FAKE(GetProgramInfoLog)
     RETURN_FAKE(CheckNamedFramebufferStatus)
     RETURN_FAKE(GetIntegerv)
+    RETURN_FAKE(GetStringi)
+    RETURN_FAKE(IsEnabled)
+    RETURN_FAKE(Enable)
+    RETURN_FAKE(Disable)
     RETURN_FAKE(GetString)
     if (makes_objects(name) && !fakes.unwatched++) {
         snprintf(fakes.unwatched_name, sizeof fakes.unwatched_name, "%s", name);

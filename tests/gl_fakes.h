@@ -23,6 +23,8 @@ typedef struct gl_fakes {
     int fail_compile;    // this shader does not compile, with garbage as its log
     int fail_link;       // this program does not link, likewise
     bool incomplete;     // framebuffers are incomplete
+    bool silent_names;   // calls by name that some drivers don't carry out do nothing
+    int depth_bounds;    // the extension is there, and its test off (1) or on (2)
     int max_samples;     // the driver's limits are this
     int major, minor;    // the context's version is this, and
     const char *version; // GL_VERSION reads so; "" for null: no current context

@@ -139,6 +139,9 @@ static const named switches[] = {
     {"CLIP_DISTANCE5", 0x3005, 1},
     {"CLIP_DISTANCE6", 0x3006, 1},
     {"CLIP_DISTANCE7", 0x3007, 1},
+    // Of compatibility contexts.
+    {"ALPHA_TEST", GL_ALPHA_TEST, 1},
+    {"POLYGON_STIPPLE", GL_POLYGON_STIPPLE, 1},
 };
 
 static const named unit_bindings[] = {
@@ -231,6 +234,16 @@ static int limit(GLenum name)
     return n;
 }
 
+static bool compatible(void)
+{
+    return limit(GL_CONTEXT_PROFILE_MASK) & 2;
+}
+
+static int switch_count(void)
+{
+    return LENGTH(switches) - (compatible() ? 0 : 2);
+}
+
 static double indexed_integer(GLenum name, int index)
 {
     GLint value = 0;
@@ -314,7 +327,7 @@ void gl_state_take(gl_state *s)
         gl.GetDoublev(numbers[i].value, value);
         memcpy(add(s, numbers[i].name, -1), value, (size_t)numbers[i].count * sizeof *value);
     }
-    for (int i = 0; i < LENGTH(switches); i++) {
+    for (int i = 0; i < switch_count(); i++) {
         add(s, switches[i].name, -1)[0] = gl.IsEnabled(switches[i].value);
     }
     for (int i = 0; i < LENGTH(query_targets); i++) {
@@ -378,7 +391,7 @@ const gl_state_entry *gl_state_find(const gl_state *s, const char *name)
 // Not transform feedback: while it runs, GL itself forbids to change programs.
 static void turn_switches(bool unusual)
 {
-    for (int i = 0; i < LENGTH(switches); i++) {
+    for (int i = 0; i < switch_count(); i++) {
         const GLenum name = switches[i].value;
         const bool usual = name == GL_MULTISAMPLE || name == GL_DITHER;
         if (!strncmp(switches[i].name, "DEBUG", 5)) continue;
@@ -518,6 +531,7 @@ static void set_numbers(bool usual, GLuint stencil)
     gl.StencilMask(usual ? stencil : 0x3Fu);
     gl.CullFace(usual ? GL_BACK : GL_FRONT_AND_BACK); // both
     gl.PolygonMode(GL_FRONT_AND_BACK, usual ? GL_FILL : GL_LINE);
+    if (!usual && compatible()) gl.PolygonMode(GL_BACK, GL_POINT);
     gl.PolygonOffset(usual ? 0 : 3, usual ? 0 : 500);
     gl.LineWidth(1);
     gl.PointSize(usual ? 1 : 2);
@@ -537,6 +551,7 @@ static void set_numbers(bool usual, GLuint stencil)
     gl.ViewportIndexedf(0, 1.5f, -0.25f, 3.5f, 2.25f);
     gl.ViewportIndexedf(2, 4, 4, 8, 8);
     gl.ScissorIndexed(1, 1, 1, 3, 3);
+    gl.DepthRangeIndexed(0, 0.1234567890123, 0.9876543210987); // more digits than a float has
     gl.DepthRangeIndexed(1, 0.25, 0.75);
     gl.Disablei(GL_SCISSOR_TEST, 3);
     gl.Disablei(GL_BLEND, 1);

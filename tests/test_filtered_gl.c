@@ -346,6 +346,63 @@ static void state_is_left_alone(void)
     end();
 }
 
+// What an engine leaves behind and what only drivers do: none of the smoke is lost by it.
+static void translucent_casters_are_whole(void)
+{
+    enum { COUNT = SIDE * SIDE * 8 };
+    static float clean[COUNT], got[COUNT];
+    static const char *const names[] = {"nothing", "colour mask", "logic op", "polygon mode", "clip distance",
+                                        "calls by name do nothing", "sample coverage", "alpha test",
+                                        "polygon stipple"};
+    const mssm_gl_filtered_desc desc = description(6, 2);
+    GLint profile = 0;
+    if (!begin()) return;
+    gl.GetIntegerv(GL_CONTEXT_PROFILE_MASK, &profile);
+    for (int i = 0; i < (profile & 2 ? 9 : 7); i++) {
+        const GLenum switches[] = {0, 0, GL_COLOR_LOGIC_OP, 0, GL_CLIP_DISTANCE0, 0, GL_SAMPLE_COVERAGE,
+                                   GL_ALPHA_TEST, GL_POLYGON_STIPPLE};
+        gl_state before = {0}, after = {0};
+        mssm_gl_filtered *g = NULL;
+        fakes.silent_names = i == 5;
+        CHECK(!mssm_gl_filtered_create(&g, &desc), "%s", fakes.message);
+        if (!g) break;
+        if (switches[i]) gl.Enable(switches[i]);
+        if (i == 1) gl.ColorMask(GL_FALSE, GL_TRUE, GL_FALSE, GL_FALSE);
+        if (i == 2) gl.LogicOp(GL_CLEAR);
+        if (i == 3) gl.PolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+        if (i == 6) gl.SampleCoverage(0, GL_FALSE);
+        if (i > 6) {
+            static const unsigned char holes[128];
+            void(GL_CALL *alpha)(GLenum, GLfloat);
+            void(GL_CALL *stipple)(const unsigned char *);
+            const gl_fakes_function f[2] = {gl_context_function("glAlphaFunc"),
+                                            gl_context_function("glPolygonStipple")};
+            memcpy(&alpha, &f[0], sizeof f[0]);
+            memcpy(&stipple, &f[1], sizeof f[1]);
+            alpha(GL_NEVER, 0);
+            stipple(holes);
+        }
+        gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+        gl_state_take(&before);
+        draw_depth(g, 0);
+        draw_layers(g);
+        compare_state(&before, &after, "SHADER_STORAGE_BUFFER SHADER_STORAGE_BUFFER_BINDING VERTEX_ARRAY_BINDING",
+                      names[i]);
+        gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+        gl.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+        gl.SampleCoverage(1, GL_FALSE);
+        if (switches[i]) gl.Disable(switches[i]);
+        gl.GetTextureImage(mssm_gl_filtered_texture(g, 2), 0, GL_RGBA, GL_FLOAT, sizeof got, i ? got : clean);
+        for (int k = 0; k < COUNT && i; k++) {
+            CHECK(got[k] == clean[k], "%s: value %d is %g, not %g", names[i], k, (double)got[k], (double)clean[k]);
+        }
+        mssm_gl_filtered_destroy(g);
+        gl_state_free(&before);
+        gl_state_free(&after);
+    }
+    end();
+}
+
 static void failures_leave_nothing(void)
 {
     char text[200];
@@ -463,9 +520,14 @@ static void second_compiler_agrees(void)
         CHECK(!mssm_gl_filtered_create(&g, &desc), "create: %s", fakes.message);
         if (!g) break;
         const int own = fakes.text_count - before;
-        CHECK(own == 2, "%d texts", own);
+        CHECK(own == 4, "%d texts", own);
         for (int i = 0; i <= own; i++) {
-            FILE *file = fopen("build/filtered.comp", "w");
+            const GLenum type = i < own ? fakes.text_types[before + i] : GL_COMPUTE_SHADER;
+            const char *ending = type == GL_VERTEX_SHADER ? "vert" : type == GL_FRAGMENT_SHADER ? "frag" : "comp";
+            char name[60], command[120];
+            snprintf(name, sizeof name, "build/filtered.%s", ending);
+            snprintf(command, sizeof command, "glslangValidator %s >build/filtered.log 2>&1", name);
+            FILE *file = fopen(name, "w");
             if (!file) continue;
             if (i < own)
                 fputs(fakes.texts[before + i], file);
@@ -477,7 +539,7 @@ static void second_compiler_agrees(void)
                         "vec3(0)); }\n",
                         mssm_gl_filtered_shader(g));
             fclose(file);
-            CHECK(!system("glslangValidator build/filtered.comp >build/filtered.log 2>&1"),
+            CHECK(!system(command),
                   "text %d of %d moments: see build/filtered.log", i, moments);
         }
         mssm_gl_filtered_destroy(g);
@@ -493,6 +555,7 @@ const test_case filtered_gl_tests[] = {
     {"filtered GL: agrees with the CPU half", gl_agrees_with_cpu},
     {"filtered GL: layers behind and before opaque casters, hard and soft",
      layers_are_blended_behind_and_before},
+    {"filtered GL: nothing of the smoke is lost to the caller's state", translucent_casters_are_whole},
     {"filtered GL: the caller's state is left alone", state_is_left_alone},
     {"filtered GL: failures leave nothing behind", failures_leave_nothing},
     {0, 0}};

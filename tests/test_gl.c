@@ -820,6 +820,29 @@ static void hostile_points_are_in_range(void)
     end_gl();
 }
 
+// A shader's loop may run on beyond the lights that there are.
+static void lights_that_are_not_there_are_lit(void)
+{
+    enum { COUNT = 64 };
+    static const int indices[] = {-1, 3, 4, 100000, INT_MAX, INT_MIN};
+    static float points[3 * COUNT], v[COUNT];
+    uint64_t seed = 28;
+    scene scenes[3];
+    subject s;
+    const mssm_gl_desc d = description(3, 32, 1, 6);
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        fill_scenes(&s, scenes);
+        for (int k = 0; k < 3 * COUNT; k++) points[k] = (float)test_range(&seed, -1, 1);
+        for (int i = 0; i < 12; i++) {
+            ask(&s, indices[i / 2], i % 2, COUNT, points, v);
+            for (int k = 0; k < COUNT; k++) CHECK(v[k] == 1, "light %d: %g", indices[i / 2], (double)v[k]);
+        }
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
 static void new_maps_are_lit(void)
 {
     enum { COUNT = 500 };
@@ -1178,6 +1201,8 @@ static void visibility_does_not_flicker(void)
 
 static gl_state before, after;
 
+typedef unsigned (*make_current_function)(void *display, void *draw, void *read, void *context);
+
 // The state as it is now must be that of the last snapshot, but for what is allowed.
 static void same_state(const char *call, const char *allowed)
 {
@@ -1370,7 +1395,10 @@ static void each_state_alone_is_harmless(void)
         {"cull face", GL_CULL_FACE, 0},
         {"clip distance", GL_CLIP_DISTANCE0, 0},
         {"depth test", GL_DEPTH_TEST, 0},
+        {"alpha test", GL_ALPHA_TEST, 0}, // the last two in compatibility contexts only
+        {"polygon stipple", GL_POLYGON_STIPPLE, 0},
     };
+    const size_t all_switches = sizeof switches / sizeof *switches;
     enum { COUNT = 40 * 40 * 4 };
     const mssm_gl_desc d = description(1, 40, 4, 6);
     static float z[COUNT];
@@ -1383,7 +1411,20 @@ static void each_state_alone_is_harmless(void)
         gl.SampleMaski(0, 4);
         gl.PolygonOffset(20, 1e6f);
         gl.CullFace(GL_FRONT_AND_BACK);
-        for (size_t i = 0; i < sizeof switches / sizeof *switches; i++) {
+        void(GL_CALL * AlphaFunc)(GLenum, GLfloat);
+        void(GL_CALL * PolygonStipple)(const unsigned char *);
+        GLint profile = 0;
+        gl.GetIntegerv(GL_CONTEXT_PROFILE_MASK, &profile);
+        if (profile & 2) {
+            static const unsigned char holes[128];
+            gl_fakes_function f = gl_context_function("glAlphaFunc");
+            memcpy(&AlphaFunc, &f, sizeof f);
+            AlphaFunc(GL_NEVER, 0);
+            f = gl_context_function("glPolygonStipple");
+            memcpy(&PolygonStipple, &f, sizeof f);
+            PolygonStipple(holes);
+        }
+        for (size_t i = 0; i < all_switches - (profile & 2 ? 0 : 2); i++) {
             difference all = {0, 0, 0};
             random_depth(z, 40, 4, &seed);
             (switches[i].usual ? gl.Disable : gl.Enable)(switches[i].value);
@@ -1400,6 +1441,119 @@ static void each_state_alone_is_harmless(void)
     gl.SampleMaski(0, ~0u);
     gl.PolygonOffset(0, 0);
     gl.CullFace(GL_BACK);
+    end_gl();
+}
+
+// On a driver with GL_EXT_depth_bounds_test.
+static void depth_bounds_are_off_in_the_pass(void)
+{
+    const mssm_gl_desc d = description(1, 32, 4, 6);
+    const mssm_light light = wide_light(false, 1);
+    mssm_gl *g = NULL;
+    if (!begin_gl()) return;
+    for (int on = 1; on < 3; on++) {
+        fakes.depth_bounds = on;
+        CHECK(!mssm_gl_create(&g, &d), "%s", fakes.message);
+        if (!g) break;
+        CHECK(!mssm_gl_set_light(g, 0, &light) && !mssm_gl_begin_depth(g, 0, 0), "begin");
+        CHECK(fakes.depth_bounds == 1, "the depth bounds test is on in the pass");
+        CHECK(!mssm_gl_end_depth(g) && fakes.depth_bounds == on, "it was %d and is %d", on, fakes.depth_bounds);
+        mssm_gl_destroy(g);
+    }
+    end_gl();
+}
+
+// GL forbids other programs then: no call does its work, and all say so.
+static void transform_feedback_is_refused(void)
+{
+    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n", "void main() {}\n"};
+    static const char *const names[] = {"gl_Position"};
+    const mssm_gl_desc d = description(1, 32, 4, 6);
+    const mssm_light light = wide_light(false, 1);
+    GLuint feedback, buffer;
+    mssm_gl *g = NULL;
+    if (!begin_gl()) return;
+    const GLuint program = link_program(texts);
+    gl.TransformFeedbackVaryings(program, 1, names, GL_INTERLEAVED_ATTRIBS);
+    gl.LinkProgram(program);
+    gl.CreateTransformFeedbacks(1, &feedback);
+    gl.CreateBuffers(1, &buffer);
+    gl.NamedBufferStorage(buffer, 4096, NULL, 0);
+    gl.BindTransformFeedback(GL_TRANSFORM_FEEDBACK, feedback);
+    gl.BindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, buffer);
+    CHECK(!mssm_gl_create(&g, &d), "%s", fakes.message);
+    if (g) {
+        CHECK(!mssm_gl_set_light(g, 0, &light), "set light");
+        gl.UseProgram(program);
+        gl.BeginTransformFeedback(GL_TRIANGLES);
+        for (int step = 0; step < 3; step++) {
+            fakes.messages = 0;
+            if (step == 0) WATCH_FAIL(mssm_gl_begin_depth(g, 0, 0), MSSM_ERROR_ORDER);
+            if (step == 1) WATCH_FAIL(mssm_gl_end_depth(g), MSSM_ERROR_ORDER);
+            if (step == 2) WATCH_FAIL(mssm_gl_build(g), MSSM_ERROR_ORDER);
+            CHECK(fakes.messages == 1 && strstr(fakes.message, "transform feedback"), "\"%s\"", fakes.message);
+            WATCH_FAIL(mssm_gl_set_moments(g, 0, 1), MSSM_ERROR_ORDER);
+            gl.PauseTransformFeedback();
+            if (step == 0) CHECK(!mssm_gl_begin_depth(g, 0, 0), "begin while paused");
+            if (step == 1) CHECK(!mssm_gl_end_depth(g), "end while paused");
+            if (step == 2) CHECK(!mssm_gl_build(g), "build while paused");
+            gl.ResumeTransformFeedback();
+        }
+        gl.EndTransformFeedback();
+        mssm_gl_destroy(g);
+    }
+    gl.UseProgram(0);
+    gl.DeleteProgram(program);
+    gl.BindTransformFeedback(GL_TRANSFORM_FEEDBACK, 0);
+    gl.DeleteTransformFeedbacks(1, &feedback);
+    gl.DeleteBuffers(1, &buffer);
+    end_gl();
+}
+
+// What was bound before a pass may have been deleted when it is put back: nothing is bound then.
+static void names_that_died_raise_no_error(void)
+{
+    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n", "void main() {}\n"};
+    const mssm_gl_desc d = description(1, 32, 4, 6);
+    const mssm_light light = wide_light(false, 1);
+    GLuint framebuffer, texture, sampler;
+    mssm_gl *g = NULL;
+    if (!begin_gl()) return;
+    CHECK(!mssm_gl_create(&g, &d) && !mssm_gl_set_light(g, 0, &light), "%s", fakes.message);
+    if (g) {
+        const GLuint program = link_program(texts);
+        gl.UseProgram(program);
+        gl.DeleteProgram(program); // lives on as long as it is current
+        gl.CreateFramebuffers(1, &framebuffer);
+        gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+        CHECK(!mssm_gl_begin_depth(g, 0, 0), "begin");
+        gl.DeleteFramebuffers(1, &framebuffer);
+        CHECK(!mssm_gl_end_depth(g), "end");
+        // In another context that shares its objects with this one, they go from there alone.
+        gl_context other = stage.context;
+        make_current_function make_current;
+        const gl_fakes_function f = gl_context_function("eglMakeCurrent");
+        memcpy(&make_current, &f, sizeof f);
+        other.context = f ? gl_context_share(&stage.context) : NULL;
+        if (other.context) {
+            gl.CreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &texture);
+            gl.TextureStorage2DMultisample(texture, 4, GL_RGBA8, 8, 8, GL_TRUE);
+            gl.CreateSamplers(1, &sampler);
+            gl.BindTextureUnit(5, texture);
+            gl.BindSampler(5, sampler);
+            gl.BindImageTexture(1, texture, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA8);
+            make_current(other.display, NULL, NULL, other.context);
+            gl.DeleteTextures(1, &texture);
+            gl.DeleteSamplers(1, &sampler);
+            make_current(stage.context.display, NULL, NULL, stage.context.context);
+            CHECK(!mssm_gl_build(g) && !mssm_gl_begin_depth(g, 0, 0) && !mssm_gl_end_depth(g), "passes");
+            gl.BindTextureUnit(5, 0);
+            gl.BindSampler(5, 0);
+            gl_context_drop(&other);
+        }
+        CHECK(gl.GetError() == GL_NO_ERROR, "GL error");
+        mssm_gl_destroy(g);
+    }
     end_gl();
 }
 
@@ -1585,6 +1739,36 @@ static void fail_once(const char *what, mssm_result expected)
     if (g != nothing) mssm_gl_destroy(g);
     nothing_is_left(what);
     gl_state_free(&start);
+}
+
+// Intel's driver for Windows: clears, buffers and bindings by name do nothing, and raise no error.
+static void silent_calls_are_not_relied_on(void)
+{
+    enum { COUNT = 64 * 64 * 4 };
+    const mssm_gl_desc d = description(2, 64, 4, 6);
+    static float z[COUNT];
+    uint64_t seed = 52;
+    subject s;
+    if (!begin_gl()) return;
+    fakes.silent_names = true;
+    if (make_subject(&s, &d)) {
+        difference all = {0, 0, 0};
+        for (int i = 0; i < 2; i++) {
+            s.light[i] = wide_light(false, 3);
+            random_depth(z, 64, 4, &seed);
+            fill(&s, i, z, z);
+        }
+        build(&s);
+        for (int i = 0; i < 2; i++) compare_tables(&s, i, &all);
+        CHECK(all.values > 0 && all.largest <= slack(), "sums differ by %d", all.largest);
+        const float point[3] = {0.3f, -0.5f, 0.2f};
+        float v;
+        ask(&s, 0, false, 1, point, &v);
+        const double truth = (double)mssm_map_visibility(s.map[0], &s.light[0], &d.settings, point);
+        CHECK(fabs((double)v - truth) < 1e-3, "visibility %g, the CPU's %g", (double)v, truth);
+        drop_subject(&s);
+    }
+    end_gl();
 }
 
 static void missing_functions(void)
@@ -2061,8 +2245,6 @@ static void sizes_change_without_drawing(void)
     end_gl();
 }
 
-typedef unsigned (*make_current_function)(void *display, void *draw, void *read, void *context);
-
 static void two_contexts_at_once(void)
 {
     enum { COUNT = 70 * 70 * 4 };
@@ -2247,6 +2429,7 @@ const test_case gl_tests[] = {
     {"GL's visibility from shadow space is that from world space", shadow_space_is_the_same},
     {"GL's visibility of hostile points is in range", hostile_points_are_in_range},
     {"GL's new maps are lit", new_maps_are_lit},
+    {"GL's lights that are not there are lit", lights_that_are_not_there_are_lit},
     {"GL's picture agrees with ray tracing as the CPU's does", picture_agrees_with_ray_tracing},
     {"GL's visibility does not flicker from frame to frame", visibility_does_not_flicker},
     {"the snapshot of GL state sees all of it", the_snapshot_sees_all},
@@ -2254,10 +2437,14 @@ const test_case gl_tests[] = {
     {"GL state is left alone where it is unusual, and the numbers are right",
      unusual_state_is_left_alone},
     {"GL numbers are right with each switch of the state turned", each_state_alone_is_harmless},
+    {"GL's depth bounds are off in a pass", depth_bounds_are_off_in_the_pass},
+    {"GL's transform feedback is refused while it is active", transform_feedback_is_refused},
+    {"GL's names that died raise no error", names_that_died_raise_no_error},
     {"GL's front faces are the caller's", winding_is_the_callers},
     {"GL state that the caller changes between begin and end is his", changes_in_between},
     {"GL errors of the caller are not ours", callers_error_is_not_ours},
     {"GL objects are labelled and deleted", objects_are_labelled_and_deleted},
+    {"GL: calls that a driver leaves undone are not relied on", silent_calls_are_not_relied_on},
     {"GL functions may be missing", missing_functions},
     {"GL and malloc may be out of memory", allocations_fail},
     {"GL shaders may fail, with any log", shaders_fail},

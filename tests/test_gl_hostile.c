@@ -25,11 +25,11 @@ static struct {
     int objects;           // made and not deleted
     int messages;
     size_t longest;        // message
-    void *mapped[8];       // by MapNamedBufferRange, freed when the test ends
+    void *mapped[8];       // by MapBufferRange, freed when the test ends
     int mapped_count;
 } driver;
 
-enum { TEXTURE_TARGET = 0x1006, CONTEXT_LOST = 0x0507, SYNC_SIGNALED = 0x911A, SYNC_WAIT_FAILED = 0x911D };
+enum { TEXTURE_BINDING_CUBE_MAP = 0x8514, CONTEXT_LOST = 0x0507, SYNC_SIGNALED = 0x911A, SYNC_WAIT_FAILED = 0x911D };
 
 // Whether the call does what it should; every function begins with it.
 static bool works(void)
@@ -60,6 +60,7 @@ static int strange(void)
     X(DepthRangeIndexed, (GLuint a, GLdouble b, GLdouble c))                                             \
     X(DepthFunc, (GLenum a))                                                                             \
     X(DepthMask, (GLboolean a))                                                                          \
+    X(ColorMaski, (GLuint a, GLboolean b, GLboolean c, GLboolean d, GLboolean e))                        \
     X(ClipControl, (GLenum a, GLenum b))                                                                 \
     X(CullFace, (GLenum a))                                                                              \
     X(PolygonMode, (GLenum a, GLenum b))                                                                 \
@@ -68,23 +69,22 @@ static int strange(void)
     X(NamedFramebufferTextureLayer, (GLuint a, GLenum b, GLuint c, GLint d, GLint e))                    \
     X(NamedFramebufferDrawBuffer, (GLuint a, GLenum b))                                                  \
     X(NamedFramebufferDrawBuffers, (GLuint a, GLsizei b, const GLenum *c))                               \
-    X(BlitNamedFramebuffer, (GLuint a, GLuint b, GLint c, GLint d, GLint e, GLint f, GLint g, GLint h,   \
-                             GLint i, GLint j, GLbitfield k, GLenum l))                                  \
+    X(BindVertexArray, (GLuint a))                                                                       \
+    X(DrawArrays, (GLenum a, GLint b, GLsizei c))                                                        \
     X(NamedFramebufferReadBuffer, (GLuint a, GLenum b))                                                  \
-    X(ClearNamedFramebufferfv, (GLuint a, GLenum b, GLint c, const GLfloat *d))                          \
+    X(ClearBufferfv, (GLenum a, GLint b, const GLfloat *c))                                              \
     X(TextureStorage3D, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLsizei f))                \
     X(TextureStorage2DMultisample, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLboolean f))   \
     X(TextureParameteri, (GLuint a, GLenum b, GLint c))                                                  \
     X(TextureParameterfv, (GLuint a, GLenum b, const GLfloat *c))                                        \
     X(ActiveTexture, (GLenum a))                                                                         \
-    X(BindTextureUnit, (GLuint a, GLuint b))                                                             \
     X(BindTexture, (GLenum a, GLuint b))                                                                 \
     X(BindSampler, (GLuint a, GLuint b))                                                                 \
     X(SamplerParameteri, (GLuint a, GLenum b, GLint c))                                                  \
     X(BindImageTexture, (GLuint a, GLuint b, GLint c, GLboolean d, GLint e, GLenum f, GLenum g))         \
-    X(NamedBufferStorage, (GLuint a, GLsizeiptr b, const void *c, GLbitfield d))                         \
-    X(NamedBufferSubData, (GLuint a, GLintptr b, GLsizeiptr c, const void *d))                           \
-    X(CopyNamedBufferSubData, (GLuint a, GLuint b, GLintptr c, GLintptr d, GLsizeiptr e))                \
+    X(BufferStorage, (GLenum a, GLsizeiptr b, const void *c, GLbitfield d))                              \
+    X(BufferSubData, (GLenum a, GLintptr b, GLsizeiptr c, const void *d))                                \
+    X(CopyBufferSubData, (GLenum a, GLenum b, GLintptr c, GLintptr d, GLsizeiptr e))                     \
     X(BindBuffer, (GLenum a, GLuint b))                                                                  \
     X(BindBufferBase, (GLenum a, GLuint b, GLuint c))                                                    \
     X(BindBufferRange, (GLenum a, GLuint b, GLuint c, GLintptr d, GLsizeiptr e))                         \
@@ -126,7 +126,7 @@ static void drop(GLsizei count, const GLuint *names)
     for (int i = 0; i < count; i++) driver.objects -= names[i] != 0;
 }
 
-#define OBJECTS(X) X(Framebuffers) X(Buffers) X(Samplers)
+#define OBJECTS(X) X(Framebuffers) X(Buffers) X(Samplers) X(VertexArrays)
 #define OBJECT(kind)                                                               \
     static void GL_CALL hostile_Create##kind(GLsizei count, GLuint *names)         \
     {                                                                              \
@@ -198,6 +198,7 @@ static void GL_CALL hostile_GetIntegerv(GLenum name, GLint *value)
 {
     if (!works()) return; // a lost context writes nothing
     *value = name == GL_MAJOR_VERSION ? 4 : name == GL_MINOR_VERSION ? 5 : 1 << 27;
+    if (name == TEXTURE_BINDING_CUBE_MAP) *value = 9; // the one that is given to update
     if (nonsense()) *value = strange();
 }
 
@@ -216,6 +217,22 @@ static void GL_CALL hostile_GetFloati_v(GLenum name, GLuint index, GLfloat *valu
     for (int i = 0; i < 2 && works(); i++) value[i] = nonsense() ? (GLfloat)strange() : 0;
 }
 
+static void GL_CALL hostile_GetDoublei_v(GLenum name, GLuint index, GLdouble *value)
+{
+    for (int i = 0; i < 2 && works(); i++) value[i] = nonsense() ? (GLdouble)strange() : 0;
+}
+
+static void GL_CALL hostile_GetBooleani_v(GLenum name, GLuint index, GLboolean *value)
+{
+    if (works()) value[0] = nonsense() ? (GLboolean)strange() : GL_TRUE;
+}
+
+static const unsigned char *GL_CALL hostile_GetStringi(GLenum name, GLuint index)
+{
+    static const unsigned char bounds[] = "GL_EXT_depth_bounds_test";
+    return works() && !nonsense() ? bounds : NULL;
+}
+
 static GLboolean GL_CALL hostile_IsEnabled(GLenum name)
 {
     return works() && nonsense();
@@ -226,22 +243,24 @@ static GLboolean GL_CALL hostile_IsEnabledi(GLenum name, GLuint index)
     return works() && nonsense();
 }
 
-static GLboolean GL_CALL hostile_IsTexture(GLuint texture)
-{
-    return works() && !nonsense();
-}
+#define IS(kind)                                           \
+    static GLboolean GL_CALL hostile_Is##kind(GLuint name) \
+    {                                                      \
+        return works() && !nonsense();                     \
+    }
+IS(Texture) IS(Sampler) IS(Framebuffer) IS(Program) IS(VertexArray) IS(Buffer)
 
 static GLenum GL_CALL hostile_CheckNamedFramebufferStatus(GLuint framebuffer, GLenum target)
 {
     return works() && !nonsense() ? GL_FRAMEBUFFER_COMPLETE : 0;
 }
 
-static void GL_CALL hostile_GetTextureParameteriv(GLuint texture, GLenum name, GLint *value)
+static void GL_CALL hostile_GetTexParameteriv(GLenum target, GLenum name, GLint *value)
 {
-    if (works()) *value = nonsense() ? strange() : name == TEXTURE_TARGET ? GL_TEXTURE_CUBE_MAP : 0;
+    if (works()) *value = nonsense() ? strange() : 0;
 }
 
-static void GL_CALL hostile_GetTextureLevelParameteriv(GLuint texture, GLint level, GLenum name, GLint *value)
+static void GL_CALL hostile_GetTexLevelParameteriv(GLenum target, GLint level, GLenum name, GLint *value)
 {
     if (works()) *value = nonsense() ? strange() : name == GL_TEXTURE_SAMPLES ? 4 : 16;
 }
@@ -283,8 +302,7 @@ static void GL_CALL hostile_GetProgramInfoLog(GLuint program, GLsizei room, GLsi
 }
 
 // Exactly the bytes asked for, with anything in them.
-static void *GL_CALL hostile_MapNamedBufferRange(GLuint buffer, GLintptr offset, GLsizeiptr length,
-                                                 GLbitfield access)
+static void *GL_CALL hostile_MapBufferRange(GLenum target, GLintptr offset, GLsizeiptr length, GLbitfield access)
 {
     if (!works() || driver.mapped_count == 8 || length <= 0 || length > 1 << 24) return NULL;
     unsigned char *memory = malloc((size_t)length);
@@ -323,9 +341,11 @@ static gl_fakes_function load_hostile(const char *name)
     RETURN(CreateTextures) RETURN(DeleteTextures) RETURN(CreateShader) RETURN(DeleteShader)
     RETURN(CreateProgram) RETURN(DeleteProgram) RETURN(ShaderSource) RETURN(GetError) RETURN(GetString)
     RETURN(GetIntegerv) RETURN(GetIntegeri_v) RETURN(GetInteger64i_v) RETURN(GetFloati_v) RETURN(IsEnabled)
-    RETURN(IsEnabledi) RETURN(IsTexture) RETURN(CheckNamedFramebufferStatus) RETURN(GetTextureParameteriv)
-    RETURN(GetTextureLevelParameteriv) RETURN(GetShaderiv) RETURN(GetProgramiv) RETURN(GetShaderInfoLog)
-    RETURN(GetProgramInfoLog) RETURN(MapNamedBufferRange) RETURN(FenceSync) RETURN(ClientWaitSync)
+    RETURN(GetDoublei_v) RETURN(GetBooleani_v) RETURN(GetStringi) RETURN(IsSampler) RETURN(IsFramebuffer)
+    RETURN(IsProgram) RETURN(IsVertexArray) RETURN(IsBuffer) RETURN(IsEnabledi) RETURN(IsTexture) RETURN(CheckNamedFramebufferStatus) RETURN(GetTexParameteriv)
+    RETURN(GetTexLevelParameteriv)
+    RETURN(GetShaderiv) RETURN(GetProgramiv) RETURN(GetShaderInfoLog)
+    RETURN(GetProgramInfoLog) RETURN(MapBufferRange) RETURN(FenceSync) RETURN(ClientWaitSync)
     RETURN(DeleteSync)
     CHECK(0, "%s is not in the hostile driver", name);
     return NULL;

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 1024 };
+enum { MOST = 1024, TEXTURE_BASE_LEVEL = 0x813C, TEXTURE_MAX_LEVEL = 0x813D, TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515 };
 
 // ---- A context, and a loader that watches fences -------------------------------------------------
 
@@ -54,7 +54,7 @@ static lightprobe_gl_function load(const char *name)
         memcpy(&sync.DeleteSync, &f, sizeof f);
         return (lightprobe_gl_function)watch_DeleteSync;
     }
-    if (map_fails && !strcmp(name, "glMapNamedBufferRange")) return (lightprobe_gl_function)no_map;
+    if (map_fails && !strcmp(name, "glMapBufferRange")) return (lightprobe_gl_function)no_map;
     return f;
 }
 
@@ -391,6 +391,58 @@ static void side_chooses_the_level(void)
     end_gl();
 }
 
+// What cannot be read at the level of the side asked for is refused in so many words.
+static void levels_that_are_not_there_are_refused(void)
+{
+    static const struct {
+        int levels, base, last; // of a texture of side 64
+        bool good;
+    } cases[] = {{7, 0, 1000, 1}, {7, 0, 1, 1},  {7, 0, 0, 0}, {1, 0, 1000, 0}, {7, 1, 1000, 1},
+                 {7, 2, 1000, 0}, {7, 1, 1, 1}, {2, 0, 1000, 1}};
+    const lightprobe_gl_desc d = description(32, 20);
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        test_probe p = test_scene_probe(SCENE_LAMPS, 32);
+        for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+            const GLuint texture = new_texture(cases[i].levels, 64);
+            lights l = {.count = 0};
+            if (cases[i].levels > 1) upload(texture, 1, &p);
+            gl.TextureParameteri(texture, TEXTURE_BASE_LEVEL, cases[i].base);
+            gl.TextureParameteri(texture, TEXTURE_MAX_LEVEL, cases[i].last);
+            fakes.messages = 0;
+            const lightprobe_result r = lightprobe_gl_update(s.gl, texture);
+            CHECK(r == (cases[i].good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_TEXTURE) && (!r || strstr(fakes.message, "side 32")),
+                  "%d levels, %d to %d: result %d, \"%s\"", cases[i].levels, cases[i].base, cases[i].last, r,
+                  fakes.message);
+            if (!r) lightprobe_gl_read(s.gl, 1, l.light, &l.count, &l.stats);
+            CHECK(r || l.count == 20, "%d levels, %d to %d: %d lights", cases[i].levels, cases[i].base,
+                  cases[i].last, l.count);
+            gl.DeleteTextures(1, &texture);
+        }
+        // Storage made level by level: where one is missing it would be read as black.
+        void(GL_CALL *TexImage2D)(GLenum, GLint, GLint, GLsizei, GLsizei, GLint, GLenum, GLenum, const void *);
+        const gl_fakes_function f = gl_context_function("glTexImage2D");
+        memcpy(&TexImage2D, &f, sizeof f);
+        for (int levels = 2; levels < 8; levels += 5) {
+            GLuint texture;
+            gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &texture);
+            gl.BindTexture(GL_TEXTURE_CUBE_MAP, texture);
+            for (int level = 0; level < levels; level++) {
+                for (GLenum face = 0; face < 6; face++)
+                    TexImage2D(TEXTURE_CUBE_MAP_POSITIVE_X + face, level, GL_RGB32F, 64 >> level, 64 >> level, 0,
+                               GL_RGB, GL_FLOAT, level == 1 ? p.face[face] : NULL);
+            }
+            const lightprobe_result r = lightprobe_gl_update(s.gl, texture);
+            CHECK(r == (levels == 7 ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_TEXTURE), "%d levels: result %d", levels, r);
+            gl.DeleteTextures(1, &texture);
+        }
+        test_probe_free(&p);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
 // So many that two of them hardly differ, and that one dispatch would take too many steps. The loud
 // texels make clusters that are divided one leaf at a time.
 static void many_lights_agree(void)
@@ -671,7 +723,23 @@ static void nothing_grows(void)
     end_gl();
 }
 
-// ---- 4. Failures ---------------------------------------------------------------------------------
+// ---- 4. Failures, and drivers as they are -----------------------------------------------------------
+
+// Intel's driver for Windows: buffers and cube maps by name.
+static void silent_calls_are_not_relied_on(void)
+{
+    const lightprobe_gl_desc d = description(16, 8);
+    static subject s;
+    if (!begin_gl()) return;
+    fakes.silent_names = true;
+    if (make_subject(&s, &d)) {
+        test_probe p = test_scene_probe(SCENE_LAMPS, d.side);
+        for (int k = 0; k < 3; k++) frame(&s, &p, k == 0, "lamps");
+        test_probe_free(&p);
+        drop_subject(&s);
+    }
+    end_gl();
+}
 
 static void failures_leave_nothing(void)
 {
@@ -800,6 +868,7 @@ const test_case lightprobe_gl_tests[] = {
 #endif
     {"GL finds the CPU's lights of a probe, also frame after frame", lights_are_the_cpus},
     {"GL finds the CPU's lights of hostile probes", hostile_probes_agree},
+    {"GL refuses probes without the level asked for", levels_that_are_not_there_are_refused},
     {"GL finds the CPU's lights where there are many", many_lights_agree},
     {"GL reads a probe at the mip level of the side asked for", side_chooses_the_level},
     {"GL: lights follow a turning probe without jumps", a_turning_probe_does_not_jump},
@@ -807,6 +876,7 @@ const test_case lightprobe_gl_tests[] = {
     {"GL: probes made and dropped again leave nothing", nothing_grows},
     {"GL: shading and CPU see the same lights of a probe", shading_and_cpu_see_the_same},
     {"GL: finding lights leaves the caller's state as found", state_is_left_as_found},
+    {"GL: calls that a driver leaves undone are not relied on by probes", silent_calls_are_not_relied_on},
     {"GL: failures leave nothing of a probe behind", failures_leave_nothing},
     {"GL below 4.5 is refused for probes", old_contexts_are_refused},
     {"GL: bad arguments for probes are refused", bad_arguments_are_refused},

@@ -66,6 +66,7 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
     /* buffers */                                                                                  \
     X(void, CreateBuffers, (GLsizei count, GLuint *buffers))                                       \
     X(void, DeleteBuffers, (GLsizei count, const GLuint *buffers))                                 \
+    X(void, BufferStorage, (GLenum target, GLsizeiptr size, const void *data, GLbitfield flags))   \
     X(void, NamedBufferStorage,                                                                    \
       (GLuint buffer, GLsizeiptr size, const void *data, GLbitfield flags))                        \
     X(void, NamedBufferSubData,                                                                    \
@@ -228,6 +229,12 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
     X(void, CreateTransformFeedbacks, (GLsizei count, GLuint *feedbacks))                          \
     X(void, DeleteTransformFeedbacks, (GLsizei count, const GLuint *feedbacks))                    \
     X(void, BindTransformFeedback, (GLenum target, GLuint feedback))                               \
+    X(void, TransformFeedbackVaryings,                                                             \
+      (GLuint program, GLsizei count, const GLchar *const *names, GLenum mode))                    \
+    X(void, BeginTransformFeedback, (GLenum primitive))                                            \
+    X(void, PauseTransformFeedback, (void))                                                        \
+    X(void, ResumeTransformFeedback, (void))                                                       \
+    X(void, EndTransformFeedback, (void))                                                          \
     X(void, BeginQuery, (GLenum target, GLuint query))                                             \
     X(void, EndQuery, (GLenum target))                                                             \
     X(void, BeginConditionalRender, (GLuint query, GLenum mode))                                   \
@@ -441,7 +448,13 @@ enum {
     GL_RENDERBUFFER = 0x8D41,
     GL_MAX_SAMPLES = 0x8D57,
     GL_QUERY_WAIT = 0x8E13,
+    GL_CONTEXT_PROFILE_MASK = 0x9126,
+    GL_ALPHA_TEST = 0x0BC0,
+    GL_POLYGON_STIPPLE = 0x0B42,
+    GL_POINT = 0x1B00,
+    GL_CLEAR = 0x1500,
     GL_TRANSFORM_FEEDBACK = 0x8E22,
+    GL_INTERLEAVED_ATTRIBS = 0x8C8C,
     GL_FIRST_VERTEX_CONVENTION = 0x8E4D,
     GL_LAST_VERTEX_CONVENTION = 0x8E4E,
     GL_SAMPLE_MASK = 0x8E51,

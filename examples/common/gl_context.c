@@ -1,6 +1,7 @@
 #include "gl_context.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 gl_functions gl;
@@ -36,6 +37,17 @@ void gl_context_destroy(gl_context *c)
     memset(c, 0, sizeof *c);
 }
 
+void *gl_context_share(const gl_context *c)
+{
+    (void)c;
+    return NULL;
+}
+
+void gl_context_drop(gl_context *shared)
+{
+    (void)shared;
+}
+
 any_function gl_context_function(const char *name)
 {
     (void)name;
@@ -60,6 +72,7 @@ enum {
     EGL_CONTEXT_DEBUG_BIT = 0x0001,
     EGL_CONTEXT_PROFILE_MASK = 0x30FD,
     EGL_CONTEXT_CORE_PROFILE_BIT = 0x0001,
+    EGL_CONTEXT_COMPATIBILITY_PROFILE_BIT = 0x0002,
     EGL_PLATFORM_SURFACELESS_MESA = 0x31DD
 };
 
@@ -134,24 +147,25 @@ static void *open_display(void)
     return display && egl.Initialize(display, NULL, NULL) ? display : NULL;
 }
 
-static void *create_context(void *display)
+static void *create_context(void *display, void *share)
 {
     static const int config_attributes[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
                                             EGL_OPENGL_BIT, EGL_NONE};
-    static const int context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                             4,
-                                             EGL_CONTEXT_MINOR_VERSION,
-                                             5,
-                                             EGL_CONTEXT_PROFILE_MASK,
-                                             EGL_CONTEXT_CORE_PROFILE_BIT,
-                                             EGL_CONTEXT_FLAGS,
-                                             EGL_CONTEXT_DEBUG_BIT,
-                                             EGL_NONE};
+    const int context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                      4,
+                                      EGL_CONTEXT_MINOR_VERSION,
+                                      5,
+                                      EGL_CONTEXT_PROFILE_MASK,
+                                      getenv("GL_COMPATIBILITY") ? EGL_CONTEXT_COMPATIBILITY_PROFILE_BIT
+                                                                 : EGL_CONTEXT_CORE_PROFILE_BIT,
+                                      EGL_CONTEXT_FLAGS,
+                                      EGL_CONTEXT_DEBUG_BIT,
+                                      EGL_NONE};
     void *config = NULL; // stays null where no config fits: EGL_KHR_no_config_context
     int count = 0;
     if (!egl.BindAPI(EGL_OPENGL_API)) return NULL;
     egl.ChooseConfig(display, config_attributes, &config, 1, &count);
-    return egl.CreateContext(display, config, NULL, context_attributes);
+    return egl.CreateContext(display, config, share, context_attributes);
 }
 
 bool gl_context_create(gl_context *c, const char **why)
@@ -167,7 +181,7 @@ bool gl_context_create(gl_context *c, const char **why)
         *why = "EGL finds no driver: apt-get install libgl1-mesa-dri";
         return false;
     }
-    c->context = create_context(c->display);
+    c->context = create_context(c->display, NULL);
     if (!c->context) {
         *why = "the driver has no OpenGL 4.5 core: apt-get install libgl1-mesa-dri (Mesa 20.2 or "
                "newer)";
@@ -194,6 +208,16 @@ void gl_context_destroy(gl_context *c)
         egl.ReleaseThread();
     }
     memset(c, 0, sizeof *c);
+}
+
+void *gl_context_share(const gl_context *c)
+{
+    return create_context(c->display, c->context);
+}
+
+void gl_context_drop(gl_context *shared)
+{
+    egl.DestroyContext(shared->display, shared->context);
 }
 
 any_function gl_context_function(const char *name)

@@ -10,11 +10,16 @@ typedef struct gl_context {
     void *display, *context;
 } gl_context;
 
-// Makes a debug context, current on the calling thread, and fills the table gl. There is no default
+// Makes a debug context (with the environment variable GL_COMPATIBILITY one of the compatibility profile,
+// as many engines have), current on the calling thread, and fills the table gl. There is no default
 // framebuffer: render into your own. On failure *why is one line that says what is missing and what
 // installs it; nothing stays open.
 bool gl_context_create(gl_context *c, const char **why);
 void gl_context_destroy(gl_context *c);
+
+// Another context, not current, that shares its objects, and its end.
+void *gl_context_share(const gl_context *c);
+void gl_context_drop(gl_context *shared);
 
 // Address of a GL function, null if there is none: the loader for gl_load() and mssm_gl_desc.
 void (*gl_context_function(const char *name))(void);
