@@ -97,21 +97,18 @@ static function load(const char *name)
     } known[] = {{"glGetIntegerv", (function)get_integer},
                  {"glGetString", (function)get_string},
                  {"glCreateTextures", (function)create_textures},
-                 {"glCreateFramebuffers", (function)create},
-                 {"glCreateBuffers", (function)create},
-                 {"glCreateSamplers", (function)create},
                  {"glCreateShader", (function)create_one},
                  {"glCreateProgram", (function)create_one},
                  {"glGetShaderiv", (function)is_good},
                  {"glGetProgramiv", (function)is_good},
                  {"glCheckNamedFramebufferStatus", (function)is_complete},
-                 {"glMapNamedBufferRange", (function)map_buffer},
                  {"glShaderSource", (function)shader_source},
                  {"glObjectLabel", (function)object_label}};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
         if (!strcmp(known[i].name, name)) return known[i].f;
     }
-    return (function)nothing;
+    if (!strncmp(name, "glCreate", 8)) return (function)create;
+    return strncmp(name, "glMap", 5) ? (function)nothing : (function)map_buffer;
 }
 
 // ---- Texts ----
