@@ -188,8 +188,9 @@ typedef struct mssm_light {
 } mssm_light;
 
 // A light at infinity: a rectangle of the sky with tangents of half-angles tan_half_u, tan_half_v
-// >= 0 along axis_u and across it. The frustum is fitted to the box of the casters; receivers may
-// lie outside. direction needs not be unit. axis_u is made orthogonal to it; where that is
+// >= 0 along axis_u and across it. The frustum is fitted to the box of the casters, 1/64 wider; receivers
+// may lie outside. Where casters go on beyond the box (a cascade, a camera's surroundings), what the map
+// holds at its rim stands for them; otherwise all is lit there. direction needs not be unit. axis_u is made orthogonal to it; where that is
 // impossible another axis is taken. Fails, with light untouched, on numbers that are not finite, a
 // zero direction or box_min > box_max.
 mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
@@ -284,6 +285,18 @@ mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back
 // the map, nearer than its near plane or not finite are lit.
 float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
                           const mssm_settings *settings, const float point[3]);
+
+// The same with the receiver's normal, of any length, NULL or zero where it is not known. It tells the
+// receiver's own surface from blockers. Best is the geometric one, towards the viewer's side.
+float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
+                                 const mssm_settings *settings, const float point[3],
+                                 const float normal[3]);
+
+// The same for many points: what depends on the light alone is done once. normals may be NULL;
+// visibility may not overlap the rest.
+void mssm_map_visibility_many(const mssm_map *map, const mssm_light *light,
+                              const mssm_settings *settings, int count, const float (*points)[3],
+                              const float (*normals)[3], float *visibility);
 
 // Moments of depth of a rectangle of the map, for estimators of one's own: centre and half-sizes in
 // shadow space, at least half a texel, as if depth were 1 outside of the map. Not biased yet:
@@ -420,7 +433,9 @@ const char *mssm_glsl_math(void);
 // be put after mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map,
 // mssm_view, mssm_options, mssm_receiver), and calls mssm_moments6 mssm_query(int map, int moments,
 // float x, float y, float half_x, float half_y), which is yours to define: the Chebyshev moments
-// that a rectangle of the map holds. A macro MSSM_SEARCH may name a cheaper one for the search.
+// that a rectangle of the map holds. A macro MSSM_SEARCH may name a cheaper one for the search, and
+// MSSM_LEAST_DEPTH a float f(int map, float x, float y, float half_size): the least depth within
+// half_size texels, which proves receivers lit and lets near planes and far casters do no harm.
 const char *mssm_glsl_shading(void);
 
 // ------------------------------------------------------------------------------------------------
@@ -453,7 +468,7 @@ typedef struct mssm_gl_desc {  // zero means default everywhere
     int samples;               // of the depth target, default 4
     int moments;               // 4 or 6; default 6. settings.moments chooses among what is stored
     mssm_settings settings;    // compiled into the shading text
-    int first_texture_unit;    // mssm_gl_bind takes two texture units from here
+    int first_texture_unit;    // mssm_gl_bind takes three texture units from here
     int first_buffer_binding;  // and this binding of shader storage buffers
     void (*log)(void *user, const char *message);  // one line, or a shader's whole log; may be NULL
     void *user;
@@ -489,7 +504,7 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl);
 // as many levels as the widest light needs.
 mssm_result mssm_gl_build(mssm_gl *gl);
 
-// Binds what shading reads: textures at units first_texture_unit and the next (and no samplers), a
+// Binds what shading reads: textures at units first_texture_unit and the next two (and no samplers), a
 // shader storage buffer at first_buffer_binding. Once a frame after the build, or whenever these
 // were changed.
 mssm_result mssm_gl_bind(mssm_gl *gl);
@@ -1578,6 +1593,8 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
         half[a] = 0.5 * (high[a] - low[a] > least ? high[a] - low[a] : least);
         centre[a] = 0.5 * (high[a] + low[a]);
     }
+    // A rim without casters, two texels of 256: maps take what they hold there for what lies beyond.
+    for (int a = 0; a < 2; a++) half[a] *= 1 + 1.0 / 64;
     // Casters get depths from -1 + 0.01 to MSSM_FAR_CASTER: see there.
     double range = 2 * half[2] / (MSSM_FAR_CASTER + 0.99);  // world units per unit of depth
     double nearest = centre[2] + half[2] + 0.01 * range;
@@ -1779,6 +1796,7 @@ float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent)
 #define MSSM_INVERSE_SCALE ((1.0f - 2.4e-7f) / (float)MSSM_SCALE)
 #define MSSM__LEVELS 11      // of a map of 16384^2
 #define MSSM__SIDE 16384
+#define MSSM__DEPTHS 14      // of such a map: least depths down to one texel
 
 // Level l holds (size + 1)^2 sums of moments channels, with a first row and column of zeros. An
 // entry is the sum of round(T_k(depth) * MSSM_SCALE) over all texels left of and below it, modulo
@@ -1788,7 +1806,23 @@ struct mssm_map {
     int averaged;  // made of front and back faces
     int size[MSSM__LEVELS];
     uint32_t *table[MSSM__LEVELS];
+    int depths;  // levels of least depth: level l has that of 2^(l + 1) x 2^(l + 1) texels
+    int size_of_depths[MSSM__DEPTHS];
+    float *depth[MSSM__DEPTHS];
 };
+
+// Levels of least depth, from half the side down to 1, and in *words the texels of all.
+static int mssm__layout_depths(int side, uint64_t *words)
+{
+    int levels = 0;
+    *words = 0;
+    do {
+        side = (side + 1) / 2;
+        *words += (uint64_t)side * (uint64_t)side;
+        levels++;
+    } while (side > 1);
+    return levels;
+}
 
 // The number of levels, and in *words the number of table entries; 0 for arguments out of range.
 static int mssm__layout(int side, int moments, uint64_t *words)
@@ -1806,9 +1840,10 @@ static int mssm__layout(int side, int moments, uint64_t *words)
 
 size_t mssm_map_bytes(int side, int moments)
 {
-    uint64_t words;
+    uint64_t words, depths;
     if (!mssm__layout(side, moments, &words)) return 0;
-    uint64_t bytes = words * sizeof(uint32_t) + sizeof(mssm_map) + 63;
+    mssm__layout_depths(side, &depths);
+    uint64_t bytes = words * sizeof(uint32_t) + depths * sizeof(float) + sizeof(mssm_map) + 63;
     return bytes <= SIZE_MAX ? (size_t)bytes : 0;
 }
 
@@ -1883,8 +1918,8 @@ MSSM_SHARED void mssm__append(uint32_t *MSSM__RESTRICT row, const uint32_t *MSSM
     run[5] = s5;
 }
 
-// count texels of a row from the level below: each is the mean of four, read off their table as one
-// difference; what lies outside of an odd size counts as depth 1, T_k = 1.
+// count texels of a row from the level below: each is the mean of the four, or at the end of an odd size
+// two or one, that are there, read off their table as one difference.
 static void mssm__halve_values(const mssm_map *map, int finer, int x, int y, int count,
                                int32_t value[6][MSSM__BLOCK])
 {
@@ -1895,12 +1930,11 @@ static void mssm__halve_values(const mssm_map *map, int finer, int x, int y, int
     const uint32_t *high = map->table[finer] + (size_t)y1 * stride;
     for (int i = 0; i < count; i++) {
         const int x0 = 2 * (x + i), x1 = x0 + 2 < size ? x0 + 2 : size;
-        const int outside = 4 - (x1 - x0) * (y1 - 2 * y);
-        const int32_t missing = outside * MSSM_SCALE + 2;
+        const int32_t times = 4 / ((x1 - x0) * (y1 - 2 * y));
         const uint32_t *a = low + x0 * moments, *b = low + x1 * moments;
         const uint32_t *c = high + x0 * moments, *d = high + x1 * moments;
         for (int k = 0; k < moments; k++) {
-            value[k][i] = ((int32_t)(d[k] - c[k] - b[k] + a[k]) + missing) >> 2;
+            value[k][i] = ((int32_t)(d[k] - c[k] - b[k] + a[k]) * times + 2) >> 2;
         }
     }
 }
@@ -1933,11 +1967,34 @@ static void mssm__fill_level(mssm_map *map, int level, const float *front, const
     }
 }
 
+// Least depths of all levels, or without a map 1.
+static void mssm__fill_depths(mssm_map *map, const float *front, const float *back, int samples)
+{
+    for (int level = 0, size = (map->side + 1) / 2; level < map->depths; level++, size = (size + 1) / 2) {
+        for (size_t i = 0; i < (size_t)size * (size_t)size; i++) map->depth[level][i] = 1;
+        const float *from = level ? map->depth[level - 1] : front;
+        const int finer = level ? map->size_of_depths[level - 1] : map->side, each = level ? 1 : samples;
+        map->size_of_depths[level] = size;
+        if (!front) continue;
+        for (int y = 0; y < finer; y++) {
+            float *row = map->depth[level] + (size_t)(y / 2) * (size_t)size;
+            const size_t first = (size_t)y * (size_t)finer * (size_t)each;
+            for (int i = 0; i < finer * each; i++) {
+                float z = mssm__depth(from[first + (size_t)i]);
+                if (back && !level) z = 0.5f * (z + mssm__depth(back[first + (size_t)i]));
+                float *least = &row[i / each / 2];
+                *least = mssm_min(z, *least);
+            }
+        }
+    }
+}
+
 static void mssm__fill(mssm_map *map, const float *front, const float *back, int samples)
 {
     for (int level = 0; level < map->levels; level++) {
         mssm__fill_level(map, level, front, back, samples);
     }
+    mssm__fill_depths(map, front, back, samples);
 }
 
 mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments)
@@ -1959,6 +2016,12 @@ mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, 
         m->size[level] = size;
         m->table[level] = table;
         table += (size_t)(size + 1) * (size_t)(size + 1) * (size_t)moments;
+    }
+    m->depths = mssm__layout_depths(side, &words);
+    float *depth = (float *)(void *)table;
+    for (int level = 0, size = (side + 1) / 2; level < m->depths; level++, size = (size + 1) / 2) {
+        m->depth[level] = depth;
+        depth += (size_t)size * (size_t)size;
     }
     mssm__fill(m, NULL, NULL, 1);
     *map = m;
@@ -1983,25 +2046,29 @@ struct mssm_strips {
     float edge[4];
     float first;
     float last;
-    float whole;   // length of all
-    float inside;  // and of what lies inside of the map
+    float whole;  // length of all
+    float known;  // and of what stands for the map
 };
 
+// What lies beyond the map is not known: its outermost texels stand for as much of it as the query has
+// inside, so that a frustum may cut through the world. Further out all is lit.
 MSSM_SHARED struct mssm_strips mssm_cut(float from, float to, float size)
 {
     struct mssm_strips r;
-    float low = mssm_clamp(from, 0.0f, size);
-    float high = mssm_clamp(to, 0.0f, size);
-    float start = floorf(low) < size ? floorf(low) : size - 1.0f;
-    float end = floorf(high) > start ? floorf(high) : start + 1.0f;
+    float inside = mssm_clamp(to, 0.0f, size) - mssm_clamp(from, 0.0f, size);
+    float low = mssm_max(from, -inside);
+    float high = mssm_min(to, size + inside);
+    float start = mssm_clamp(floorf(from), 0.0f, size - 1.0f);
+    float end = mssm_clamp(floorf(to), 0.0f, size - 1.0f);
+    float next = start + 1.0f;
     r.edge[0] = start;
-    r.edge[1] = start + 1.0f;
-    r.edge[2] = end;
-    r.edge[3] = end < size ? end + 1.0f : size;
-    r.first = mssm_min(start + 1.0f, high) - low;
-    r.last = mssm_max(high - end, 0.0f);
+    r.edge[1] = next;
+    r.edge[2] = mssm_max(end, next);
+    r.edge[3] = mssm_min(r.edge[2] + 1.0f, size);
+    r.first = mssm_max((end > start ? next : high) - low, 0.0f);
+    r.last = end > start ? high - end : 0.0f;
     r.whole = to - from;
-    r.inside = high - low;
+    r.known = mssm_max(high - low, 0.0f);
     return r;
 }
 
@@ -2009,7 +2076,6 @@ MSSM_SHARED struct mssm_strips mssm_cut(float from, float to, float size)
 struct mssm_span {
     float low;
     float high;
-    float whole;  // length, what lies outside of the map included
 };
 
 // Rounds a wide query to the next texel borders. One of a texel's width grows to all that it touches:
@@ -2018,13 +2084,10 @@ MSSM_SHARED struct mssm_span mssm_cut_texels(float from, float to, float size)
 {
     struct mssm_span r;
     float inwards = mssm_clamp(0.125f * (to - from - 1.0f), 0.0f, 0.5f);
-    float low = floorf(from + inwards);
-    float high = -floorf(inwards - to);
-    float inside = mssm_clamp(high, 0.0f, size);
-    r.low = mssm_clamp(low, 0.0f, size);
+    r.low = mssm_clamp(floorf(from + inwards), 0.0f, size - 1.0f);
     // No more than a level's sums can hold, however from and to were rounded.
-    r.high = mssm_min(inside, r.low + MSSM_KERNEL);
-    r.whole = high - low - (inside - r.high);
+    float most = mssm_min(r.low + MSSM_KERNEL, size);
+    r.high = mssm_clamp(-floorf(inwards - to), r.low + 1.0f, most);
     return r;
 }
 
@@ -2034,6 +2097,22 @@ MSSM_SHARED int mssm_level_of(float width, int levels)
 {
     int level = (mssm_bits(mssm_max(width, MSSM_KERNEL)) - mssm_bits(MSSM_KERNEL) + 0x7fffff) >> 23;
     return level < levels - 1 ? level : levels - 1;
+}
+
+// The level of least depth whose texels, 2^(level + 1) wide, are at least as wide as half_size.
+MSSM_SHARED int mssm_depth_level(float half_size, int levels)
+{
+    int level = (mssm_bits(mssm_max(half_size, 2.0f)) - mssm_bits(2.0f) + 0x7fffff) >> 23;
+    return level < levels - 1 ? level : levels - 1;
+}
+
+// First and last of at most three texels of least depth on one axis; scale is one over their width.
+MSSM_SHARED struct mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)
+{
+    struct mssm_span r;
+    r.low = mssm_clamp(floorf((x - half_size) * scale), 0.0f, size - 1.0f);
+    r.high = mssm_clamp(floorf((x + half_size) * scale), 0.0f, size - 1.0f);
+    return r;
 }
 // [glsl end]
 
@@ -2053,8 +2132,8 @@ MSSM_SHARED void mssm__add_strips(const uint32_t *low, const uint32_t *high, con
 }
 
 // Chebyshev moments of the rectangle around (x, y) with the given half-sizes, all in texels of
-// level 0 and at least half a texel, as if depth were 1 outside of the map. Nine rectangles of
-// whole texels, each an exact integer, are summed with the share of the query that covers them.
+// level 0 and at least half a texel. Nine rectangles of whole texels, each an exact integer, are summed
+// with the share of the query that covers them; depth 1 where mssm_cut knows nothing.
 static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float y, float half_x,
                                 float half_y)
 {
@@ -2064,7 +2143,7 @@ static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float
     const struct mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);
     const float area = sx.whole * sy.whole;
     const float inverse = MSSM_INVERSE_SCALE / area;
-    const float outside = (area - sx.inside * sy.inside) / area;  // exactly 0 where nothing is
+    const float outside = (area - sx.known * sy.known) / area;  // exactly 0 where nothing is
     const size_t channels = (size_t)map->moments;
     const size_t stride = (size_t)(map->size[level] + 1) * channels;
     size_t at[4], row[4];
@@ -2095,9 +2174,7 @@ static mssm_moments6 mssm__query_texels(const mssm_map *map, int moments, float 
     const float size = (float)map->size[level], scale = 1.0f / (float)(1 << level);
     const struct mssm_span sx = mssm_cut_texels((x - half_x) * scale, (x + half_x) * scale, size);
     const struct mssm_span sy = mssm_cut_texels((y - half_y) * scale, (y + half_y) * scale, size);
-    const float area = sx.whole * sy.whole;
-    const float inverse = MSSM_INVERSE_SCALE / area;
-    const float outside = (area - (sx.high - sx.low) * (sy.high - sy.low)) / area;
+    const float inverse = MSSM_INVERSE_SCALE / ((sx.high - sx.low) * (sy.high - sy.low));
     const size_t channels = (size_t)map->moments;
     const size_t stride = (size_t)(map->size[level] + 1) * channels;
     const uint32_t *low = map->table[level] + (size_t)sy.low * stride;
@@ -2106,9 +2183,24 @@ static mssm_moments6 mssm__query_texels(const mssm_map *map, int moments, float 
     mssm_moments6 t = {{0}};
     for (size_t k = 0; k < (size_t)moments; k++) {
         const uint32_t sum = (high[b + k] - low[b + k]) - (high[a + k] - low[a + k]);
-        t.b[k] = (float)(int32_t)sum * inverse + outside;
+        t.b[k] = (float)(int32_t)sum * inverse;
     }
     return t;
+}
+
+// Least depth of all texels within half_size texels of (x, y), and of some around: at most nine reads.
+static float mssm__least_depth(const mssm_map *map, float x, float y, float half_size)
+{
+    const int level = mssm_depth_level(half_size, map->depths), size = map->size_of_depths[level];
+    const float scale = 0.5f / (float)(1 << level);
+    const struct mssm_span sx = mssm_cut_depths(x, half_size, scale, (float)size);
+    const struct mssm_span sy = mssm_cut_depths(y, half_size, scale, (float)size);
+    float least = 1.0f;
+    for (int j = (int)sy.low; j <= (int)sy.high; j++) {
+        const float *row = map->depth[level] + (size_t)j * (size_t)size;
+        for (int i = (int)sx.low; i <= (int)sx.high; i++) least = mssm_min(row[i], least);
+    }
+    return least;
 }
 
 // ---- Estimators (docs/moments.md, "Layers") ----
@@ -2116,6 +2208,7 @@ static mssm_moments6 mssm__query_texels(const mssm_map *map, int moments, float 
 // Shared with GLSL, where a map is the number of a light.
 #define MSSM_MAP const mssm_map *
 #define MSSM_SEARCH mssm__query_texels
+#define MSSM_LEAST_DEPTH mssm__least_depth
 #define MSSM_CALLED static  // shared, but called, not inlined: the bulk of the code
 
 // [glsl begin shading]
@@ -2136,7 +2229,7 @@ typedef struct mssm_view {
 
 // Settings with their defaults filled in.
 struct mssm_options {
-    int moments;    // 4, 6, or 0: 4 where they will do
+    int moments;    // 4 or 6
     int estimator;  // 0 layered, 1 lower, 2 upper blocker
     float alpha4;
     float alpha6;
@@ -2155,15 +2248,10 @@ struct mssm_receiver {
     float sharp;   // 1 / fade
     float spread;  // of the receiver
     float d_max;   // its distance from the near plane, in spread
+    float rise_u;  // of its tangent plane, in spread per texel
+    float rise_v;
+    int plane;     // whether the normal is known
     int lit;       // whatever the map holds
-};
-
-// Three nested kernels, by the distance in spread of the blockers they are for; or the answer.
-struct mssm_plan {
-    float d[3];
-    float between[2];  // 1 / (d[i]^2 - d[i+1]^2)
-    float occlusion;
-    int known;
 };
 
 MSSM_SHARED float mssm_spread(mssm_view v, float z)
@@ -2186,13 +2274,13 @@ MSSM_SHARED float mssm_row(mssm_view v, int row, float x, float y, float z)
            v.world_to_shadow[8 + row] * z + v.world_to_shadow[12 + row];
 }
 
-// From shadow-space coordinates. Overflow and NaN end up far outside of the map, where all is lit.
+// From shadow-space coordinates. Overflow and NaN end up far outside of the map.
 MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_options o, float x, float y,
                                                  float depth)
 {
     struct mssm_receiver r;
     float z = mssm_clamp(depth, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
-    r.lit = z > -1.0f ? 0 : 1;
+    r.lit = z > -1.0f && v.side > 0.0f ? 0 : 1;
     r.x = mssm_clamp((0.5f + 0.5f * x) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
     r.y = mssm_clamp((0.5f + 0.5f * y) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
     float width = v.perspective != 0 ? v.distance_scale * z + v.distance_offset : 1.0f;
@@ -2206,6 +2294,9 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     r.z_test = mssm_min(r.z_own, behind_all);
     r.spread = mssm_spread(v, z);
     r.d_max = r.spread - mssm_spread(v, -1.0f);
+    r.rise_u = 0.0f;
+    r.rise_v = 0.0f;
+    r.plane = 0;
     return r;
 }
 
@@ -2217,7 +2308,7 @@ MSSM_CALLED struct mssm_receiver mssm_receive(mssm_view v, struct mssm_options o
     float depth = mssm_row(v, 2, x, y, z);
     if (v.perspective != 0) {
         float axis = mssm_row(v, 3, x, y, z);
-        float inverse = 1.0f / mssm_max(axis, 1e-30f);
+        float inverse = 1.0f / (axis > 1e-30f ? axis : 1e-30f);
         u = u * inverse;
         w = w * inverse;
         depth = axis > 0.0f ? (axis - v.distance_offset) / v.distance_scale : -1.0f;
@@ -2225,20 +2316,46 @@ MSSM_CALLED struct mssm_receiver mssm_receive(mssm_view v, struct mssm_options o
     return mssm_receive_at(v, o, u, w, depth);
 }
 
-// Chebyshev moments of the kernel for blockers at distance d.
-MSSM_SHARED mssm_moments6 mssm_look(MSSM_MAP map, mssm_view v, struct mssm_receiver r, int moments,
-                                    float d)
+// A normal along a row of the light's matrix, in shadow-space units.
+MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float nz)
 {
-    return mssm_query(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * d, 0.5f, v.max_half),
-                      mssm_clamp(v.kernel_v * d, 0.5f, v.max_half));
+    float x = v.world_to_shadow[row];
+    float y = v.world_to_shadow[4 + row];
+    float z = v.world_to_shadow[8 + row];
+    return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);
 }
 
-// Those of the kernel for blockers at the near plane, which all other kernels lie in. They only say
-// which kernels to look at, so MSSM_SEARCH may round the rectangle to what is cheap to read.
-MSSM_SHARED mssm_moments6 mssm_search(MSSM_MAP map, mssm_view v, struct mssm_receiver r, int moments)
+// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Spread is linear on the map along
+// a plane also for perspective lights.
+MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver r, float nx, float ny,
+                                              float nz)
 {
-    return MSSM_SEARCH(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * r.d_max, 0.5f, v.max_half),
-                       mssm_clamp(v.kernel_v * r.d_max, 0.5f, v.max_half));
+    float u = mssm_along_row(v, 0, nx, ny, nz);
+    float w = mssm_along_row(v, 1, nx, ny, nz);
+    float along = mssm_along_row(v, v.perspective != 0 ? 3 : 2, nx, ny, nz);
+    float texel = 2.0f / mssm_max(v.side, 1.0f);
+    if (v.perspective != 0) {
+        along = along + u * (r.x * texel - 1.0f) + w * (r.y * texel - 1.0f);
+        along = along / mssm_max(-r.spread, 1e-37f);
+    }
+    float steep = texel / mssm_max(fabsf(along), 1e-37f);
+    r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);
+    r.rise_v = mssm_clamp(fabsf(w) * steep, 0.0f, MSSM_FAR_AWAY);
+    r.plane = nx * nx + ny * ny + nz * nz > 0.0f ? 1 : 0;
+    return r;
+}
+
+MSSM_SHARED float mssm_half_width(mssm_view v, float kernel, float d)
+{
+    return mssm_clamp(kernel * d, 0.5f, v.max_half);
+}
+
+// Chebyshev moments of the kernel for blockers at distance d.
+MSSM_SHARED mssm_moments6 mssm_filter_moments(MSSM_MAP map, mssm_view v, struct mssm_receiver r,
+                                              int moments, float d)
+{
+    return mssm_query(map, moments, r.x, r.y, mssm_half_width(v, v.kernel_u, d),
+                      mssm_half_width(v, v.kernel_v, d));
 }
 
 MSSM_SHARED struct mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)
@@ -2271,202 +2388,253 @@ MSSM_CALLED mssm_points4 mssm_layers(struct mssm_options o, int moments, mssm_mo
     return q;
 }
 
+// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0
+// where nothing can block: from the least depth in the cone of the light up to the near plane, and
+// then in the cone up to there, as long as that helps.
+MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receiver r)
+{
+    float kernel = mssm_max(v.kernel_u, v.kernel_v);
+    float d = r.d_max;
+    float before;
+    int i = 0;
+    do {
+        float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));
+        if (z >= r.z_test) return 0.0f;
+        before = d;
+        d = mssm_min(mssm_spread_to(v, r, z), d);
+        i = i + 1;
+    } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);
+    return d;
+}
+
 // What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.
 MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
 {
     return z < r.z_test ? w * mssm_clamp((r.z_own - z) * r.sharp, 0.0f, 1.0f) : 0.0f;
 }
 
-// Share of a depth that counts as the receiver's own surface, going on behind it; distance in units
-// of the one that the kernel is for. Neither the empty texels beyond all casters nor what is
-// further off.
+// How far the receiver's tangent plane comes towards the light within the kernel for distance d: less
+// than d where the whole light is above the horizon.
+MSSM_SHARED float mssm_plane_reach(mssm_view v, struct mssm_receiver r, float d)
+{
+    float rise = r.rise_u * (mssm_half_width(v, v.kernel_u, d) + 0.5f) +
+                 r.rise_v * (mssm_half_width(v, v.kernel_v, d) + 0.5f);
+    return mssm_clamp(rise, 0.0f, d);
+}
+
+// The part of a blocker at that distance which is not the receiver's tangent plane.
+MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
+{
+    return mssm_clamp((distance - 0.3f * plane_reach) / (0.5f * plane_reach + 1e-30f), 0.0f, 1.0f);
+}
+
+// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
+// the receiver's own surface does no harm. Only where to look first depends on it, so that four
+// moments do, and the rectangle may be rounded to what is cheap to read.
+MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_options o,
+                                     struct mssm_receiver r, float d)
+{
+    mssm_moments6 t = MSSM_SEARCH(map, 4, r.x, r.y, mssm_half_width(v, v.kernel_u, d),
+                                  mssm_half_width(v, v.kernel_v, d));
+    mssm_points4 p = mssm_layers(o, 4, t, r.z_test);
+    float plane_reach = mssm_plane_reach(v, r, d);
+    float sum = 1e-3f * d;
+    float squares = sum * d;
+    for (int j = 1; j < 3; j++) {
+        if (p.z[j] >= r.z_test) continue;
+        float distance = mssm_spread_to(v, r, p.z[j]);
+        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(distance, plane_reach) : p.w[j];
+        sum += w * distance;
+        squares += w * distance * distance;
+    }
+    return mssm_min(squares / mssm_max(sum, 1e-37f), d);
+}
+
+// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider one
+// does, in part for those down to inner, where the next begins, and the last for all that are nearer.
+struct mssm_nested {
+    float d;
+    float inner;
+    float outer;  // of the one before
+    int first;
+    int last;
+};
+
+// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, and
+// of those that it alone stands for.
+struct mssm_occlusion {
+    float all;
+    float counted;
+    float fresh;
+};
+
+// Linear in the area of kernels: 0 at distance a, 1 at b.
+MSSM_SHARED float mssm_between(float distance, float a, float b)
+{
+    return mssm_clamp((distance - a) * (distance + a) / mssm_max((b - a) * (b + a), 1e-37f), 0.0f, 1.0f);
+}
+
+// Share of a depth behind the receiver that counts as its own surface going on there; distance in units
+// of the one that the kernel is for. Neither the empty texels beyond all casters nor what is further off.
 MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, float distance)
 {
     float gap = 1.0f - MSSM_FAR_CASTER;
-    float own = w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *
-                mssm_clamp((1.0f - 0.25f * gap - z) * (2.0f / gap), 0.0f, 1.0f) *
-                mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);
-    return z > r.z_test ? own : 0.0f;
+    return w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *
+           mssm_clamp((1.0f - 0.25f * gap - z) * (2.0f / gap), 0.0f, 1.0f) *
+           mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);
 }
 
-// What a blocker of weight w blocks so close to the receiver that it may be the receiver's own
-// surface in the next texel: all up to three texels of depth in front, nothing from nine on.
-MSSM_SHARED float mssm_close_by(struct mssm_receiver r, float z, float w)
+// What of a blocker of weight w is so close to the receiver that it may be the receiver's own surface
+// in the next texel: all up to three texels of depth in front, nothing from nine on.
+MSSM_SHARED float mssm_adjacent(struct mssm_receiver r, float z, float w)
 {
     return w * mssm_clamp(1.4f - 0.25f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);
 }
 
-MSSM_SHARED float mssm_planned(struct mssm_plan p, int i)
+// The part of what is adjacent in front that is the rim of a surface which the light grazes: the
+// receiver has that surface in the next texel and none of it behind. So where the kernel is about a
+// texel wide, all that lies behind, empty texels too, stands for as much in front.
+MSSM_CALLED float mssm_rim(struct mssm_receiver r, mssm_points4 p, float half_width)
 {
-    return i == 0 ? p.d[0] : (i == 1 ? p.d[1] : p.d[2]);
-}
-
-// The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing
-// at its neighbours' distances, linear in the kernels' area between.
-MSSM_SHARED float mssm_part(struct mssm_plan p, int i, float distance)
-{
-    float a = distance * distance;
-    float a1 = p.d[1] * p.d[1];
-    float wide = (a - a1) * p.between[0];
-    float slim = (a1 - a) * p.between[1];
-    float other = mssm_max(wide, slim);
-    float part = mssm_clamp(i == 0 ? wide : (i == 1 ? other : slim), 0.0f, 1.0f);
-    return i == 1 ? 1.0f - part : part;
-}
-
-// Distances of the three kernels: from the mean distance of all blockers in the search region to
-// the least that can matter.
-MSSM_CALLED struct mssm_plan mssm_plan_layers(mssm_view v, struct mssm_options o,
-                                              struct mssm_receiver r, mssm_points4 seen)
-{
-    float nearer = 0.0f;
-    float blocked = 0.0f;
-    float first = 1e-3f * r.d_max;
-    for (int j = 1; j < 4; j++) {
-        float w = seen.z[j] < r.z_test ? seen.w[j] : 0.0f;
-        nearer += w;
-        blocked += mssm_blocked(r, seen.z[j], w);
-        first += w * mssm_spread_to(v, r, seen.z[j]);
-    }
-    struct mssm_plan p;
-    int lit = nearer + seen.w[0] < o.tolerance ? 1 : 0;
-    int dark = 1.0f - blocked < o.tolerance ? 1 : 0;
-    p.known = lit + dark > 0 ? 1 : 0;
-    p.occlusion = lit == 1 ? 0.0f : 1.0f;
-    float behind = r.spread - mssm_spread(v, MSSM_FAR_CASTER);
-    p.d[2] = mssm_clamp(behind, 0.03f * r.d_max, r.d_max);
-    p.d[0] = mssm_clamp(first / (nearer + 1e-3f), 0.1f * r.d_max, r.d_max);
-    p.d[0] = mssm_max(p.d[0], p.d[2]);
-    p.d[1] = p.d[2] + 0.35f * (p.d[0] - p.d[2]);
-    float a1 = p.d[1] * p.d[1];
-    p.between[0] = 1.0f / (p.d[0] * p.d[0] - a1 + 1e-20f);
-    p.between[1] = 1.0f / (a1 - p.d[2] * p.d[2] + 1e-20f);
-    return p;
-}
-
-// What one kernel sees: share is all that blocks, counted the part of it that this kernel stands
-// for.
-struct mssm_seen {
-    float share;
-    float counted;
-};
-
-MSSM_SHARED struct mssm_seen mssm_see(mssm_view v, struct mssm_receiver r, struct mssm_plan plan, int i,
-                                      mssm_points4 p)
-{
-    struct mssm_seen s;
-    s.share = 0.0f;
-    s.counted = 0.0f;
-    float own = 0.0f;
     float behind = 0.0f;
-    float close_share = 0.0f;
-    float close_counted = 0.0f;
-    float kernel = mssm_max(v.kernel_u, v.kernel_v);
-    float d = mssm_planned(plan, i);
-    float half_width = kernel * d;
-    // The one-texel kernel sees texel centres up to a texel away.
-    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / d;
+    float adjacent = 0.0f;
     for (int j = 1; j < 4; j++) {
-        if (p.w[j] < 1e-4f) continue;  // nothing to see
-        float w = mssm_blocked(r, p.z[j], p.w[j]);
-        float distance = mssm_spread_to(v, r, p.z[j]);
-        float part = mssm_part(plan, i, distance);
-        float close = mssm_close_by(r, p.z[j], w);
-        s.share += w;
-        s.counted += w * part;
-        close_share += close;
-        close_counted += close * part;
+        adjacent += mssm_adjacent(r, p.z[j], mssm_blocked(r, p.z[j], p.w[j]));
         behind += p.w[j] * mssm_clamp((p.z[j] - r.z_own) * r.sharp, 0.0f, 1.0f);
-        own += mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach) * part;
     }
-    // At the rim of a surface that the light grazes, the receiver has that surface in front, in the
-    // next texel, and none of it behind. So where the kernel is about a texel wide, all that lies
-    // behind, empty texels too, stands for as much of what is close by in front.
-    float rim = 3.0f - 4.0f * mssm_clamp(half_width, 0.5f, v.max_half);
-    behind = v.averaged != 0 ? 0.0f : behind * mssm_clamp(rim, 0.0f, 1.0f);
-    behind = mssm_min(behind, close_share);
-    own += close_counted * behind / (close_share + 1e-9f);
-    // A surface through the receiver lies as much behind it as in front: without this a plane
-    // tilted by more than a third of the light's reach would shadow itself. Halfway to its back, a
-    // surface is less in its own way.
-    own = mssm_min(own, s.counted);
-    own = v.averaged != 0 ? 0.5f * own : own;
-    s.share -= own;
-    s.counted -= own;
+    behind = behind * mssm_clamp(3.0f - 4.0f * half_width, 0.0f, 1.0f);
+    return mssm_min(behind, adjacent) / (adjacent + 1e-9f);
+}
+
+MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm_receiver r,
+                                                        struct mssm_nested k, mssm_points4 p)
+{
+    float kernel = mssm_max(v.kernel_u, v.kernel_v);
+    float half_width = kernel * k.d;
+    float plane_reach = mssm_plane_reach(v, r, k.d);
+    // The one-texel kernel sees texel centres up to a texel away.
+    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / k.d;
+    float rim = half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
+    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
+    float nearer = 1.0f / (0.3f * k.d + 1e-30f);
+    float near_by = 0.0f;
+    float seen = p.w[0];
+    struct mssm_occlusion s;
+    s.all = 0.0f;
+    s.counted = 0.0f;
+    s.fresh = 0.0f;
+    for (int j = 1; j < 4; j++) {
+        if (p.w[j] < 1e-4f) continue;
+        float distance = mssm_spread_to(v, r, p.z[j]);
+        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, k.d);
+        float fresh = k.first == 1 ? counted : counted - mssm_between(distance, k.d, k.outer);
+        float w;
+        if (p.z[j] < r.z_test) {
+            w = mssm_blocked(r, p.z[j], p.w[j]);
+            if (r.plane == 1) w = w * mssm_off_plane(distance, plane_reach);
+            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);
+            s.all += w;
+            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
+        } else {
+            seen += p.w[j];
+            // A surface through the receiver lies as much behind it as in front, and within its tangent
+            // plane's reach: without this a plane tilted by more than a third of the light's reach would
+            // shadow itself. Halfway to its back, a surface is less in its own way.
+            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);
+            if (r.plane == 1) w = w * mssm_clamp(1.3f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
+            s.all += w;
+        }
+        s.counted += w * counted;
+        s.fresh += w * fresh;
+    }
+    // What is much nearer than the kernel's blockers is more often the receiver's own surface, where
+    // there is as much of it at the receiver's depth or behind.
+    if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);
+    s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);
+    s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);
+    s.all = mssm_clamp(s.all, s.counted, 1.0f);
     return s;
 }
 
-// All kernels so far.
-struct mssm_tally {
-    float occlusion;
-    float fullest;   // largest and least share
-    float emptiest;
-};
-
-MSSM_SHARED struct mssm_tally mssm_add_seen(struct mssm_tally t, struct mssm_seen s)
+// Distance of the next kernel: the mean of the blockers that this one is too wide for, and with some
+// weight a third of its own.
+MSSM_SHARED float mssm_next_distance(mssm_view v, struct mssm_receiver r, float d, mssm_points4 p)
 {
-    t.occlusion += s.counted;
-    t.fullest = mssm_max(s.share, t.fullest);
-    t.emptiest = mssm_min(s.share, t.emptiest);
-    return t;
+    float sum = 0.2f;
+    float first = 0.07f * d;
+    for (int j = 1; j < 4; j++) {
+        if (p.z[j] >= r.z_test) continue;
+        float distance = mssm_spread_to(v, r, p.z[j]);
+        float w = mssm_blocked(r, p.z[j], p.w[j]) * (1.0f - mssm_between(distance, 0.0f, d));
+        sum += w;
+        first += w * distance;
+    }
+    return mssm_clamp(first / sum, 0.2f * d, 0.7f * d);
 }
 
-// Occlusion is the integral over depth of the share of texels at that depth, each in the kernel
-// that this depth asks for. Three nested kernels are looked at, and a blocker at a distance in
-// between counts in the two around it in proportion to their area: a quadrature that needs no
-// limits between layers, and changes continuously with all of its inputs.
+// Nested kernels from the widest in: each takes the part of its blockers that it stands for as what
+// blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its blockers
+// there is one layer, and what it does not block is lit but for blockers that only narrower kernels
+// show. So one layer is filtered by one kernel, nothing is counted twice or lost between two, and the
+// result changes continuously with all inputs.
 MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                struct mssm_receiver r)
 {
-    // As few moments as will do: four for the search. With four in the widest kernel a tenth of the
-    // light leaks into umbras, in narrow ones shadows of grids flicker up to four times as much.
-    int few = o.moments == 6 ? 6 : 4;
-    int most = o.moments == 4 ? 4 : 6;
     float kernel = mssm_max(v.kernel_u, v.kernel_v);
-    mssm_points4 p = mssm_layers(o, few, mssm_search(map, v, r, few), r.z_test);
-    struct mssm_plan plan = mssm_plan_layers(v, o, r, p);
-    if (plan.known == 1) return 1.0f - plan.occlusion;
-    struct mssm_tally t;
-    t.occlusion = 0.0f;
-    t.fullest = 0.0f;
-    t.emptiest = 1.0f;
+    float reach = mssm_cone_reach(map, v, r);
+    if (reach <= 0.0f) return 1.0f;
+    // The least distance that matters: of a kernel one texel wide, or of the casters that are nearest.
+    float least = mssm_max(r.spread - mssm_spread(v, MSSM_FAR_CASTER), 0.5f / mssm_max(kernel, 1e-30f));
+    least = mssm_min(least, reach);
+    struct mssm_nested k;
+    k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;
+    k.outer = k.d;
+    k.first = 1;
+    float blocked = 0.0f;
+    float lit = 0.0f;   // but for fresh blockers
+    float rest = 1.0f;  // left to narrower kernels
     int i = 0;
     do {
-        // Kernels of one texel are all the same.
-        if (i == 0 || kernel * mssm_planned(plan, i - 1) > 0.5f) {
-            mssm_moments6 looked = mssm_look(map, v, r, most, mssm_planned(plan, i));
-            p = mssm_layers(o, most, looked, r.z_test);
+        mssm_points4 p = mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);
+        k.inner = mssm_next_distance(v, r, k.d, p);
+        k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;
+        if (k.last == 0) {
+            float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, k.inner));
+            i = z < r.z_test ? i : 4;  // nothing is nearer
+            k.inner = mssm_max(mssm_min(mssm_spread_to(v, r, z), k.inner), least);
         }
-        t = mssm_add_seen(t, mssm_see(v, r, plan, i, p));
+        struct mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);
+        float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);
+        float more = lit * s.fresh;
+        blocked += more + rest * s.counted;
+        lit += rest * (part - s.counted) - more;
+        lit = mssm_max(lit, 0.0f);
+        rest = rest * (1.0f - part);
+        k.first = 0;
+        k.outer = k.d;
+        k.d = k.inner;
         i = i + 1;
-    } while (i < 3);
-    // No more than the kernel that sees most, which a surface through all kernels would pass. No
-    // less than the one that sees least, which closes the gap between a far and a near blocker; the
-    // less that one sees, the less it is to be trusted, or its hard edge would show in a soft
-    // shadow.
-    float gap = t.emptiest > t.occlusion ? (t.emptiest - t.occlusion) * t.emptiest : 0.0f;
-    return 1.0f - mssm_clamp(mssm_clamp(t.occlusion + gap, 0.0f, t.fullest), 0.0f, 1.0f);
+    } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);
+    return 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);
 }
 
-// Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.
+// Bounds and blockers in the kernel at distance d.
 MSSM_CALLED struct mssm_split mssm_split_at(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                             struct mssm_receiver r, float d)
 {
-    mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, d);
-    if (o.moments != 6) {
-        struct mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));
-        if (o.moments == 4 || s.self <= o.tolerance) return s;
-    }
-    return mssm_split6(mssm_kernel6_stored(t, o.alpha6, r.z_test));
+    mssm_moments6 t = mssm_filter_moments(map, v, r, o.moments, d);
+    if (o.moments == 6) return mssm_split6(mssm_kernel6_stored(t, o.alpha6, r.z_test));
+    return mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));
 }
 
 // The published pipeline: one mean blocker depth, one kernel.
 MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r)
 {
-    struct mssm_split s = mssm_split_at(map, v, o, r, r.d_max);
-    if (s.nearer + s.self < o.tolerance) return 1.0f;
+    float reach = mssm_cone_reach(map, v, r);
+    if (reach <= 0.0f) return 1.0f;
+    struct mssm_split s = mssm_split_at(map, v, o, r, reach);
     float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);
-    s = mssm_split_at(map, v, o, r, mssm_spread_to(v, r, depth));
+    s = mssm_split_at(map, v, o, r, mssm_min(mssm_spread_to(v, r, depth), reach));
     return mssm_split_bounds(s).upper;
 }
 
@@ -2510,7 +2678,7 @@ static struct mssm_options mssm__options(const mssm_settings *set, int map_momen
     static const mssm_settings defaults = {0, MSSM_LAYERED, 0, 0, 0, 0};
     if (!set) set = &defaults;
     struct mssm_options o;
-    o.moments = set->moments == 4 || map_moments == 4 ? 4 : set->moments == 6 ? 6 : 0;
+    o.moments = set->moments == 4 || map_moments == 4 ? 4 : 6;
     o.estimator = (int)set->estimator;
     o.alpha4 = mssm__or_default(set->moment_bias, MSSM_BIAS4_TABLE);
     o.alpha6 = mssm__or_default(set->moment_bias, MSSM_BIAS6_TABLE);
@@ -2519,14 +2687,41 @@ static struct mssm_options mssm__options(const mssm_settings *set, int map_momen
     return o;
 }
 
+void mssm_map_visibility_many(const mssm_map *map, const mssm_light *light,
+                              const mssm_settings *settings, int count, const float (*points)[3],
+                              const float (*normals)[3], float *visibility)
+{
+    if (!points || !visibility) return;
+    if (!map || !light) {
+        for (int i = 0; i < count; i++) visibility[i] = 1;
+        return;
+    }
+    const mssm_view view = mssm__view(light, settings, map->side, map->levels, map->averaged);
+    const struct mssm_options options = mssm__options(settings, map->moments);
+    for (int i = 0; i < count; i++) {
+        const float *p = points[i], *n = normals ? normals[i] : NULL;
+        visibility[i] = 1;
+        if (!mssm__all_finite(p, 3)) continue;
+        struct mssm_receiver r = mssm_receive(view, options, p[0], p[1], p[2]);
+        if (n && mssm__all_finite(n, 3)) r = mssm_tangent(view, r, n[0], n[1], n[2]);
+        visibility[i] = mssm_estimate(map, view, options, r);
+    }
+}
+
+float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
+                                 const mssm_settings *settings, const float point[3],
+                                 const float normal[3])
+{
+    float visibility = 1;
+    mssm_map_visibility_many(map, light, settings, 1, (const float(*)[3])point,
+                             (const float(*)[3])normal, &visibility);
+    return visibility;
+}
+
 float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
                           const mssm_settings *settings, const float point[3])
 {
-    if (!map || !light || !point || !mssm__all_finite(point, 3)) return 1;
-    const mssm_view view = mssm__view(light, settings, map->side, map->levels, map->averaged);
-    const struct mssm_options options = mssm__options(settings, map->moments);
-    return mssm_estimate(map, view, options,
-                         mssm_receive(view, options, point[0], point[1], point[2]));
+    return mssm_map_visibility_normal(map, light, settings, point, NULL);
 }
 
 mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y)
@@ -2765,23 +2960,35 @@ mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encode
     return MSSM_OK;
 }
 
+#define MSSM__EMPTY 0.99999f  // first moment of nothing, encoded and rounded
+
 mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded)
 {
     if (!map || !encoded) return MSSM_ERROR_ARGUMENT;
     const int side = map->side, moments = map->moments;
     const size_t stride = (size_t)(side + 1) * (size_t)moments;
+    const float *from = encoded;
     for (int y = 0; y < side; y++) {
         uint32_t run[6] = {0};
         for (int x = 0; x < side; x++) {
             uint32_t *below = map->table[0] + (size_t)y * stride + (size_t)((x + 1) * moments);
             for (int k = 0; k < moments; k++) {
-                const float t = 2.0f * mssm_clamp(*encoded++, 0, 1) - 1.0f, one = (float)MSSM_SCALE;
+                const float t = 2.0f * mssm_clamp(*from++, 0, 1) - 1.0f, one = (float)MSSM_SCALE;
                 run[k] += (uint32_t)((int32_t)(t * one + (one + 1.5f)) - (MSSM_SCALE + 1));
                 below[stride + (size_t)k] = below[k] + run[k];
             }
         }
     }
     for (int level = 1; level < map->levels; level++) mssm__fill_level(map, level, NULL, NULL, 1);
+    mssm__fill_depths(map, NULL, NULL, 1);
+    for (int i = 0; i < side * side; i++) {
+        // Where anything is, it may be as near as depth goes.
+        if (encoded[(size_t)i * (size_t)moments] >= MSSM__EMPTY) continue;
+        for (int level = 0; level < map->depths; level++) {
+            const int size = map->size_of_depths[level], x = (i % side) >> (level + 1);
+            map->depth[level][(size_t)((i / side) >> (level + 1)) * (size_t)size + (size_t)x] = -1;
+        }
+    }
     map->averaged = 0;
     return MSSM_OK;
 }
@@ -3871,6 +4078,9 @@ static const char mssm__glsl_shading[] =
     "#define MSSM_FAR_CASTER " MSSM__TEXT(MSSM_FAR_CASTER) "\n"
     "#define MSSM_FAR_AWAY " MSSM__TEXT(MSSM_FAR_AWAY) "\n"
     "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y);\n"
+    "#ifndef MSSM_LEAST_DEPTH\n"
+    "#define MSSM_LEAST_DEPTH(map, x, y, half_size) (-1.0)\n"
+    "#endif\n"
     "#ifndef MSSM_SEARCH\n"
     "#define MSSM_SEARCH mssm_query\n"
     "#endif\n"
@@ -3881,25 +4091,29 @@ static const char mssm__glsl_shading[] =
     "    float edge[4];\n"
     "    float first;\n"
     "    float last;\n"
-    "    float whole;   // length of all\n"
-    "    float inside;  // and of what lies inside of the map\n"
+    "    float whole;  // length of all\n"
+    "    float known;  // and of what stands for the map\n"
     "};\n"
     "\n"
+    "// What lies beyond the map is not known: its outermost texels stand for as much of it as the query has\n"
+    "// inside, so that a frustum may cut through the world. Further out all is lit.\n"
     "MSSM_SHARED mssm_strips mssm_cut(float from, float to, float size)\n"
     "{\n"
     "    mssm_strips r;\n"
-    "    float low = mssm_clamp(from, 0.0f, size);\n"
-    "    float high = mssm_clamp(to, 0.0f, size);\n"
-    "    float start = floorf(low) < size ? floorf(low) : size - 1.0f;\n"
-    "    float end = floorf(high) > start ? floorf(high) : start + 1.0f;\n"
+    "    float inside = mssm_clamp(to, 0.0f, size) - mssm_clamp(from, 0.0f, size);\n"
+    "    float low = mssm_max(from, -inside);\n"
+    "    float high = mssm_min(to, size + inside);\n"
+    "    float start = mssm_clamp(floorf(from), 0.0f, size - 1.0f);\n"
+    "    float end = mssm_clamp(floorf(to), 0.0f, size - 1.0f);\n"
+    "    float next = start + 1.0f;\n"
     "    r.edge[0] = start;\n"
-    "    r.edge[1] = start + 1.0f;\n"
-    "    r.edge[2] = end;\n"
-    "    r.edge[3] = end < size ? end + 1.0f : size;\n"
-    "    r.first = mssm_min(start + 1.0f, high) - low;\n"
-    "    r.last = mssm_max(high - end, 0.0f);\n"
+    "    r.edge[1] = next;\n"
+    "    r.edge[2] = mssm_max(end, next);\n"
+    "    r.edge[3] = mssm_min(r.edge[2] + 1.0f, size);\n"
+    "    r.first = mssm_max((end > start ? next : high) - low, 0.0f);\n"
+    "    r.last = end > start ? high - end : 0.0f;\n"
     "    r.whole = to - from;\n"
-    "    r.inside = high - low;\n"
+    "    r.known = mssm_max(high - low, 0.0f);\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -3907,7 +4121,6 @@ static const char mssm__glsl_shading[] =
     "struct mssm_span {\n"
     "    float low;\n"
     "    float high;\n"
-    "    float whole;  // length, what lies outside of the map included\n"
     "};\n"
     "\n"
     "// Rounds a wide query to the next texel borders. One of a texel's width grows to all that it touches:\n"
@@ -3916,13 +4129,10 @@ static const char mssm__glsl_shading[] =
     "{\n"
     "    mssm_span r;\n"
     "    float inwards = mssm_clamp(0.125f * (to - from - 1.0f), 0.0f, 0.5f);\n"
-    "    float low = floorf(from + inwards);\n"
-    "    float high = -floorf(inwards - to);\n"
-    "    float inside = mssm_clamp(high, 0.0f, size);\n"
-    "    r.low = mssm_clamp(low, 0.0f, size);\n"
+    "    r.low = mssm_clamp(floorf(from + inwards), 0.0f, size - 1.0f);\n"
     "    // No more than a level's sums can hold, however from and to were rounded.\n"
-    "    r.high = mssm_min(inside, r.low + MSSM_KERNEL);\n"
-    "    r.whole = high - low - (inside - r.high);\n"
+    "    float most = mssm_min(r.low + MSSM_KERNEL, size);\n"
+    "    r.high = mssm_clamp(-floorf(inwards - to), r.low + 1.0f, most);\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -3932,6 +4142,22 @@ static const char mssm__glsl_shading[] =
     "{\n"
     "    int level = (mssm_bits(mssm_max(width, MSSM_KERNEL)) - mssm_bits(MSSM_KERNEL) + 0x7fffff) >> 23;\n"
     "    return level < levels - 1 ? level : levels - 1;\n"
+    "}\n"
+    "\n"
+    "// The level of least depth whose texels, 2^(level + 1) wide, are at least as wide as half_size.\n"
+    "MSSM_SHARED int mssm_depth_level(float half_size, int levels)\n"
+    "{\n"
+    "    int level = (mssm_bits(mssm_max(half_size, 2.0f)) - mssm_bits(2.0f) + 0x7fffff) >> 23;\n"
+    "    return level < levels - 1 ? level : levels - 1;\n"
+    "}\n"
+    "\n"
+    "// First and last of at most three texels of least depth on one axis; scale is one over their width.\n"
+    "MSSM_SHARED mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)\n"
+    "{\n"
+    "    mssm_span r;\n"
+    "    r.low = mssm_clamp(floorf((x - half_size) * scale), 0.0f, size - 1.0f);\n"
+    "    r.high = mssm_clamp(floorf((x + half_size) * scale), 0.0f, size - 1.0f);\n"
+    "    return r;\n"
     "}\n"
     "\n"
     "// A light and its map as shading sees them. Scalars only: std430 lays it out as C does.\n"
@@ -3951,7 +4177,7 @@ static const char mssm__glsl_shading[] =
     "\n"
     "// Settings with their defaults filled in.\n"
     "struct mssm_options {\n"
-    "    int moments;    // 4, 6, or 0: 4 where they will do\n"
+    "    int moments;    // 4 or 6\n"
     "    int estimator;  // 0 layered, 1 lower, 2 upper blocker\n"
     "    float alpha4;\n"
     "    float alpha6;\n"
@@ -3970,15 +4196,10 @@ static const char mssm__glsl_shading[] =
     "    float sharp;   // 1 / fade\n"
     "    float spread;  // of the receiver\n"
     "    float d_max;   // its distance from the near plane, in spread\n"
+    "    float rise_u;  // of its tangent plane, in spread per texel\n"
+    "    float rise_v;\n"
+    "    int plane;     // whether the normal is known\n"
     "    int lit;       // whatever the map holds\n"
-    "};\n"
-    "\n"
-    "// Three nested kernels, by the distance in spread of the blockers they are for; or the answer.\n"
-    "struct mssm_plan {\n"
-    "    float d[3];\n"
-    "    float between[2];  // 1 / (d[i]^2 - d[i+1]^2)\n"
-    "    float occlusion;\n"
-    "    int known;\n"
     "};\n"
     "\n"
     "MSSM_SHARED float mssm_spread(mssm_view v, float z)\n"
@@ -4001,13 +4222,13 @@ static const char mssm__glsl_shading[] =
     "           v.world_to_shadow[8 + row] * z + v.world_to_shadow[12 + row];\n"
     "}\n"
     "\n"
-    "// From shadow-space coordinates. Overflow and NaN end up far outside of the map, where all is lit.\n"
+    "// From shadow-space coordinates. Overflow and NaN end up far outside of the map.\n"
     "MSSM_CALLED mssm_receiver mssm_receive_at(mssm_view v, mssm_options o, float x, float y,\n"
     "                                                 float depth)\n"
     "{\n"
     "    mssm_receiver r;\n"
     "    float z = mssm_clamp(depth, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
-    "    r.lit = z > -1.0f ? 0 : 1;\n"
+    "    r.lit = z > -1.0f && v.side > 0.0f ? 0 : 1;\n"
     "    r.x = mssm_clamp((0.5f + 0.5f * x) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
     "    r.y = mssm_clamp((0.5f + 0.5f * y) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
     "    float width = v.perspective != 0 ? v.distance_scale * z + v.distance_offset : 1.0f;\n"
@@ -4021,6 +4242,9 @@ static const char mssm__glsl_shading[] =
     "    r.z_test = mssm_min(r.z_own, behind_all);\n"
     "    r.spread = mssm_spread(v, z);\n"
     "    r.d_max = r.spread - mssm_spread(v, -1.0f);\n"
+    "    r.rise_u = 0.0f;\n"
+    "    r.rise_v = 0.0f;\n"
+    "    r.plane = 0;\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -4032,7 +4256,7 @@ static const char mssm__glsl_shading[] =
     "    float depth = mssm_row(v, 2, x, y, z);\n"
     "    if (v.perspective != 0) {\n"
     "        float axis = mssm_row(v, 3, x, y, z);\n"
-    "        float inverse = 1.0f / mssm_max(axis, 1e-30f);\n"
+    "        float inverse = 1.0f / (axis > 1e-30f ? axis : 1e-30f);\n"
     "        u = u * inverse;\n"
     "        w = w * inverse;\n"
     "        depth = axis > 0.0f ? (axis - v.distance_offset) / v.distance_scale : -1.0f;\n"
@@ -4040,20 +4264,46 @@ static const char mssm__glsl_shading[] =
     "    return mssm_receive_at(v, o, u, w, depth);\n"
     "}\n"
     "\n"
-    "// Chebyshev moments of the kernel for blockers at distance d.\n"
-    "MSSM_SHARED mssm_moments6 mssm_look(MSSM_MAP map, mssm_view v, mssm_receiver r, int moments,\n"
-    "                                    float d)\n"
+    "// A normal along a row of the light's matrix, in shadow-space units.\n"
+    "MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float nz)\n"
     "{\n"
-    "    return mssm_query(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * d, 0.5f, v.max_half),\n"
-    "                      mssm_clamp(v.kernel_v * d, 0.5f, v.max_half));\n"
+    "    float x = v.world_to_shadow[row];\n"
+    "    float y = v.world_to_shadow[4 + row];\n"
+    "    float z = v.world_to_shadow[8 + row];\n"
+    "    return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);\n"
     "}\n"
     "\n"
-    "// Those of the kernel for blockers at the near plane, which all other kernels lie in. They only say\n"
-    "// which kernels to look at, so MSSM_SEARCH may round the rectangle to what is cheap to read.\n"
-    "MSSM_SHARED mssm_moments6 mssm_search(MSSM_MAP map, mssm_view v, mssm_receiver r, int moments)\n"
+    "// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Spread is linear on the map along\n"
+    "// a plane also for perspective lights.\n"
+    "MSSM_CALLED mssm_receiver mssm_tangent(mssm_view v, mssm_receiver r, float nx, float ny,\n"
+    "                                              float nz)\n"
     "{\n"
-    "    return MSSM_SEARCH(map, moments, r.x, r.y, mssm_clamp(v.kernel_u * r.d_max, 0.5f, v.max_half),\n"
-    "                       mssm_clamp(v.kernel_v * r.d_max, 0.5f, v.max_half));\n"
+    "    float u = mssm_along_row(v, 0, nx, ny, nz);\n"
+    "    float w = mssm_along_row(v, 1, nx, ny, nz);\n"
+    "    float along = mssm_along_row(v, v.perspective != 0 ? 3 : 2, nx, ny, nz);\n"
+    "    float texel = 2.0f / mssm_max(v.side, 1.0f);\n"
+    "    if (v.perspective != 0) {\n"
+    "        along = along + u * (r.x * texel - 1.0f) + w * (r.y * texel - 1.0f);\n"
+    "        along = along / mssm_max(-r.spread, 1e-37f);\n"
+    "    }\n"
+    "    float steep = texel / mssm_max(fabsf(along), 1e-37f);\n"
+    "    r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);\n"
+    "    r.rise_v = mssm_clamp(fabsf(w) * steep, 0.0f, MSSM_FAR_AWAY);\n"
+    "    r.plane = nx * nx + ny * ny + nz * nz > 0.0f ? 1 : 0;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED float mssm_half_width(mssm_view v, float kernel, float d)\n"
+    "{\n"
+    "    return mssm_clamp(kernel * d, 0.5f, v.max_half);\n"
+    "}\n"
+    "\n"
+    "// Chebyshev moments of the kernel for blockers at distance d.\n"
+    "MSSM_SHARED mssm_moments6 mssm_filter_moments(MSSM_MAP map, mssm_view v, mssm_receiver r,\n"
+    "                                              int moments, float d)\n"
+    "{\n"
+    "    return mssm_query(map, moments, r.x, r.y, mssm_half_width(v, v.kernel_u, d),\n"
+    "                      mssm_half_width(v, v.kernel_v, d));\n"
     "}\n"
     "\n"
     "MSSM_SHARED mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)\n"
@@ -4086,202 +4336,253 @@ static const char mssm__glsl_shading[] =
     "    return q;\n"
     "}\n"
     "\n"
+    "// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0\n"
+    "// where nothing can block: from the least depth in the cone of the light up to the near plane, and\n"
+    "// then in the cone up to there, as long as that helps.\n"
+    "MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, mssm_receiver r)\n"
+    "{\n"
+    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
+    "    float d = r.d_max;\n"
+    "    float before;\n"
+    "    int i = 0;\n"
+    "    do {\n"
+    "        float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));\n"
+    "        if (z >= r.z_test) return 0.0f;\n"
+    "        before = d;\n"
+    "        d = mssm_min(mssm_spread_to(v, r, z), d);\n"
+    "        i = i + 1;\n"
+    "    } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);\n"
+    "    return d;\n"
+    "}\n"
+    "\n"
     "// What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.\n"
     "MSSM_SHARED float mssm_blocked(mssm_receiver r, float z, float w)\n"
     "{\n"
     "    return z < r.z_test ? w * mssm_clamp((r.z_own - z) * r.sharp, 0.0f, 1.0f) : 0.0f;\n"
     "}\n"
     "\n"
-    "// Share of a depth that counts as the receiver's own surface, going on behind it; distance in units\n"
-    "// of the one that the kernel is for. Neither the empty texels beyond all casters nor what is\n"
-    "// further off.\n"
+    "// How far the receiver's tangent plane comes towards the light within the kernel for distance d: less\n"
+    "// than d where the whole light is above the horizon.\n"
+    "MSSM_SHARED float mssm_plane_reach(mssm_view v, mssm_receiver r, float d)\n"
+    "{\n"
+    "    float rise = r.rise_u * (mssm_half_width(v, v.kernel_u, d) + 0.5f) +\n"
+    "                 r.rise_v * (mssm_half_width(v, v.kernel_v, d) + 0.5f);\n"
+    "    return mssm_clamp(rise, 0.0f, d);\n"
+    "}\n"
+    "\n"
+    "// The part of a blocker at that distance which is not the receiver's tangent plane.\n"
+    "MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)\n"
+    "{\n"
+    "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.5f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
+    "}\n"
+    "\n"
+    "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
+    "// the receiver's own surface does no harm. Only where to look first depends on it, so that four\n"
+    "// moments do, and the rectangle may be rounded to what is cheap to read.\n"
+    "MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, mssm_options o,\n"
+    "                                     mssm_receiver r, float d)\n"
+    "{\n"
+    "    mssm_moments6 t = MSSM_SEARCH(map, 4, r.x, r.y, mssm_half_width(v, v.kernel_u, d),\n"
+    "                                  mssm_half_width(v, v.kernel_v, d));\n"
+    "    mssm_points4 p = mssm_layers(o, 4, t, r.z_test);\n"
+    "    float plane_reach = mssm_plane_reach(v, r, d);\n"
+    "    float sum = 1e-3f * d;\n"
+    "    float squares = sum * d;\n"
+    "    for (int j = 1; j < 3; j++) {\n"
+    "        if (p.z[j] >= r.z_test) continue;\n"
+    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
+    "        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(distance, plane_reach) : p.w[j];\n"
+    "        sum += w * distance;\n"
+    "        squares += w * distance * distance;\n"
+    "    }\n"
+    "    return mssm_min(squares / mssm_max(sum, 1e-37f), d);\n"
+    "}\n"
+    "\n"
+    "// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider one\n"
+    "// does, in part for those down to inner, where the next begins, and the last for all that are nearer.\n"
+    "struct mssm_nested {\n"
+    "    float d;\n"
+    "    float inner;\n"
+    "    float outer;  // of the one before\n"
+    "    int first;\n"
+    "    int last;\n"
+    "};\n"
+    "\n"
+    "// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, and\n"
+    "// of those that it alone stands for.\n"
+    "struct mssm_occlusion {\n"
+    "    float all;\n"
+    "    float counted;\n"
+    "    float fresh;\n"
+    "};\n"
+    "\n"
+    "// Linear in the area of kernels: 0 at distance a, 1 at b.\n"
+    "MSSM_SHARED float mssm_between(float distance, float a, float b)\n"
+    "{\n"
+    "    return mssm_clamp((distance - a) * (distance + a) / mssm_max((b - a) * (b + a), 1e-37f), 0.0f, 1.0f);\n"
+    "}\n"
+    "\n"
+    "// Share of a depth behind the receiver that counts as its own surface going on there; distance in units\n"
+    "// of the one that the kernel is for. Neither the empty texels beyond all casters nor what is further off.\n"
     "MSSM_SHARED float mssm_own_surface(mssm_receiver r, float z, float w, float distance)\n"
     "{\n"
     "    float gap = 1.0f - MSSM_FAR_CASTER;\n"
-    "    float own = w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *\n"
-    "                mssm_clamp((1.0f - 0.25f * gap - z) * (2.0f / gap), 0.0f, 1.0f) *\n"
-    "                mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);\n"
-    "    return z > r.z_test ? own : 0.0f;\n"
+    "    return w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *\n"
+    "           mssm_clamp((1.0f - 0.25f * gap - z) * (2.0f / gap), 0.0f, 1.0f) *\n"
+    "           mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);\n"
     "}\n"
     "\n"
-    "// What a blocker of weight w blocks so close to the receiver that it may be the receiver's own\n"
-    "// surface in the next texel: all up to three texels of depth in front, nothing from nine on.\n"
-    "MSSM_SHARED float mssm_close_by(mssm_receiver r, float z, float w)\n"
+    "// What of a blocker of weight w is so close to the receiver that it may be the receiver's own surface\n"
+    "// in the next texel: all up to three texels of depth in front, nothing from nine on.\n"
+    "MSSM_SHARED float mssm_adjacent(mssm_receiver r, float z, float w)\n"
     "{\n"
     "    return w * mssm_clamp(1.4f - 0.25f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);\n"
     "}\n"
     "\n"
-    "MSSM_SHARED float mssm_planned(mssm_plan p, int i)\n"
+    "// The part of what is adjacent in front that is the rim of a surface which the light grazes: the\n"
+    "// receiver has that surface in the next texel and none of it behind. So where the kernel is about a\n"
+    "// texel wide, all that lies behind, empty texels too, stands for as much in front.\n"
+    "MSSM_CALLED float mssm_rim(mssm_receiver r, mssm_points4 p, float half_width)\n"
     "{\n"
-    "    return i == 0 ? p.d[0] : (i == 1 ? p.d[1] : p.d[2]);\n"
-    "}\n"
-    "\n"
-    "// The part of something at a distance that kernel i of three stands for: all of it at d[i], nothing\n"
-    "// at its neighbours' distances, linear in the kernels' area between.\n"
-    "MSSM_SHARED float mssm_part(mssm_plan p, int i, float distance)\n"
-    "{\n"
-    "    float a = distance * distance;\n"
-    "    float a1 = p.d[1] * p.d[1];\n"
-    "    float wide = (a - a1) * p.between[0];\n"
-    "    float slim = (a1 - a) * p.between[1];\n"
-    "    float other = mssm_max(wide, slim);\n"
-    "    float part = mssm_clamp(i == 0 ? wide : (i == 1 ? other : slim), 0.0f, 1.0f);\n"
-    "    return i == 1 ? 1.0f - part : part;\n"
-    "}\n"
-    "\n"
-    "// Distances of the three kernels: from the mean distance of all blockers in the search region to\n"
-    "// the least that can matter.\n"
-    "MSSM_CALLED mssm_plan mssm_plan_layers(mssm_view v, mssm_options o,\n"
-    "                                              mssm_receiver r, mssm_points4 seen)\n"
-    "{\n"
-    "    float nearer = 0.0f;\n"
-    "    float blocked = 0.0f;\n"
-    "    float first = 1e-3f * r.d_max;\n"
-    "    for (int j = 1; j < 4; j++) {\n"
-    "        float w = seen.z[j] < r.z_test ? seen.w[j] : 0.0f;\n"
-    "        nearer += w;\n"
-    "        blocked += mssm_blocked(r, seen.z[j], w);\n"
-    "        first += w * mssm_spread_to(v, r, seen.z[j]);\n"
-    "    }\n"
-    "    mssm_plan p;\n"
-    "    int lit = nearer + seen.w[0] < o.tolerance ? 1 : 0;\n"
-    "    int dark = 1.0f - blocked < o.tolerance ? 1 : 0;\n"
-    "    p.known = lit + dark > 0 ? 1 : 0;\n"
-    "    p.occlusion = lit == 1 ? 0.0f : 1.0f;\n"
-    "    float behind = r.spread - mssm_spread(v, MSSM_FAR_CASTER);\n"
-    "    p.d[2] = mssm_clamp(behind, 0.03f * r.d_max, r.d_max);\n"
-    "    p.d[0] = mssm_clamp(first / (nearer + 1e-3f), 0.1f * r.d_max, r.d_max);\n"
-    "    p.d[0] = mssm_max(p.d[0], p.d[2]);\n"
-    "    p.d[1] = p.d[2] + 0.35f * (p.d[0] - p.d[2]);\n"
-    "    float a1 = p.d[1] * p.d[1];\n"
-    "    p.between[0] = 1.0f / (p.d[0] * p.d[0] - a1 + 1e-20f);\n"
-    "    p.between[1] = 1.0f / (a1 - p.d[2] * p.d[2] + 1e-20f);\n"
-    "    return p;\n"
-    "}\n"
-    "\n"
-    "// What one kernel sees: share is all that blocks, counted the part of it that this kernel stands\n"
-    "// for.\n"
-    "struct mssm_seen {\n"
-    "    float share;\n"
-    "    float counted;\n"
-    "};\n"
-    "\n"
-    "MSSM_SHARED mssm_seen mssm_see(mssm_view v, mssm_receiver r, mssm_plan plan, int i,\n"
-    "                                      mssm_points4 p)\n"
-    "{\n"
-    "    mssm_seen s;\n"
-    "    s.share = 0.0f;\n"
-    "    s.counted = 0.0f;\n"
-    "    float own = 0.0f;\n"
     "    float behind = 0.0f;\n"
-    "    float close_share = 0.0f;\n"
-    "    float close_counted = 0.0f;\n"
-    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
-    "    float d = mssm_planned(plan, i);\n"
-    "    float half_width = kernel * d;\n"
-    "    // The one-texel kernel sees texel centres up to a texel away.\n"
-    "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / d;\n"
+    "    float adjacent = 0.0f;\n"
     "    for (int j = 1; j < 4; j++) {\n"
-    "        if (p.w[j] < 1e-4f) continue;  // nothing to see\n"
-    "        float w = mssm_blocked(r, p.z[j], p.w[j]);\n"
-    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
-    "        float part = mssm_part(plan, i, distance);\n"
-    "        float close = mssm_close_by(r, p.z[j], w);\n"
-    "        s.share += w;\n"
-    "        s.counted += w * part;\n"
-    "        close_share += close;\n"
-    "        close_counted += close * part;\n"
+    "        adjacent += mssm_adjacent(r, p.z[j], mssm_blocked(r, p.z[j], p.w[j]));\n"
     "        behind += p.w[j] * mssm_clamp((p.z[j] - r.z_own) * r.sharp, 0.0f, 1.0f);\n"
-    "        own += mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach) * part;\n"
     "    }\n"
-    "    // At the rim of a surface that the light grazes, the receiver has that surface in front, in the\n"
-    "    // next texel, and none of it behind. So where the kernel is about a texel wide, all that lies\n"
-    "    // behind, empty texels too, stands for as much of what is close by in front.\n"
-    "    float rim = 3.0f - 4.0f * mssm_clamp(half_width, 0.5f, v.max_half);\n"
-    "    behind = v.averaged != 0 ? 0.0f : behind * mssm_clamp(rim, 0.0f, 1.0f);\n"
-    "    behind = mssm_min(behind, close_share);\n"
-    "    own += close_counted * behind / (close_share + 1e-9f);\n"
-    "    // A surface through the receiver lies as much behind it as in front: without this a plane\n"
-    "    // tilted by more than a third of the light's reach would shadow itself. Halfway to its back, a\n"
-    "    // surface is less in its own way.\n"
-    "    own = mssm_min(own, s.counted);\n"
-    "    own = v.averaged != 0 ? 0.5f * own : own;\n"
-    "    s.share -= own;\n"
-    "    s.counted -= own;\n"
+    "    behind = behind * mssm_clamp(3.0f - 4.0f * half_width, 0.0f, 1.0f);\n"
+    "    return mssm_min(behind, adjacent) / (adjacent + 1e-9f);\n"
+    "}\n"
+    "\n"
+    "MSSM_CALLED mssm_occlusion mssm_kernel_occlusion(mssm_view v, mssm_receiver r,\n"
+    "                                                        mssm_nested k, mssm_points4 p)\n"
+    "{\n"
+    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
+    "    float half_width = kernel * k.d;\n"
+    "    float plane_reach = mssm_plane_reach(v, r, k.d);\n"
+    "    // The one-texel kernel sees texel centres up to a texel away.\n"
+    "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / k.d;\n"
+    "    float rim = half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
+    "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
+    "    float nearer = 1.0f / (0.3f * k.d + 1e-30f);\n"
+    "    float near_by = 0.0f;\n"
+    "    float seen = p.w[0];\n"
+    "    mssm_occlusion s;\n"
+    "    s.all = 0.0f;\n"
+    "    s.counted = 0.0f;\n"
+    "    s.fresh = 0.0f;\n"
+    "    for (int j = 1; j < 4; j++) {\n"
+    "        if (p.w[j] < 1e-4f) continue;\n"
+    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
+    "        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, k.d);\n"
+    "        float fresh = k.first == 1 ? counted : counted - mssm_between(distance, k.d, k.outer);\n"
+    "        float w;\n"
+    "        if (p.z[j] < r.z_test) {\n"
+    "            w = mssm_blocked(r, p.z[j], p.w[j]);\n"
+    "            if (r.plane == 1) w = w * mssm_off_plane(distance, plane_reach);\n"
+    "            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);\n"
+    "            s.all += w;\n"
+    "            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
+    "        } else {\n"
+    "            seen += p.w[j];\n"
+    "            // A surface through the receiver lies as much behind it as in front, and within its tangent\n"
+    "            // plane's reach: without this a plane tilted by more than a third of the light's reach would\n"
+    "            // shadow itself. Halfway to its back, a surface is less in its own way.\n"
+    "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);\n"
+    "            if (r.plane == 1) w = w * mssm_clamp(1.3f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
+    "            s.all += w;\n"
+    "        }\n"
+    "        s.counted += w * counted;\n"
+    "        s.fresh += w * fresh;\n"
+    "    }\n"
+    "    // What is much nearer than the kernel's blockers is more often the receiver's own surface, where\n"
+    "    // there is as much of it at the receiver's depth or behind.\n"
+    "    if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);\n"
+    "    s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);\n"
+    "    s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);\n"
+    "    s.all = mssm_clamp(s.all, s.counted, 1.0f);\n"
     "    return s;\n"
     "}\n"
     "\n"
-    "// All kernels so far.\n"
-    "struct mssm_tally {\n"
-    "    float occlusion;\n"
-    "    float fullest;   // largest and least share\n"
-    "    float emptiest;\n"
-    "};\n"
-    "\n"
-    "MSSM_SHARED mssm_tally mssm_add_seen(mssm_tally t, mssm_seen s)\n"
+    "// Distance of the next kernel: the mean of the blockers that this one is too wide for, and with some\n"
+    "// weight a third of its own.\n"
+    "MSSM_SHARED float mssm_next_distance(mssm_view v, mssm_receiver r, float d, mssm_points4 p)\n"
     "{\n"
-    "    t.occlusion += s.counted;\n"
-    "    t.fullest = mssm_max(s.share, t.fullest);\n"
-    "    t.emptiest = mssm_min(s.share, t.emptiest);\n"
-    "    return t;\n"
+    "    float sum = 0.2f;\n"
+    "    float first = 0.07f * d;\n"
+    "    for (int j = 1; j < 4; j++) {\n"
+    "        if (p.z[j] >= r.z_test) continue;\n"
+    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
+    "        float w = mssm_blocked(r, p.z[j], p.w[j]) * (1.0f - mssm_between(distance, 0.0f, d));\n"
+    "        sum += w;\n"
+    "        first += w * distance;\n"
+    "    }\n"
+    "    return mssm_clamp(first / sum, 0.2f * d, 0.7f * d);\n"
     "}\n"
     "\n"
-    "// Occlusion is the integral over depth of the share of texels at that depth, each in the kernel\n"
-    "// that this depth asks for. Three nested kernels are looked at, and a blocker at a distance in\n"
-    "// between counts in the two around it in proportion to their area: a quadrature that needs no\n"
-    "// limits between layers, and changes continuously with all of its inputs.\n"
+    "// Nested kernels from the widest in: each takes the part of its blockers that it stands for as what\n"
+    "// blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its blockers\n"
+    "// there is one layer, and what it does not block is lit but for blockers that only narrower kernels\n"
+    "// show. So one layer is filtered by one kernel, nothing is counted twice or lost between two, and the\n"
+    "// result changes continuously with all inputs.\n"
     "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                               mssm_receiver r)\n"
     "{\n"
-    "    // As few moments as will do: four for the search. With four in the widest kernel a tenth of the\n"
-    "    // light leaks into umbras, in narrow ones shadows of grids flicker up to four times as much.\n"
-    "    int few = o.moments == 6 ? 6 : 4;\n"
-    "    int most = o.moments == 4 ? 4 : 6;\n"
     "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
-    "    mssm_points4 p = mssm_layers(o, few, mssm_search(map, v, r, few), r.z_test);\n"
-    "    mssm_plan plan = mssm_plan_layers(v, o, r, p);\n"
-    "    if (plan.known == 1) return 1.0f - plan.occlusion;\n"
-    "    mssm_tally t;\n"
-    "    t.occlusion = 0.0f;\n"
-    "    t.fullest = 0.0f;\n"
-    "    t.emptiest = 1.0f;\n"
+    "    float reach = mssm_cone_reach(map, v, r);\n"
+    "    if (reach <= 0.0f) return 1.0f;\n"
+    "    // The least distance that matters: of a kernel one texel wide, or of the casters that are nearest.\n"
+    "    float least = mssm_max(r.spread - mssm_spread(v, MSSM_FAR_CASTER), 0.5f / mssm_max(kernel, 1e-30f));\n"
+    "    least = mssm_min(least, reach);\n"
+    "    mssm_nested k;\n"
+    "    k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;\n"
+    "    k.outer = k.d;\n"
+    "    k.first = 1;\n"
+    "    float blocked = 0.0f;\n"
+    "    float lit = 0.0f;   // but for fresh blockers\n"
+    "    float rest = 1.0f;  // left to narrower kernels\n"
     "    int i = 0;\n"
     "    do {\n"
-    "        // Kernels of one texel are all the same.\n"
-    "        if (i == 0 || kernel * mssm_planned(plan, i - 1) > 0.5f) {\n"
-    "            mssm_moments6 looked = mssm_look(map, v, r, most, mssm_planned(plan, i));\n"
-    "            p = mssm_layers(o, most, looked, r.z_test);\n"
+    "        mssm_points4 p = mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);\n"
+    "        k.inner = mssm_next_distance(v, r, k.d, p);\n"
+    "        k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;\n"
+    "        if (k.last == 0) {\n"
+    "            float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, k.inner));\n"
+    "            i = z < r.z_test ? i : 4;  // nothing is nearer\n"
+    "            k.inner = mssm_max(mssm_min(mssm_spread_to(v, r, z), k.inner), least);\n"
     "        }\n"
-    "        t = mssm_add_seen(t, mssm_see(v, r, plan, i, p));\n"
+    "        mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);\n"
+    "        float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);\n"
+    "        float more = lit * s.fresh;\n"
+    "        blocked += more + rest * s.counted;\n"
+    "        lit += rest * (part - s.counted) - more;\n"
+    "        lit = mssm_max(lit, 0.0f);\n"
+    "        rest = rest * (1.0f - part);\n"
+    "        k.first = 0;\n"
+    "        k.outer = k.d;\n"
+    "        k.d = k.inner;\n"
     "        i = i + 1;\n"
-    "    } while (i < 3);\n"
-    "    // No more than the kernel that sees most, which a surface through all kernels would pass. No\n"
-    "    // less than the one that sees least, which closes the gap between a far and a near blocker; the\n"
-    "    // less that one sees, the less it is to be trusted, or its hard edge would show in a soft\n"
-    "    // shadow.\n"
-    "    float gap = t.emptiest > t.occlusion ? (t.emptiest - t.occlusion) * t.emptiest : 0.0f;\n"
-    "    return 1.0f - mssm_clamp(mssm_clamp(t.occlusion + gap, 0.0f, t.fullest), 0.0f, 1.0f);\n"
+    "    } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);\n"
+    "    return 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);\n"
     "}\n"
     "\n"
-    "// Bounds and blockers in the kernel at distance d, with as many moments as the tolerance asks for.\n"
+    "// Bounds and blockers in the kernel at distance d.\n"
     "MSSM_CALLED mssm_split mssm_split_at(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                                            mssm_receiver r, float d)\n"
     "{\n"
-    "    mssm_moments6 t = mssm_look(map, v, r, o.moments == 4 ? 4 : 6, d);\n"
-    "    if (o.moments != 6) {\n"
-    "        mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));\n"
-    "        if (o.moments == 4 || s.self <= o.tolerance) return s;\n"
-    "    }\n"
-    "    return mssm_split6(mssm_kernel6_stored(t, o.alpha6, r.z_test));\n"
+    "    mssm_moments6 t = mssm_filter_moments(map, v, r, o.moments, d);\n"
+    "    if (o.moments == 6) return mssm_split6(mssm_kernel6_stored(t, o.alpha6, r.z_test));\n"
+    "    return mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));\n"
     "}\n"
     "\n"
     "// The published pipeline: one mean blocker depth, one kernel.\n"
     "MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r)\n"
     "{\n"
-    "    mssm_split s = mssm_split_at(map, v, o, r, r.d_max);\n"
-    "    if (s.nearer + s.self < o.tolerance) return 1.0f;\n"
+    "    float reach = mssm_cone_reach(map, v, r);\n"
+    "    if (reach <= 0.0f) return 1.0f;\n"
+    "    mssm_split s = mssm_split_at(map, v, o, r, reach);\n"
     "    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);\n"
-    "    s = mssm_split_at(map, v, o, r, mssm_spread_to(v, r, depth));\n"
+    "    s = mssm_split_at(map, v, o, r, mssm_min(mssm_spread_to(v, r, depth), reach));\n"
     "    return mssm_split_bounds(s).upper;\n"
     "}\n"
     "\n"
@@ -4722,6 +5023,7 @@ enum {
     MSSM__GL_SAMPLER_BINDING = 0x8919,
     MSSM__GL_RGBA32I = 0x8D82,
     MSSM__GL_RG32I = 0x823B,
+    MSSM__GL_R32F = 0x822E,
     MSSM__GL_IMAGE_BINDING_NAME = 0x8F3A,
     MSSM__GL_IMAGE_BINDING_LEVEL = 0x8F3B,
     MSSM__GL_IMAGE_BINDING_LAYERED = 0x8F3C,
@@ -4753,7 +5055,7 @@ typedef struct mssm__gl_functions {
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
 
-enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__FILTER, MSSM__COPY, MSSM__PROGRAMS };
+enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__COPY, MSSM__PROGRAMS };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 23 };  // at most
 
@@ -4778,13 +5080,13 @@ struct mssm_gl {
     mssm_gl_desc desc;  // with defaults filled in
     mssm__glenum capability[MSSM__CAPABILITIES];  // those that there are in this context
     int capabilities, compatible;                 // with the compatibility profile
-    int levels, padded, samples;  // samples that the driver gives: at least those asked for
+    int levels, depth_levels, padded, samples;  // samples that the driver gives: at least those asked for
     int drawing, back;  // light of the pass between begin and end, or -1; which faces
     int front_of;       // light whose front faces the depth target holds, or -1
     int views_stale;
     int depths;         // how many depth targets there are
-    mssm__glenum format[2];  // of the tables
-    unsigned depth[2], framebuffer[2], table[2], views, program[MSSM__PROGRAMS];
+    mssm__glenum format[3];  // of the tables, and of least depths
+    unsigned depth[2], framebuffer[2], table[3], views, program[MSSM__PROGRAMS];
     mssm__gl_state saved;
     mssm__gl_light *lights;
     mssm_view *view;
@@ -4816,8 +5118,10 @@ static const char mssm__glsl_resolve[] =
     "#if MSSM_MOMENTS == 6\n"
     "layout(binding = 1, rg32i) writeonly uniform iimage2DArray table1;\n"
     "#endif\n"
+    "layout(binding = 2, r32f) writeonly uniform image2DArray depths;\n"
     "layout(location = 1) uniform int samples;\n"
     "layout(location = 2) uniform int layer;\n"
+    "shared float nearest[64];\n"
     "ivec4 to_integer(vec4 t)\n"
     "{\n"
     "    float one = float(MSSM_SCALE);\n"
@@ -4827,8 +5131,8 @@ static const char mssm__glsl_resolve[] =
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    if (any(greaterThanEqual(p, imageSize(table0).xy))) return;\n"
     "    bool inside = all(lessThan(p, textureSize(front)));\n"
+    "    float least = 1.0;\n"
     "    precise vec4 sum = vec4(0.0);\n"
     "    precise vec4 more = vec4(0.0);\n"
     "    int s = 0;\n"
@@ -4837,14 +5141,60 @@ static const char mssm__glsl_resolve[] =
     "#ifdef MSSM_AVERAGE\n"
     "        if (inside) z = 0.5 * (z + linear_depth(texelFetch(back, p, s).x));\n"
     "#endif\n"
+    "        least = min(z, least);\n"
     "        mssm_moments6 t = mssm_chebyshev(z);\n"
     "        sum += vec4(t.b[0], t.b[1], t.b[2], t.b[3]);\n"
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
     "    } while (++s < samples);\n"
-    "    imageStore(table0, ivec3(p, layer), to_integer(sum));\n"
+    "    if (all(lessThan(p, imageSize(table0).xy))) {\n"
+    "        imageStore(table0, ivec3(p, layer), to_integer(sum));\n"
     "#if MSSM_MOMENTS == 6\n"
-    "    imageStore(table1, ivec3(p, layer), to_integer(more));\n"
+    "        imageStore(table1, ivec3(p, layer), to_integer(more));\n"
     "#endif\n"
+    "    }\n"
+    "    int i = int(gl_LocalInvocationIndex);\n"
+    "    nearest[i] = least;\n"
+    "    memoryBarrierShared();\n"
+    "    barrier();\n"
+    "    if (i >= 32 || (i & 1) == 1) return;\n"
+    "    least = min(min(nearest[i], nearest[i + 1]), min(nearest[i + 32], nearest[i + 33]));\n"
+    "    imageStore(depths, ivec3(p / 2, layer), vec4(least));\n"  // beyond the image nothing is stored
+    "}\n";
+
+// Least depths of three levels from the one below: a work group's 8 x 8, 4 x 4 and 2 x 2 texels.
+static const char mssm__glsl_least[] =
+    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "layout(binding = 0, r32f) readonly uniform image2DArray finer;\n"
+    "layout(binding = 1, r32f) writeonly uniform image2DArray half_size;\n"
+    "layout(binding = 2, r32f) writeonly uniform image2DArray quarter;\n"
+    "layout(binding = 3, r32f) writeonly uniform image2DArray eighth;\n"
+    "layout(location = 0) uniform int layers[MSSM_BATCH];\n"
+    "shared float nearest[64];\n"
+    "float least_of(int i, int step)\n"
+    "{\n"
+    "    memoryBarrierShared();\n"
+    "    barrier();\n"
+    "    int j = min(i, 54);\n"  // threads of the border have nothing to say
+    "    return min(min(nearest[j], nearest[j + step]), min(nearest[j + 8 * step], nearest[j + 9 * step]));\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    ivec3 p = ivec3(gl_GlobalInvocationID.xy, layers[gl_WorkGroupID.z]);\n"
+    "    ivec3 q = ivec3(2 * p.xy, p.z);\n"
+    "    int i = int(gl_LocalInvocationIndex);\n"
+    "    float least = min(min(imageLoad(finer, q).x, imageLoad(finer, q + ivec3(1, 0, 0)).x),\n"
+    "                      min(imageLoad(finer, q + ivec3(0, 1, 0)).x, imageLoad(finer, q + ivec3(1, 1, 0)).x));\n"
+    "    imageStore(half_size, p, vec4(least));\n"
+    "    nearest[i] = least;\n"
+    "    least = least_of(i, 1);\n"
+    "    memoryBarrierShared();\n"
+    "    barrier();\n"
+    "    if (all(equal(p.xy & 1, ivec2(0)))) {\n"
+    "        imageStore(quarter, ivec3(p.xy / 2, p.z), vec4(least));\n"
+    "        nearest[i] = least;\n"
+    "    }\n"
+    "    least = least_of(min(i, 36), 2);\n"
+    "    if (all(equal(p.xy & 3, ivec2(0)))) imageStore(eighth, ivec3(p.xy / 4, p.z), vec4(least));\n"
     "}\n";
 
 // What the table passes share: the level in hand, and the lights of a batch. Channels 5 and 6 are
@@ -4887,6 +5237,7 @@ static const char mssm__glsl_rows[] =
     "#if MSSM_MOMENTS == 6\n"
     "layout(binding = 3, rg32i) readonly uniform iimage2DArray finer1;\n"
     "#endif\n"
+    "layout(location = MSSM_BATCH) uniform int finer_size;\n"
     "entry finer(ivec3 p)\n"
     "{\n"
     "    if (p.x < 0 || p.y < 0) return entry(ivec4(0), ivec2(0));\n"
@@ -4899,7 +5250,9 @@ static const char mssm__glsl_rows[] =
     "// What two rows of the level below hold up to column x.\n"
     "entry pair(int x, int y, int layer)\n"
     "{\n"
-    "    entry low = finer(ivec3(x, y, layer)), high = finer(ivec3(x, y + 2, layer));\n"
+    "    int last = finer_size - 1;\n"
+    "    x = min(x, last);\n"
+    "    entry low = finer(ivec3(x, min(y, last), layer)), high = finer(ivec3(x, min(y + 2, last), layer));\n"
     "    return entry(high.a - low.a, high.b - low.b);\n"
     "}\n"
     "#endif\n"
@@ -4920,6 +5273,7 @@ static const char mssm__glsl_rows[] =
     "        int x = start + 8 * in_row, count = p.y < size ? size - x : 0;\n"
     "#ifdef MSSM_HALVE\n"
     "        entry left = pair(2 * x - 1, 2 * p.y - 1, p.z);\n"
+    "        int doubled = 2 * p.y + 2 > finer_size ? 1 : 0; // half of what there would be\n"
     "#endif\n"
     "        for (int i = 0; i < 8; i++) {\n"
     "            p.x = x + i;\n"
@@ -4927,7 +5281,9 @@ static const char mssm__glsl_rows[] =
     "#ifdef MSSM_HALVE\n"
     "            if (i < count) {\n"
     "                entry right = pair(2 * p.x + 1, 2 * p.y - 1, p.z);\n"
-    "                e[i] = entry((right.a - left.a + 2) >> 2, (right.b - left.b + 2) >> 2);\n"
+    "                int twice = doubled + (2 * p.x + 2 > finer_size ? 1 : 0);\n"
+    "                e[i] = entry((((right.a - left.a) << twice) + 2) >> 2,\n"
+    "                             (((right.b - left.b) << twice) + 2) >> 2);\n"
     "                left = right;\n"
     "            }\n"
     "#else\n"
@@ -4982,7 +5338,9 @@ static const char mssm__glsl_columns[] =
 static const char mssm__glsl_search[] =
     "mssm_moments6 mssm_query_texels(int light, int moments, float x, float y, float half_x,\n"
     "                                float half_y);\n"
-    "#define MSSM_SEARCH mssm_query_texels\n";
+    "float mssm_least_depth(int light, float x, float y, float half_size);\n"
+    "#define MSSM_SEARCH mssm_query_texels\n"
+    "#define MSSM_LEAST_DEPTH mssm_least_depth\n";
 
 // Nine rectangles of whole texels with their weights, as mssm__add_strips does. A row of entries starts
 // the differences of the next: the first takes no floats.
@@ -5030,6 +5388,7 @@ static const char mssm__glsl_entry[] =
     "#if MSSM_MOMENTS == 6\n"
     "layout(binding = MSSM_NEXT_UNIT) uniform isampler2DArray mssm_table1;\n"
     "#endif\n"
+    "layout(binding = MSSM_DEPTH_UNIT) uniform sampler2DArray mssm_depths;\n"
     "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
     "int mssm_side = 1, mssm_levels = 1; // of the light at hand: read once, not for every query\n"
     "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y)\n"
@@ -5041,7 +5400,7 @@ static const char mssm__glsl_entry[] =
     "    mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);\n"
     "    float area = sx.whole * sy.whole;\n"
     "    float inverse = MSSM_INVERSE_SCALE / area;\n"
-    "    float outside = (area - sx.inside * sy.inside) / area;\n"
+    "    float outside = (area - sx.known * sy.known) / area;\n"
     "    ivec4 x4 = ivec4(int(sx.edge[0]), int(sx.edge[1]), int(sx.edge[2]), int(sx.edge[3])) - 1;\n"
     "    ivec4 y4 = ivec4(int(sy.edge[0]), int(sy.edge[1]), int(sy.edge[2]), int(sy.edge[3])) - 1;\n"
     "    vec4 low = mssm_sum(mssm_table0, light, level, x4, y4, sx, sy) * inverse + outside;\n"
@@ -5073,12 +5432,18 @@ static const char mssm__glsl_texels[] =
     "    mssm_levels = v.levels;\n"
     "    return v;\n"
     "}\n"
-    "// Visibility of a light from a world-space point: 1 where the whole light is seen.\n"
-    "float mssm_visibility(int light, vec3 world_position)\n"
+    "// Visibility of a light from a world-space point: 1 where the whole light is seen. The normal is the\n"
+    "// receiver's, of any length; zero: not known.\n"
+    "float mssm_visibility(int light, vec3 world_position, vec3 normal)\n"
     "{\n"
     "    mssm_view v = mssm_view_of(light);\n"
-    "    vec3 p = world_position;\n"
-    "    return mssm_estimate(light, v, mssm_chosen, mssm_receive(v, mssm_chosen, p.x, p.y, p.z));\n"
+    "    vec3 p = world_position, n = normal;\n"
+    "    mssm_receiver r = mssm_receive(v, mssm_chosen, p.x, p.y, p.z);\n"
+    "    return mssm_estimate(light, v, mssm_chosen, mssm_tangent(v, r, n.x, n.y, n.z));\n"
+    "}\n"
+    "float mssm_visibility(int light, vec3 world_position)\n"
+    "{\n"
+    "    return mssm_visibility(light, world_position, vec3(0.0));\n"
     "}\n"
     "\n"
     "// The same from shadow-space x, y in [-1,1] and depth, for frusta of one's own.\n"
@@ -5097,8 +5462,9 @@ static const char mssm__glsl_texels[] =
     "    e -= texelFetch(table, ivec3(p.x, p.w, light), level) & x;\n"
     "    e -= texelFetch(table, ivec3(p.z, p.y, light), level) & y;\n"
     "    e += texelFetch(table, ivec3(p.x, p.y, light), level) & (x & y);\n"
-    "    return at.z < 0 || at.w < 0 ? ivec4(0) : e;\n"
+    "    return e;\n"
     "}\n"
+    "// Four of them, which are all that the search asks for.\n"
     "mssm_moments6 mssm_query_texels(int light, int moments, float x, float y, float half_x,\n"
     "                                float half_y)\n"
     "{\n"
@@ -5107,11 +5473,9 @@ static const char mssm__glsl_texels[] =
     "    float scale = intBitsToFloat((127 - level) << 23);\n"
     "    mssm_span sx = mssm_cut_texels((x - half_x) * scale, (x + half_x) * scale, size);\n"
     "    mssm_span sy = mssm_cut_texels((y - half_y) * scale, (y + half_y) * scale, size);\n"
-    "    float area = sx.whole * sy.whole;\n"
-    "    float inverse = MSSM_INVERSE_SCALE / area;\n"
-    "    float outside = (area - (sx.high - sx.low) * (sy.high - sy.low)) / area;\n"
+    "    float inverse = MSSM_INVERSE_SCALE / ((sx.high - sx.low) * (sy.high - sy.low));\n"
     "    ivec4 at = ivec4(int(sx.low), int(sy.low), int(sx.high), int(sy.high)) - 1;\n"
-    "    vec4 low = vec4(mssm_texels(mssm_table0, at, light, level)) * inverse + outside;\n"
+    "    vec4 low = vec4(mssm_texels(mssm_table0, at, light, level)) * inverse;\n"
     "    mssm_moments6 t;\n"
     "    t.b[0] = low.x;\n"
     "    t.b[1] = low.y;\n"
@@ -5119,14 +5483,25 @@ static const char mssm__glsl_texels[] =
     "    t.b[3] = low.w;\n"
     "    t.b[4] = 0.0;\n"
     "    t.b[5] = 0.0;\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "    if (moments == 6) {\n"
-    "        vec4 high = vec4(mssm_texels(mssm_table1, at, light, level)) * inverse + outside;\n"
-    "        t.b[4] = high.x;\n"
-    "        t.b[5] = high.y;\n"
-    "    }\n"
-    "#endif\n"
     "    return t;\n"
+    "}\n"
+    "float mssm_least_depth(int light, float x, float y, float half_size)\n"
+    "{\n"
+    "    int level = mssm_depth_level(half_size, max(findMSB(mssm_side - 1) + 1, 1));\n"
+    "    float size = float((mssm_side + (2 << level) - 1) >> (level + 1));\n"
+    "    float scale = intBitsToFloat((126 - level) << 23);\n"
+    "    mssm_span sx = mssm_cut_depths(x, half_size, scale, size);\n"
+    "    mssm_span sy = mssm_cut_depths(y, half_size, scale, size);\n"
+    "    ivec3 x3 = ivec3(int(sx.low), min(int(sx.low) + 1, int(sx.high)), int(sx.high));\n"
+    "    ivec3 y3 = ivec3(int(sy.low), min(int(sy.low) + 1, int(sy.high)), int(sy.high));\n"
+    "    float least = 1.0;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        for (int j = 0; j < 3; j++) {\n"
+    "            ivec3 at = ivec3(x3[j], y3[i], light);\n"
+    "            least = min(texelFetch(mssm_depths, at, level).x, least);\n"
+    "        }\n"
+    "    }\n"
+    "    return least;\n"
     "}\n";
 
 static void mssm__log(const mssm_gl *gl, const char *what, const char *detail)
@@ -5233,7 +5608,7 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
 }
 
 static const char *const mssm__program_names[MSSM__PROGRAMS] = {
-    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm filter", "mssm copy"};
+    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm copy"};
 
 static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type, const char *const *text,
                                     int count)
@@ -5290,11 +5665,13 @@ static mssm_result mssm__build_programs(mssm_gl *gl)
                                  mssm__glsl_tables, mssm__glsl_rows};
     const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables,
                                    mssm__glsl_columns};
+    const char *const least[] = {mssm__glsl_version, defines, mssm__glsl_least};
     mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 5);
     if (!r) r = mssm__build_program(gl, MSSM__AVERAGE, average, 6);
     if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
     if (!r) r = mssm__build_program(gl, MSSM__HALVE, halve, 5);
     if (!r) r = mssm__build_program(gl, MSSM__COLUMNS, columns, 4);
+    if (!r) r = mssm__build_program(gl, MSSM__LEAST, least, 3);
     return r;
 }
 
@@ -5315,11 +5692,12 @@ static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[4], int
     char defines[400], chosen[512];
     snprintf(
         defines, sizeof defines,
-        "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n#define MSSM_BINDING %d\n"
+        "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
+        "#define MSSM_DEPTH_UNIT %d\n#define MSSM_BINDING %d\n"
         "#define MSSM_SCALE %d\n#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n"
         "#define MSSM_ANISOTROPY %d\n",
         gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
-        gl->desc.first_buffer_binding, MSSM_SCALE, taps);
+        gl->desc.first_texture_unit + 2, gl->desc.first_buffer_binding, MSSM_SCALE, taps);
     int at = snprintf(chosen, sizeof chosen, "#define mssm_chosen mssm_options(%d, %d", o.moments,
                       o.estimator);
     for (int i = 0; i < 4; i++) {
@@ -5347,8 +5725,11 @@ static void mssm__delete_storage(mssm_gl *gl)
     for (int i = 0; i < 2; i++) {
         if (gl->framebuffer[i]) f->DeleteFramebuffers(1, &gl->framebuffer[i]);
         if (gl->depth[i]) f->DeleteTextures(1, &gl->depth[i]);
+        gl->framebuffer[i] = gl->depth[i] = 0;
+    }
+    for (int i = 0; i < 3; i++) {
         if (gl->table[i]) f->DeleteTextures(1, &gl->table[i]);
-        gl->framebuffer[i] = gl->depth[i] = gl->table[i] = 0;
+        gl->table[i] = 0;
     }
     if (gl->views) {
         // Mesa forgets the generic binding too when a buffer with an indexed binding is deleted.
@@ -5393,12 +5774,13 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
 static mssm_result mssm__create_table(mssm_gl *gl, int i)
 {
     static const char *const names[] = {"mssm tables, moments 1 to 4",
-                                        "mssm tables, moments 5 and 6"};
+                                        "mssm tables, moments 5 and 6", "mssm least depths"};
     const mssm__gl_functions *f = &gl->f;
     f->CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &gl->table[i]);
     if (!gl->table[i]) return MSSM_ERROR_GL;
-    f->TextureStorage3D(gl->table[i], gl->levels, gl->format[i], gl->padded,
-                        gl->padded, gl->desc.lights);
+    // Least depths begin with half the side, and halve without rest.
+    const int levels = i < 2 ? gl->levels : gl->depth_levels, side = i < 2 ? gl->padded : 1 << (levels - 1);
+    f->TextureStorage3D(gl->table[i], levels, gl->format[i], side, side, gl->desc.lights);
     // Integer textures are complete with these filters only.
     f->TextureParameteri(gl->table[i], MSSM__GL_TEXTURE_MIN_FILTER,
                          MSSM__GL_NEAREST_MIPMAP_NEAREST);
@@ -5413,6 +5795,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     const size_t count = (size_t)gl->desc.lights;
     uint64_t words;
     gl->levels = mssm__layout(gl->desc.side, gl->desc.moments, &words);
+    gl->depth_levels = mssm__layout_depths(gl->desc.side, &words);
     // A side that halves without rest on every level; the texels beyond the map are empty.
     const int grain = 1 << (gl->levels - 1);
     gl->padded = (gl->desc.side + grain - 1) / grain * grain;
@@ -5434,6 +5817,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     for (int i = 0; i < gl->depths && !r; i++) r = mssm__create_depth(gl, i);
     if (!r) r = mssm__create_table(gl, 0);
     if (!r && gl->desc.moments == 6) r = mssm__create_table(gl, 1);
+    if (!r && gl->format[2]) r = mssm__create_table(gl, 2);
     f->CreateBuffers(1, &gl->views);
     if (!gl->views) r = MSSM_ERROR_GL;
     if (!r) {
@@ -5545,6 +5929,9 @@ static void mssm__resolve(mssm_gl *gl, int index)
                            gl->depth[i]);
     }
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
+    if (gl->table[2]) {
+        f->BindImageTexture(2, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_R32F);
+    }
     f->ProgramUniform4f(program, 0, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
                         0);
     f->ProgramUniform1i(program, 1, gl->samples);
@@ -5638,18 +6025,40 @@ static void mssm__upload_views(mssm_gl *gl)
     gl->views_stale = 0;
 }
 
+// Least depths of coarser levels, three at a time; those beyond the last are written where it is, before it.
+static void mssm__build_depths(mssm_gl *gl, int count)
+{
+    const mssm__gl_functions *f = &gl->f;
+    f->UseProgram(gl->program[MSSM__LEAST]);
+    for (int level = 0; level + 1 < gl->depth_levels; level += 3) {
+        const unsigned size = 1u << (gl->depth_levels - level - 2);
+        for (int i = 0; i < 4; i++) {
+            const int at = level + i < gl->depth_levels ? level + i : level;
+            f->BindImageTexture((unsigned)i, at > level || !i ? gl->table[2] : 0, at, 1, 0,
+                                MSSM__GL_READ_WRITE, MSSM__GL_R32F);
+        }
+        f->DispatchCompute((size + 7) / 8, (size + 7) / 8, (unsigned)count);
+        (f->MemoryBarrier)(MSSM__GL_BARRIERS);
+    }
+}
+
 static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int first, int levels)
 {
     const mssm__gl_functions *f = &gl->f;
-    for (int i = MSSM__ROWS; i <= MSSM__COLUMNS; i++) {
+    for (int i = MSSM__ROWS; i <= MSSM__LEAST; i++) {
         f->ProgramUniform1iv(gl->program[i], 0, count, layers);
     }
+    if (first == 0) mssm__build_depths(gl, count);
     for (int level = first; level < levels; level++) {
         const unsigned size = (unsigned)(gl->padded >> level);
         unsigned threads = 1;  // of a row, as the shader counts them
         while (threads < 64 && 8 * threads < size) threads *= 2;
         mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
-        if (level > 0) mssm__bind_level(gl, 2, level - 1, MSSM__GL_READ_ONLY);
+        if (level > 0) {
+            mssm__bind_level(gl, 2, level - 1, MSSM__GL_READ_ONLY);
+            const int grain = (1 << (level - 1)) - 1;
+            f->ProgramUniform1i(gl->program[MSSM__HALVE], MSSM__BATCH, (gl->desc.side + grain) >> (level - 1));
+        }
         f->UseProgram(gl->program[level > 0 ? MSSM__HALVE : MSSM__ROWS]);
         f->DispatchCompute(1, (size * threads + 63) / 64, (unsigned)count);
         (f->MemoryBarrier)(MSSM__GL_BARRIERS);
@@ -5679,7 +6088,7 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
 
 static mssm_result mssm__check_units(mssm_gl *gl)
 {
-    if ((int64_t)gl->desc.first_texture_unit + 2 >
+    if ((int64_t)gl->desc.first_texture_unit + (gl->format[2] ? 3 : 2) >
             mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) ||
         gl->desc.first_buffer_binding >=
             mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS)) {
@@ -5705,6 +6114,7 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     g->depths = 2;
     g->format[0] = MSSM__GL_RGBA32I;
     g->format[1] = MSSM__GL_RG32I;
+    g->format[2] = MSSM__GL_R32F;
     mssm_result r = mssm__check_desc(g);
     if (!r) r = mssm__load(g);
     if (r) {
@@ -5745,7 +6155,8 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
     fresh.desc.side = side;
     mssm_result r = mssm__check_desc(&fresh);
     if (r) return r;
-    for (int i = 0; i < 2; i++) fresh.depth[i] = fresh.framebuffer[i] = fresh.table[i] = 0;
+    for (int i = 0; i < 2; i++) fresh.depth[i] = fresh.framebuffer[i] = 0;
+    for (int i = 0; i < 3; i++) fresh.table[i] = 0;
     fresh.views = 0;
     fresh.lights = NULL;
     fresh.view = NULL;
@@ -5875,7 +6286,7 @@ mssm_result mssm_gl_bind(mssm_gl *gl)
     const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     const int active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
     mssm__upload_views(gl);
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 3; i++) {
         if (!gl->table[i]) continue;
         mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_ARRAY,
                            gl->table[i]);
@@ -5894,7 +6305,7 @@ const char *mssm_gl_shader(const mssm_gl *gl)
 
 unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 {
-    return gl && (which == 0 || which == 1) ? gl->table[which] : 0;
+    return gl && which >= 0 && which < 3 ? gl->table[which] : 0;
 }
 
 #ifndef MSSM_NO_FILTERED
@@ -5992,6 +6403,7 @@ static const char mssm__glsl_filter[] =
     "#ifdef MSSM_SCALE\n"
     "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray map0;\n"
     "layout(binding = 1, rg32i) writeonly uniform iimage2DArray map1;\n"
+    "layout(binding = 3, r32f) writeonly uniform image2DArray depths;\n"
     "ivec4 stored(vec4 q)\n"
     "{\n"
     "    float one = float(MSSM_SCALE);\n"
@@ -6023,7 +6435,17 @@ static const char mssm__glsl_filter[] =
     "    }\n"
     "    high /= low.w;  // the sum of weights\n"
     "    low /= low.w;\n"
-    "#ifndef MSSM_SCALE\n"
+    "#ifdef MSSM_SCALE\n"
+    "    // Of four texels one writes. Where anything is, it may be as near as depth goes.\n"
+    "    if (all(equal(p & 1, ivec2(0)))) {\n"
+    "        float least = low.x;\n"
+    "        for (int i = 1; i < 4; i++) {\n"
+    "            ivec2 q = min(p + ivec2(i & 1, i >> 1), ivec2(job[6] - 1));\n"
+    "            least = min(least, imageLoad(source, ivec3(q, 0)).x);\n"
+    "        }\n"
+    "        imageStore(depths, ivec3(p / 2, job[5]), vec4(least < MSSM_EMPTY ? -1.0 : 1.0));\n"
+    "    }\n"
+    "#else\n"
     "    imageStore(target, ivec3(p, 0), low);\n"
     "    imageStore(target, ivec3(p, 1), high);\n"
     "#endif\n"
@@ -6391,8 +6813,9 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
         char defines[128];
         snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_SCALE %d\n",
                  gl->desc.moments, MSSM_SCALE);
-        const char *const text[] = {mssm__glsl_version, defines, mssm__glsl_filter};
-        const mssm_result r = mssm__build_program(gl, MSSM__FILTER, text, 3);
+        const char *const text[] = {mssm__glsl_version, defines, "#define MSSM_EMPTY 0.99999\n",
+                                    mssm__glsl_filter};
+        const mssm_result r = mssm__build_program(gl, MSSM__FILTER, text, 4);
         if (r && *program) gl->f.DeleteProgram(*program);
         if (r) *program = 0;
         if (r) return r;
@@ -6404,6 +6827,7 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     mssm__save_bindings(gl, &saved);
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
     gl->f.BindImageTexture(2, texture, 0, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
+    gl->f.BindImageTexture(3, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_R32F);
     gl->f.ProgramUniform1iv(*program, 0, 7, pass);
     gl->f.UseProgram(*program);
     gl->f.DispatchCompute(groups, groups, 1);

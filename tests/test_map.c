@@ -42,17 +42,25 @@ static void fill_random(fixture *f, uint64_t *seed)
     if (mssm_map_update(f->map, f->depth, NULL, f->samples)) exit(2);
 }
 
-// Mean of z^k over a rectangle in texels, texels weighted by the part that is covered; 1 outside.
+// How much of an axis' [low, high] a texel stands for: its own width, and if it is an outermost one as
+// much of what lies beyond as the rectangle has inside.
+static double stands_for(int texel, int side, double low, double high)
+{
+    const double inside = fmax(fmin(high, side) - fmax(low, 0), 0);
+    const double from = texel == 0 ? -inside : texel, to = texel == side - 1 ? side + inside : texel + 1;
+    return fmax(fmin(to, high) - fmax(from, low), 0);
+}
+
+// Mean of z^k over a rectangle in texels; 1 where no texel stands for it.
 static void exact_moments(const fixture *f, double x0, double y0, double x1, double y1, double b[6])
 {
-    double inside = 0;
+    double known = 0;
     for (int k = 0; k < 6; k++) b[k] = 0;
     for (int y = 0; y < f->side; y++) {
-        const double h = fmin(y + 1, y1) - fmax(y, y0);
+        const double h = stands_for(y, f->side, y0, y1);
         for (int x = 0; x < f->side && h > 0; x++) {
-            const double w = fmin(x + 1, x1) - fmax(x, x0);
-            if (w <= 0) continue;
-            inside += w * h;
+            const double w = stands_for(x, f->side, x0, x1);
+            known += w * h;
             for (int s = 0; s < f->samples; s++) {
                 const double z = f->depth[(y * f->side + x) * f->samples + s];
                 double power = w * h / f->samples;
@@ -61,7 +69,7 @@ static void exact_moments(const fixture *f, double x0, double y0, double x1, dou
         }
     }
     const double area = (x1 - x0) * (y1 - y0);
-    for (int k = 0; k < 6; k++) b[k] = (b[k] + area - inside) / area;
+    for (int k = 0; k < 6; k++) b[k] = (b[k] + area - known) / area;
 }
 
 static double query_error(const fixture *f, double x, double y, double hx, double hy)
@@ -220,7 +228,8 @@ static void back_faces_average_depth(void)
     drop_map(&f);
 }
 
-static void outside_is_lit(void)
+// A map that is covered to its rim stands for as much again beyond; further out all is lit.
+static void the_rim_stands_for_what_lies_beyond(void)
 {
     fixture f = make_map(64, 6, 1);
     mssm_light light;
@@ -233,11 +242,11 @@ static void outside_is_lit(void)
     CHECK(mssm_map_visibility(f.map, &light, NULL, under) < 0.01f, "below the cover");
     CHECK(mssm_map_visibility(f.map, &light, NULL, beside) == 1, "beside the map");
     CHECK(mssm_map_visibility(f.map, &light, NULL, above) == 1, "nearer than the near plane");
-    CHECK(mssm_map_visibility(f.map, &light, NULL, far_below) > 0.97f,
+    CHECK(mssm_map_visibility(f.map, &light, NULL, far_below) > 0.88f,
           "the cover is small from afar: %g",
           (double)mssm_map_visibility(f.map, &light, NULL, far_below));
     const float v = mssm_map_visibility(f.map, &light, NULL, edge);
-    CHECK(fabsf(v - 0.5f) < 0.03f, "half of the light is seen past the edge, not %g", (double)v);
+    CHECK(v < 0.01f, "light past the rim: %g", (double)v);
     drop_map(&f);
 }
 
@@ -493,7 +502,7 @@ const test_case map_tests[] = {
     {"sums of nothing are nothing", sums_of_nothing_are_nothing},
     {"samples of a texel are averaged", samples_are_averaged},
     {"back faces average depth, not moments", back_faces_average_depth},
-    {"outside of the map is lit", outside_is_lit},
+    {"the rim of the map stands for what lies beyond", the_rim_stands_for_what_lies_beyond},
     {"a new map is lit everywhere", new_map_is_lit},
     {"depth that is no depth is clamped or nothing", garbage_depth_counts_as_nothing_or_clamped},
     {"a map may lie at any address", memory_may_be_anywhere},
