@@ -109,7 +109,7 @@ typedef struct lightprobe_cube {
 
 typedef struct lightprobe_light {
     float direction[3];           // unit; that of the region's vector irradiance
-    float axis_u[3], axis_v[3];   // unit, orthogonal to direction; the longer side is u
+    float axis_u[3], axis_v[3];   // unit, orthogonal to direction and each other; the longer side is u
     float tan_half_u, tan_half_v; // half-size of the rectangle at distance 1, at most 4
     float irradiance[3];          // integral of RGB radiance over the region's solid angle
     float solid_angle;            // of the region; all of them sum to 4 pi less black regions
@@ -119,7 +119,9 @@ typedef struct lightprobe_light {
 
 typedef enum lightprobe_mode {
     LIGHTPROBE_BEST = 0,
-    LIGHTPROBE_MEDIAN_CUT = 1 // the paper's way (section 3.1 and 4.1): for comparison
+    // The paper's way (sections 3.1 and 4.1), for comparison. Its axes are the face's, projected: u is
+    // not always the longer side, and towards a corner of the cube they are up to 30 degrees askew.
+    LIGHTPROBE_MEDIAN_CUT = 1
 } lightprobe_mode;
 
 // Zero means default everywhere.

@@ -154,7 +154,9 @@ float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float
 
 // Real roots of c0 + c1 x + c2 x^2 + c3 x^3, ascending; multiple roots are repeated. A pair that
 // rounding of the coefficients may have made complex counts as a double root. Zero leading
-// coefficients lower the degree; count is 0 for a constant. Unused x are 0.
+// coefficients lower the degree; count is 0 for a constant. Unused x are 0. Roots are right
+// to their last digits down to 1e-28 of the largest; beyond 1e18 they count as infinite. Roots below
+// 1e-37, and coefficients below 1e-36 of the largest, may count as 0.
 mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3);
 
 // ------------------------------------------------------------------------------------------------
@@ -238,7 +240,8 @@ mssm_faces mssm_point_faces(float x, float y, float z);
 float mssm_attenuation(float distance, float constant, float linear, float quadratic);
 
 // Share of a spot light's strength by the cosine of the angle from its axis: cosine^exponent, faded
-// smoothly from 1 at cos_inner to 0 at cos_outer < cos_inner.
+// smoothly from 1 at cos_inner to 0 at cos_outer < cos_inner. cosine is clamped to [-1,1]; its power is
+// 1 for an exponent <= 0, else 0 below 0.
 float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent);
 
 // GLSL 4.50 text of mssm_faces and the last three functions. It stands alone. Static storage.
@@ -1234,11 +1237,15 @@ MSSM_SHARED mssm_roots3 mssm_solve_quadratic(float c0, float c1, float c2)
     if (a2 > 1e-36f && a1 <= 1e18f * a2) {
         float b = c1 / c2;
         float c = c0 / c2;
+        float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));
+        size = size > 1e-37f ? size : 1.0f;
+        b = b / size;
+        c = mssm_clamp(c / size, -3e38f, 3e38f) / size;  // as in mssm_solve_cubic
         struct mssm_pair p = mssm_quadratic(b, c);
         // Rounding of b and c alone moves the discriminant by this much.
         if (0.25f * b * b - c >= -4.8e-7f * (0.75f * b * b + fabsf(c))) {
-            r.x[0] = p.x0;
-            r.x[1] = p.x1;
+            r.x[0] = p.x0 * size;
+            r.x[1] = p.x1 * size;
             r.count = 2;
         }
     } else if (a1 > 1e-36f && fabsf(c0) <= 1e18f * a1) {
@@ -1250,10 +1257,11 @@ MSSM_SHARED mssm_roots3 mssm_solve_quadratic(float c0, float c1, float c2)
 
 mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
 {
-    float e0 = mssm_clamp(c0, -3e38f, 3e38f);
-    float e1 = mssm_clamp(c1, -3e38f, 3e38f);
-    float e2 = mssm_clamp(c2, -3e38f, 3e38f);
-    float e3 = mssm_clamp(c3, -3e38f, 3e38f);
+    // An ulp below FLT_MAX: with that itself clang's -ffast-math leaves the comparison out.
+    float e0 = mssm_clamp(c0, -3.40282326e38f, 3.40282326e38f);
+    float e1 = mssm_clamp(c1, -3.40282326e38f, 3.40282326e38f);
+    float e2 = mssm_clamp(c2, -3.40282326e38f, 3.40282326e38f);
+    float e3 = mssm_clamp(c3, -3.40282326e38f, 3.40282326e38f);
     float m01 = fabsf(e0) > fabsf(e1) ? fabsf(e0) : fabsf(e1);
     float m23 = fabsf(e2) > fabsf(e3) ? fabsf(e2) : fabsf(e3);
     float largest = mssm_max(m01, m23);
@@ -1267,7 +1275,8 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     float a3 = fabsf(e3);
     if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);
 
-    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2.
+    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2. Two roots far
+    // below the third are found in units of their own, or their squares would leave the range of float.
     float b = e2 / e3;
     float c = e1 / e3;
     float d = e0 / e3;
@@ -1278,30 +1287,35 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     mssm_roots3 r = mssm_no_roots();
     r.count = 3;
     if (size <= 0.0f) return r;
+    float pair = mssm_max(sqrtf(fabsf(d)) / sqrtf(size), fabsf(c) / size);
+    float unit = pair < 0.01f * size && pair > 1e-37f ? pair : size;
+    float s = unit / size;
     b = b / size;
     // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of size,
     // which leaves the range of float.
-    c = mssm_clamp(c / size, -3e38f, 3e38f) / size;
-    d = mssm_clamp(mssm_clamp(d / size, -3e38f, 3e38f) / size, -3e38f, 3e38f) / size;
-    struct mssm_deflated left = mssm_deflate(b, c, d, mssm_reach(b, c, d));
+    c = mssm_clamp(c / size, -3e38f, 3e38f) / unit;
+    d = mssm_clamp(mssm_clamp(d / unit, -3e38f, 3e38f) / unit, -3e38f, 3e38f) / size;
+    struct mssm_deflated left = mssm_deflate(b, c * s, d * s * s, mssm_reach(b, c * s, d * s * s));
+    left.c = s < 1.0f ? -d / left.root : left.c;
+    left.b = s < 1.0f ? (left.c * s - c) / left.root : left.b;
     // A complex pair counts as a double root where rounding of the coefficients can have made it:
     // where the cubic at its real part m, disc * (m - root), is noise. The larger of that and
     // |disc|^(3/2), which it is next to a triple root, where m is the root itself.
     float m = -0.5f * left.b;
     float am = fabsf(m);
     float disc = left.c - m * m;
-    float apart = fabsf(m - left.root);
-    float imaginary = sqrtf(mssm_max(disc, 0.0f));
-    float noise = 2e-6f * (((am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));
+    float apart = fabsf(s * m - left.root);
+    float imaginary = s * sqrtf(mssm_max(disc, 0.0f));
+    float noise = 2e-6f * (((s * am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));
     if (disc * mssm_max(apart, imaginary) <= noise) {
-        r = mssm_sort3(left.root, mssm_quadratic(left.b, left.c));
+        struct mssm_pair p = mssm_quadratic(left.b, left.c);
+        p.x0 = p.x0 * unit;
+        p.x1 = p.x1 * unit;
+        r = mssm_sort3(left.root * size, p);
     } else {
-        r.x[0] = left.root;
+        r.x[0] = left.root * size;
         r.count = 1;
     }
-    r.x[0] = r.x[0] * size;
-    r.x[1] = r.x[1] * size;
-    r.x[2] = r.x[2] * size;
     return r;
 }
 
@@ -1609,7 +1623,8 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
     r.extent_v = (float)half[1];
     r.z_near = 0;
     r.z_far = (float)(2 * range);
-    if (!mssm__all_finite(r.world_to_shadow, 16) || !mssm__is_finite(r.z_far)) {
+    const float size[3] = {r.extent_u, r.extent_v, r.z_far};
+    if (!mssm__all_finite(r.world_to_shadow, 16) || !mssm__all_finite(size, 3)) {
         return MSSM_ERROR_ARGUMENT;
     }
     *light = r;
@@ -1719,7 +1734,9 @@ mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest)
         r.z_near = (float)n;
         r.z_far = (float)f;
     }
-    if (!mssm__all_finite(m, 16) || !(r.z_far > r.z_near)) return MSSM_ERROR_ARGUMENT;
+    if (!mssm__all_finite(m, 16) || !mssm__is_finite(r.z_far) || !(r.z_far > r.z_near)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
     *light = r;
     return MSSM_OK;
 }
@@ -1777,9 +1794,10 @@ float mssm_attenuation(float distance, float constant, float linear, float quadr
 
 float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent)
 {
-    float t = (cosine - cos_outer) / (cos_inner - cos_outer);
+    float x = mssm_min(mssm_max(cosine, -1.0f), 1.0f);
+    float t = (x - cos_outer) / (cos_inner - cos_outer);
     t = t > 0.0f ? mssm_min(t, 1.0f) : 0.0f;
-    float along = powf(mssm_max(cosine, 0.0f), exponent);
+    float along = exponent > 0.0f ? (x > 0.0f ? powf(x, exponent) : 0.0f) : 1.0f;
     return t > 0.0f ? t * t * (3.0f - 2.0f * t) * along : 0.0f;
 }
 // [glsl end]
@@ -3241,6 +3259,7 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     r.extinction = extinction;
     r.fade = extinction / mssm_clamp(sinf(r.inclination[0]), 0.1f, 1.0f);
     r.balance = 0;
+    if (!mssm__all_finite(r.slope, 5) || !mssm__is_finite(r.fade)) return MSSM_ERROR_ARGUMENT;
     *s = r;
     return MSSM_OK;
 }
@@ -3855,11 +3874,15 @@ static const char mssm__glsl_math[] =
     "    if (a2 > 1e-36f && a1 <= 1e18f * a2) {\n"
     "        float b = c1 / c2;\n"
     "        float c = c0 / c2;\n"
+    "        float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));\n"
+    "        size = size > 1e-37f ? size : 1.0f;\n"
+    "        b = b / size;\n"
+    "        c = mssm_clamp(c / size, -3e38f, 3e38f) / size;  // as in mssm_solve_cubic\n"
     "        mssm_pair p = mssm_quadratic(b, c);\n"
     "        // Rounding of b and c alone moves the discriminant by this much.\n"
     "        if (0.25f * b * b - c >= -4.8e-7f * (0.75f * b * b + fabsf(c))) {\n"
-    "            r.x[0] = p.x0;\n"
-    "            r.x[1] = p.x1;\n"
+    "            r.x[0] = p.x0 * size;\n"
+    "            r.x[1] = p.x1 * size;\n"
     "            r.count = 2;\n"
     "        }\n"
     "    } else if (a1 > 1e-36f && fabsf(c0) <= 1e18f * a1) {\n"
@@ -3871,10 +3894,11 @@ static const char mssm__glsl_math[] =
     "\n"
     "mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)\n"
     "{\n"
-    "    float e0 = mssm_clamp(c0, -3e38f, 3e38f);\n"
-    "    float e1 = mssm_clamp(c1, -3e38f, 3e38f);\n"
-    "    float e2 = mssm_clamp(c2, -3e38f, 3e38f);\n"
-    "    float e3 = mssm_clamp(c3, -3e38f, 3e38f);\n"
+    "    // An ulp below FLT_MAX: with that itself clang's -ffast-math leaves the comparison out.\n"
+    "    float e0 = mssm_clamp(c0, -3.40282326e38f, 3.40282326e38f);\n"
+    "    float e1 = mssm_clamp(c1, -3.40282326e38f, 3.40282326e38f);\n"
+    "    float e2 = mssm_clamp(c2, -3.40282326e38f, 3.40282326e38f);\n"
+    "    float e3 = mssm_clamp(c3, -3.40282326e38f, 3.40282326e38f);\n"
     "    float m01 = fabsf(e0) > fabsf(e1) ? fabsf(e0) : fabsf(e1);\n"
     "    float m23 = fabsf(e2) > fabsf(e3) ? fabsf(e2) : fabsf(e3);\n"
     "    float largest = mssm_max(m01, m23);\n"
@@ -3888,7 +3912,8 @@ static const char mssm__glsl_math[] =
     "    float a3 = fabsf(e3);\n"
     "    if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);\n"
     "\n"
-    "    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2.\n"
+    "    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2. Two roots far\n"
+    "    // below the third are found in units of their own, or their squares would leave the range of float.\n"
     "    float b = e2 / e3;\n"
     "    float c = e1 / e3;\n"
     "    float d = e0 / e3;\n"
@@ -3899,30 +3924,35 @@ static const char mssm__glsl_math[] =
     "    mssm_roots3 r = mssm_no_roots();\n"
     "    r.count = 3;\n"
     "    if (size <= 0.0f) return r;\n"
+    "    float pair = mssm_max(sqrtf(fabsf(d)) / sqrtf(size), fabsf(c) / size);\n"
+    "    float unit = pair < 0.01f * size && pair > 1e-37f ? pair : size;\n"
+    "    float s = unit / size;\n"
     "    b = b / size;\n"
     "    // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of size,\n"
     "    // which leaves the range of float.\n"
-    "    c = mssm_clamp(c / size, -3e38f, 3e38f) / size;\n"
-    "    d = mssm_clamp(mssm_clamp(d / size, -3e38f, 3e38f) / size, -3e38f, 3e38f) / size;\n"
-    "    mssm_deflated left = mssm_deflate(b, c, d, mssm_reach(b, c, d));\n"
+    "    c = mssm_clamp(c / size, -3e38f, 3e38f) / unit;\n"
+    "    d = mssm_clamp(mssm_clamp(d / unit, -3e38f, 3e38f) / unit, -3e38f, 3e38f) / size;\n"
+    "    mssm_deflated left = mssm_deflate(b, c * s, d * s * s, mssm_reach(b, c * s, d * s * s));\n"
+    "    left.c = s < 1.0f ? -d / left.root : left.c;\n"
+    "    left.b = s < 1.0f ? (left.c * s - c) / left.root : left.b;\n"
     "    // A complex pair counts as a double root where rounding of the coefficients can have made it:\n"
     "    // where the cubic at its real part m, disc * (m - root), is noise. The larger of that and\n"
     "    // |disc|^(3/2), which it is next to a triple root, where m is the root itself.\n"
     "    float m = -0.5f * left.b;\n"
     "    float am = fabsf(m);\n"
     "    float disc = left.c - m * m;\n"
-    "    float apart = fabsf(m - left.root);\n"
-    "    float imaginary = sqrtf(mssm_max(disc, 0.0f));\n"
-    "    float noise = 2e-6f * (((am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));\n"
+    "    float apart = fabsf(s * m - left.root);\n"
+    "    float imaginary = s * sqrtf(mssm_max(disc, 0.0f));\n"
+    "    float noise = 2e-6f * (((s * am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));\n"
     "    if (disc * mssm_max(apart, imaginary) <= noise) {\n"
-    "        r = mssm_sort3(left.root, mssm_quadratic(left.b, left.c));\n"
+    "        mssm_pair p = mssm_quadratic(left.b, left.c);\n"
+    "        p.x0 = p.x0 * unit;\n"
+    "        p.x1 = p.x1 * unit;\n"
+    "        r = mssm_sort3(left.root * size, p);\n"
     "    } else {\n"
-    "        r.x[0] = left.root;\n"
+    "        r.x[0] = left.root * size;\n"
     "        r.count = 1;\n"
     "    }\n"
-    "    r.x[0] = r.x[0] * size;\n"
-    "    r.x[1] = r.x[1] * size;\n"
-    "    r.x[2] = r.x[2] * size;\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -4641,9 +4671,10 @@ static const char mssm__glsl_lights[] =
     "\n"
     "float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent)\n"
     "{\n"
-    "    float t = (cosine - cos_outer) / (cos_inner - cos_outer);\n"
+    "    float x = mssm_min(mssm_max(cosine, -1.0f), 1.0f);\n"
+    "    float t = (x - cos_outer) / (cos_inner - cos_outer);\n"
     "    t = t > 0.0f ? mssm_min(t, 1.0f) : 0.0f;\n"
-    "    float along = powf(mssm_max(cosine, 0.0f), exponent);\n"
+    "    float along = exponent > 0.0f ? (x > 0.0f ? powf(x, exponent) : 0.0f) : 1.0f;\n"
     "    return t > 0.0f ? t * t * (3.0f - 2.0f * t) * along : 0.0f;\n"
     "}\n"
     // [glsl text end]

@@ -61,15 +61,21 @@ static double dot(const float a[3], const float b[3])
     return (double)a[0] * (double)b[0] + (double)a[1] * (double)b[1] + (double)a[2] * (double)b[2];
 }
 
+// Unit axes across a unit direction.
+static int framed(const lightprobe_light *l)
+{
+    return fabs(dot(l->direction, l->direction) - 1) < 1e-6 &&
+           fabs(dot(l->axis_u, l->axis_u) - 1) < 1e-6 &&
+           fabs(dot(l->axis_v, l->axis_v) - 1) < 1e-6 &&
+           fabs(dot(l->direction, l->axis_u)) < 1e-6 && fabs(dot(l->direction, l->axis_v)) < 1e-6;
+}
+
 static int finite_light(const lightprobe_light *l)
 {
     int good = isfinite(l->tan_half_u) && isfinite(l->tan_half_v) && l->cos_alpha >= -1 &&
                l->cos_alpha <= 1 && l->solid_angle > 0 && l->tan_half_u >= l->tan_half_v;
     for (int i = 0; i < 3; i++) good = good && isfinite(l->irradiance[i]) && l->irradiance[i] >= 0;
-    return good && fabs(dot(l->direction, l->direction) - 1) < 1e-6 &&
-           fabs(dot(l->axis_u, l->axis_u) - 1) < 1e-6 &&
-           fabs(dot(l->axis_v, l->axis_v) - 1) < 1e-6 &&
-           fabs(dot(l->direction, l->axis_u)) < 1e-6 && fabs(dot(l->direction, l->axis_v)) < 1e-6;
+    return good && framed(l) && fabs(dot(l->axis_u, l->axis_v)) < 1e-6;
 }
 
 // ------------------------------------------------------------------------- solid angles,
@@ -879,7 +885,8 @@ static void check_hostile(const test_probe *p, const char *name)
         for (int i = 0; i < count; i++) {
             int good = k % 2
                            ? isfinite(lights[i].irradiance[1]) &&
-                                 isfinite(lights[i].direction[0]) && isfinite(lights[i].tan_half_u)
+                                 isfinite(lights[i].tan_half_u) && framed(lights + i) &&
+                                 fabs(dot(lights[i].axis_u, lights[i].axis_v)) <= 0.5 // 30 degrees
                            : finite_light(lights + i);
             CHECK(good, "%s, mode %d, at most %d: light %d", name, k % 2, counts[k / 2], i);
         }

@@ -317,6 +317,26 @@ static void falloffs(void)
     CHECK(mssm_attenuation(0, 0, 0, 1) == 0, "at the light itself");
 }
 
+// From finite numbers of any size and sign.
+static void cones_are_shares(void)
+{
+    static const float ends[] = {0,     1e-37f, 1e-30f, 1e-3f, 0.5f,  1,     1.5f,
+                                 4e4f, 3e38f,  -1e-37f, -0.4f, -1,   -4e4f, -3e38f};
+    enum { ENDS = sizeof ends / sizeof *ends };
+    for (int i = 0; i < ENDS * ENDS * ENDS * ENDS; i++) {
+        const float cosine = ends[i % ENDS], inner = ends[i / ENDS % ENDS],
+                    outer = ends[i / ENDS / ENDS % ENDS], exponent = ends[i / ENDS / ENDS / ENDS];
+        const float share = mssm_cone(cosine, inner, outer, exponent);
+        CHECK(share >= 0 && share <= 1, "cone(%g, %g, %g, %g) = %g", (double)cosine, (double)inner,
+              (double)outer, (double)exponent, (double)share);
+        if (outer >= inner || fmin((double)cosine, 1) < (double)inner) continue;
+        const double x = fmin(fmax((double)cosine, 0), 1);
+        const double want = exponent > 0 ? pow(x, (double)exponent) : 1;
+        CHECK(fabs((double)share - want) < 1e-6, "cone(%g, %g, %g, %g) = %g", (double)cosine,
+              (double)inner, (double)outer, (double)exponent, (double)share);
+    }
+}
+
 static void bad_lights_are_refused(void)
 {
     const float zero[3] = {0, 0, 0}, bad[3] = {0, NAN, 0};
@@ -341,6 +361,15 @@ static void bad_lights_are_refused(void)
               low == 7 && high == 7,
           "a range of nothing");
     CHECK(mssm_depth_range(some, 3, &low, &high) && low == -0.5f && high == 0.5f, "range");
+    // A diagonal of 8.5e38 leaves float; half of it does where the range is opened to 1.12 times.
+    const float up[3] = {0, 1, 0}, across[3] = {1, 0, 1}, ends[3] = {3e38f, 0, 3e38f},
+                starts[3] = {-3e38f, 0, -3e38f}, tall[3] = {1, 3e38f, 1};
+    l = scene_spot(0.1f);
+    CHECK(mssm_light_directional(&l, up, across, 0.1f, 0.1f, starts, ends) && !memcmp(&l, kept, sizeof l),
+          "a box beyond float");
+    CHECK(!mssm_light_directional(&l, up, across, 0.1f, 0.1f, zero, tall), "a tall box");
+    kept[0] = l;
+    CHECK(mssm_light_fit(&l, -1, 1) && !memcmp(&l, kept, sizeof l), "a range beyond float: %g", (double)l.z_far);
 }
 
 // Ranges of no width, next to the light, and where numbers end.
@@ -376,5 +405,6 @@ const test_case lights_tests[] = {
     {"a fitted light is no less accurate", fitting_does_not_cost_accuracy},
     {"a fitted light holds at the ends of its range", fitting_holds_at_its_ends},
     {"falloffs are what they say", falloffs},
+    {"cones of any finite numbers are shares", cones_are_shares},
     {"bad lights are refused, and left alone", bad_lights_are_refused},
     {0, 0}};

@@ -191,7 +191,7 @@ enum { CASES = 4096 };
 static const char ask_text[] =
     "layout(local_size_x = 64) in;\n"
     "layout(std430, binding = 0) readonly buffer Inputs { vec4 asked[]; };\n"
-    "layout(std430, binding = 1) writeonly buffer Outputs { float told[][8]; };\n"
+    "layout(std430, binding = 1) writeonly buffer Outputs { float told[][9]; };\n"
     "void main()\n"
     "{\n"
     "    uint i = gl_GlobalInvocationID.x;\n"
@@ -203,11 +203,12 @@ static const char ask_text[] =
     "    }\n"
     "    told[i][6] = mssm_attenuation(abs(a.x), 0.5, abs(a.y), abs(a.z));\n"
     "    told[i][7] = mssm_cone(0.25 * a.w, 0.8, 0.6, 3.0);\n"
+    "    told[i][8] = mssm_cone(a.w, 0.0, -6.0, i % 8 < 4 ? a.z : 0.0);\n"
     "}\n";
 
 static void falloffs_are_the_same_in_glsl(void)
 {
-    static float asked[CASES][4], told[CASES][8];
+    static float asked[CASES][4], told[CASES][9];
     const char *const text[] = {mssm_glsl_lights(), ask_text, NULL};
     stage t;
     GLuint buffer[2];
@@ -216,6 +217,7 @@ static void falloffs_are_the_same_in_glsl(void)
     for (int i = 0; i < CASES; i++) {
         for (int k = 0; k < 4; k++) asked[i][k] = (float)test_range(&state, -4, 4);
         if (i % 2) asked[i][1] = asked[i][0] * (float)test_range(&state, 0.9, 1.1); // near an edge
+        if (i % 5 == 0) asked[i][3] = (float)(i / 5 % 3 - 1);
     }
     const GLuint program = gl_test_compute("mssm_glsl_lights", text);
     for (GLuint i = 0; i < 2; i++) {
@@ -236,6 +238,7 @@ static void falloffs_are_the_same_in_glsl(void)
         const float d = mssm_attenuation(fabsf(a[0]), 0.5f, fabsf(a[1]), fabsf(a[2]));
         CHECK(fabsf(b[6] - d) < 1e-5f * d, "attenuation %g, not %g", (double)b[6], (double)d);
         CHECK(fabsf(b[7] - mssm_cone(0.25f * a[3], 0.8f, 0.6f, 3)) < 1e-5f, "cone");
+        CHECK(fabsf(b[8] - mssm_cone(a[3], 0, -6, i % 8 < 4 ? a[2] : 0)) < 1e-5f, "cone of %g", (double)a[3]);
     }
     gl.DeleteBuffers(2, buffer);
     gl.DeleteProgram(program);

@@ -11,6 +11,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
 
 // ---- depth patches as they come out of storage ---------------------------------------------
 
@@ -776,10 +779,23 @@ static double root_uncertainty(const float c[4], double x, double delta)
     return 4 * best;
 }
 
-// Do the roots found agree with the true ones, up to what rounding the coefficients can do?
-static int roots_agree(const float c[4], double delta, const char **why)
+// The roots where numbers below 1e-38 are 0, as on GPUs and in programs linked with -ffast-math.
+static mssm_roots3 solve_flushed(const float c[4])
 {
+#ifdef __SSE__
+    const unsigned before = _mm_getcsr();
+    _mm_setcsr(before | 0x8040);
+#endif
     const mssm_roots3 r = mssm_solve_cubic(c[0], c[1], c[2], c[3]);
+#ifdef __SSE__
+    _mm_setcsr(before);
+#endif
+    return r;
+}
+
+// Do the roots found agree with the true ones, up to what rounding the coefficients can do?
+static int roots_agree(const float c[4], mssm_roots3 r, double delta, const char **why)
+{
     const quad q[4] = {(quad)c[0], (quad)c[1], (quad)c[2], (quad)c[3]};
     quad x[3];
     const int count = oracle_cubic(q, x);
@@ -822,9 +838,12 @@ static int roots_agree(const float c[4], double delta, const char **why)
 
 static void check_cubic(const float c[4], double delta)
 {
+    const mssm_roots3 r = mssm_solve_cubic(c[0], c[1], c[2], c[3]), flushed = solve_flushed(c);
     const char *why = "";
-    CHECK(roots_agree(c, delta, &why), "%s: %a %a %a %a", why, (double)c[0], (double)c[1],
+    CHECK(roots_agree(c, r, delta, &why), "%s: %a %a %a %a", why, (double)c[0], (double)c[1],
           (double)c[2], (double)c[3]);
+    CHECK(!memcmp(&r, &flushed, sizeof r) || roots_agree(c, flushed, delta, &why),
+          "flushed: %s: %a %a %a %a", why, (double)c[0], (double)c[1], (double)c[2], (double)c[3]);
 }
 
 static void coefficients_of_roots(const double x[3], double scale, float c[4])
@@ -1005,6 +1024,46 @@ static void cubic_huge_and_tiny(void)
         coefficients_of_roots(x, 1, c);
         check_cubic(c, 1e-6);
     }
+}
+
+// Roots of any size beside each other, down to 1e-28 of the largest, and coefficients up to FLT_MAX.
+static void cubic_roots_far_apart(void)
+{
+    static const float cases[][4] = {{1e3f, -1e19f, 0, FLT_MAX},
+                                     {-1.01062594e-19f, -9.49428891e-18f, 0.99999994f, 3.51274322e-11f},
+                                     {FLT_MAX, 3.1e38f, -FLT_MAX, -3.2e38f},
+                                     {0, 1e-25f, 1, 0},
+                                     {0, 1e-25f, 1, 1e-10f}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) check_cubic(cases[i], 1e-6);
+    uint64_t state = 58;
+    int tried = 0;
+    for (int i = 0; i < test_trials(80000); i++) {
+        float c[4];
+        double x[3], most = 0, product[4];
+        x[0] = (i & 1 ? -1 : 1) * exp(test_range(&state, log(1e-10), log(1e17)));
+        x[1] = (i & 2 ? -1 : 1) * fabs(x[0]) * exp(test_range(&state, log(1e-28), 0));
+        x[2] = i % 3 == 0   ? x[1] * (1 + exp(test_range(&state, log(1e-7), 0)))
+               : i % 3 == 1 ? -x[1] * (1 + test_range(&state, 0, 1e-6))
+                            : (i & 4 ? -1 : 1) * fabs(x[0]) * exp(test_range(&state, log(1e-28), 0));
+        if (i % 7 == 0) x[2] = 0;
+        product[3] = 1;
+        product[2] = -(x[0] + x[1] + x[2]);
+        product[1] = x[0] * x[1] + x[0] * x[2] + x[1] * x[2];
+        product[0] = -x[0] * x[1] * x[2];
+        for (int k = 0; k < 4; k++) most = fmax(most, fabs(product[k]));
+        const double scale = exp(test_range(&state, log(1e-2), log((double)FLT_MAX))) / most;
+        int kept = 1;
+        for (int k = 0; k < 4; k++) {
+            c[k] = (float)(product[k] * scale);
+            // Less than 1e-36 of the largest, or than 1e-38, may count as 0.
+            const double size = fabs(product[k]);
+            kept = kept && (size <= 0 || (size >= 1.1e-36 * most && size * scale > 1.2e-38));
+        }
+        if (!kept) continue;
+        tried++;
+        check_cubic(c, 1e-6);
+    }
+    CHECK(tried > test_trials(80000) / 4, "%d tried", tried);
 }
 
 // ---- reconstruction, blocker depth ---------------------------------------------------------
@@ -1486,6 +1545,7 @@ const test_case moments_tests[] = {
     {"cubic: infinite coefficients are the largest", infinite_coefficients_are_the_largest},
     {"cubic: roots beyond 1e18 are infinite", roots_beyond_1e18_are_infinite},
     {"cubic: huge and tiny", cubic_huge_and_tiny},
+    {"cubic: roots far apart", cubic_roots_far_apart},
     {"moments: the reconstruction holds shares, order and moments", reconstruction_holds_moments},
     {"moments: arrays give what single calls give", arrays_give_the_same},
     {"moments: too small a bias falls back to fewer moments", too_small_a_bias_falls_back},

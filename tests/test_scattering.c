@@ -473,7 +473,7 @@ static void nothing_hostile_gets_through(void)
 static void bad_arguments_are_refused(void)
 {
     const camera eye = camera_look(vec(0, 0, 5), vec(0, 0, 0), 1, 1);
-    const float at[3] = {0, 0, 5}, wild[3] = {NAN, 0, 0};
+    const float at[3] = {0, 0, 5}, wild[3] = {NAN, 0, 0}, low[3] = {0, 0, 0};
     float corners[12] = {-1, 1, -1, 1, 1, -1, 1, -1, -1, -1, -1, -1}, bad[12];
     mssm_light light, spot, flat;
     mssm_scattering s, before;
@@ -498,6 +498,11 @@ static void bad_arguments_are_refused(void)
     CHECK(mssm_scattering_init(&s, &light, at, bad, 0.1f), "a corner nowhere");
     memset(bad, 0, sizeof bad);
     CHECK(mssm_scattering_init(&s, &light, at, bad, 0.1f), "no directions");
+    const float upwards[12] = {-0.1f, 1, 0.1f, 0.1f, 1, 0.1f, 0.1f, 1, -0.1f, -0.1f, 1, -0.1f};
+    CHECK(mssm_scattering_init(&s, &light, at, upwards, 2e38f), "ten times the extinction leaves float");
+    flat = light;
+    for (int i = 0; i < 3; i++) flat.world_to_shadow[4 * i] = flat.world_to_shadow[4 * i + 1] = 3e38f;
+    CHECK(mssm_scattering_init(&s, &flat, low, corners, 0.1f), "slopes beyond float");
     CHECK(!memcmp(&s, &before, sizeof s), "touched");
     for (int i = 1; i < 4; i++) memcpy(corners + 3 * i, corners, 3 * sizeof *corners);
     CHECK(!mssm_scattering_init(&s, &light, at, corners, 0), "one direction is a picture too");
