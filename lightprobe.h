@@ -88,7 +88,8 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
     LIGHTPROBE_ERROR_GL,         // the driver refused storage or a shader
     LIGHTPROBE_ERROR_TEXTURE,    // not a cube map with a level of this side
-    LIGHTPROBE_ERROR_NOT_READY   // the GPU has not finished any lights
+    LIGHTPROBE_ERROR_NOT_READY,  // the GPU has not finished any lights
+    LIGHTPROBE_ERROR_ORDER       // transform feedback is active, GL allows nothing else then
 } lightprobe_result;
 
 // A sentence for people, never null, also for numbers that are no result.
@@ -2052,6 +2053,8 @@ const char *lightprobe_result_string(lightprobe_result result)
         return "lightprobe: the texture is no cube map with a level of the side asked for";
     case LIGHTPROBE_ERROR_NOT_READY:
         return "lightprobe: the GPU has not finished any lights yet";
+    case LIGHTPROBE_ERROR_ORDER:
+        return "lightprobe: transform feedback must be paused or ended before lightprobe_gl_update";
     }
     return "lightprobe: unknown result";
 }
@@ -2172,6 +2175,9 @@ typedef unsigned char lightprobe__glboolean;
     X(void, GetIntegeri_v, (lightprobe__glenum, unsigned, int *))                            \
     X(void, GetInteger64i_v, (lightprobe__glenum, unsigned, int64_t *))                      \
     X(lightprobe__glboolean, IsTexture, (unsigned))                                          \
+    X(lightprobe__glboolean, IsSampler, (unsigned))                                          \
+    X(lightprobe__glboolean, IsBuffer, (unsigned))                                           \
+    X(lightprobe__glboolean, IsProgram, (unsigned))                                          \
     X(void, GetTexParameteriv, (lightprobe__glenum, lightprobe__glenum, int *))              \
     X(void, GetTexLevelParameteriv, (lightprobe__glenum, int, lightprobe__glenum, int *))    \
     X(void, ActiveTexture, (lightprobe__glenum))                                             \
@@ -2209,6 +2215,7 @@ typedef unsigned char lightprobe__glboolean;
     X(void *, FenceSync, (lightprobe__glenum, unsigned))                                     \
     X(lightprobe__glenum, ClientWaitSync, (void *, unsigned, uint64_t))                      \
     X(void, DeleteSync, (void *))                                                            \
+    X(void, Flush, (void))                                                                   \
     X(void, ObjectLabel, (lightprobe__glenum, unsigned, int, const char *))                  \
     X(void, ObjectPtrLabel, (const void *, int, const char *))
 
@@ -2252,7 +2259,10 @@ enum {
     LIGHTPROBE__GL_SYNC_COMPLETE = 0x9117,
     LIGHTPROBE__GL_SYNC_FLUSH = 0x0001,
     LIGHTPROBE__GL_ALREADY_SIGNALED = 0x911A,
+    LIGHTPROBE__GL_TIMEOUT_EXPIRED = 0x911B,
     LIGHTPROBE__GL_CONDITION_SATISFIED = 0x911C,
+    LIGHTPROBE__GL_TRANSFORM_FEEDBACK_PAUSED = 0x8E23,
+    LIGHTPROBE__GL_TRANSFORM_FEEDBACK_ACTIVE = 0x8E24,
     LIGHTPROBE__GL_BUFFER = 0x82E0,
     LIGHTPROBE__GL_PROGRAM = 0x82E2,
     LIGHTPROBE__GL_SAMPLER = 0x82E6
@@ -2530,7 +2540,7 @@ static const char lightprobe__glsl_shared[] =
 // a cluster, so that they are the CPU's. Several programs, since llvmpipe takes half a minute to
 // compile them as one.
 static const char lightprobe__glsl_work[] =
-    "layout(std430, binding = LIGHTPROBE_BINDING + 1) coherent buffer numbers {\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING1) coherent buffer numbers {\n"
     "    int repaired;\n"
     "    float weights[2 * HALF * HALF]; // of a quarter face: all omegas, then all weights\n"
     "    dvec3 sum_of_all;\n"
@@ -2540,10 +2550,10 @@ static const char lightprobe__glsl_work[] =
     "};\n"
     "// Arrays without a length: of those with one Mesa lists every member of every element,\n"
     "// 18 s for 1000 lights.\n"
-    "layout(std430, binding = LIGHTPROBE_BINDING + 2) coherent buffer all_leaves {\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING2) coherent buffer all_leaves {\n"
     "    lightprobe_leaf leaves[];\n"
     "};\n"
-    "layout(std430, binding = LIGHTPROBE_BINDING + 3) coherent buffer all_clusters {\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING3) coherent buffer all_clusters {\n"
     "    lightprobe_cluster clusters[];\n"
     "};\n"
     "layout(location = 0) uniform int stage; // the mip level, or what is to be done\n"
@@ -2643,7 +2653,7 @@ static const char lightprobe__glsl_cells[] =
     "    return s < 1.0f ? s : 1.0f;\n"
     "}\n"
     // [glsl text end]
-    "layout(std430, binding = LIGHTPROBE_BINDING + 4) coherent buffer all_cells {\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING4) coherent buffer all_cells {\n"
     "    lightprobe_cell cells[];\n"
     "};\n"
     "layout(binding = LIGHTPROBE_UNIT) uniform samplerCube probe;\n"
@@ -3423,7 +3433,7 @@ static const char lightprobe__glsl_write[] =
     "}\n"
     // [glsl text end]
     "layout(local_size_x = GROUP) in;\n"
-    "layout(std430, binding = LIGHTPROBE_BINDING + 5) coherent buffer result {\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING5) coherent buffer result {\n"
     "    int count, repaired_texels;\n"
     "    float error;\n"
     "    vec4 total, residual;\n"
@@ -3642,7 +3652,7 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
 {
     const lightprobe_gl_desc *d = &gl->desc;
     const int leaves = LIGHTPROBE__LEAVES(d->max_lights) + LIGHTPROBE_MORE_LEAVES;
-    char defines[700];
+    char defines[900];
     int at = snprintf(defines, sizeof defines,
                       "#define LIGHTPROBE_LIGHTS_ONLY\nconst int first_cell[] = int[](");
     for (int level = 0; level <= gl->top; level++)
@@ -3657,6 +3667,10 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
              d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
              gl->top, d->max_lights, leaves, gl->splits, lightprobe__bits_of(d->tolerance),
              lightprobe__bits_of(d->min_share), d->first_buffer_binding, d->first_texture_unit);
+    at = (int)strlen(defines);
+    for (int i = 1; i < LIGHTPROBE__BINDINGS; i++) // some compilers want a number there, not a sum
+        at += snprintf(defines + at, sizeof defines - (size_t)at, "#define LIGHTPROBE_BINDING%d %d\n", i,
+                       d->first_buffer_binding + i);
     for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++) {
         const lightprobe_result r = lightprobe__build_program(gl, i, defines);
         if (r) return r;
@@ -3876,24 +3890,30 @@ static void lightprobe__save_bindings(const lightprobe_gl *gl, lightprobe__gl_bi
     }
 }
 
+// A name to bind again; 0 where the object has been deleted since, perhaps in another context.
+static unsigned lightprobe__living(int name, lightprobe__glboolean(LIGHTPROBE__GLAPI *is)(unsigned))
+{
+    return name && is((unsigned)name) ? (unsigned)name : 0;
+}
+
 static void lightprobe__restore_bindings(const lightprobe_gl *gl, const lightprobe__gl_bindings *b)
 {
     const lightprobe__gl_functions *f = &gl->f;
     for (int i = 0; i < LIGHTPROBE__BINDINGS; i++) {
         const unsigned at = (unsigned)(gl->desc.first_buffer_binding + i);
-        const unsigned buffer = (unsigned)b->buffer[i];
+        const unsigned buffer = lightprobe__living(b->buffer[i], f->IsBuffer);
         if (buffer && b->size[i] > 0)
             f->BindBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, at, buffer,
                                (ptrdiff_t)b->start[i], (ptrdiff_t)b->size[i]);
         else
             f->BindBufferBase(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, at, buffer);
     }
-    f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (unsigned)b->generic);
-    f->BindBuffer(LIGHTPROBE__GL_COPY_WRITE_BUFFER, (unsigned)b->copied);
-    f->BindTexture(LIGHTPROBE__GL_TEXTURE_CUBE_MAP, (unsigned)b->texture);
-    f->BindSampler((unsigned)gl->desc.first_texture_unit, (unsigned)b->sampler);
+    f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, lightprobe__living(b->generic, f->IsBuffer));
+    f->BindBuffer(LIGHTPROBE__GL_COPY_WRITE_BUFFER, lightprobe__living(b->copied, f->IsBuffer));
+    f->BindTexture(LIGHTPROBE__GL_TEXTURE_CUBE_MAP, lightprobe__living(b->texture, f->IsTexture));
+    f->BindSampler((unsigned)gl->desc.first_texture_unit, lightprobe__living(b->sampler, f->IsSampler));
     f->ActiveTexture((lightprobe__glenum)b->active);
-    f->UseProgram((unsigned)b->program);
+    f->UseProgram(lightprobe__living(b->program, f->IsProgram));
 }
 
 // Binds the texture to the active unit and returns the mip level of our side, counted from its base level;
@@ -3993,6 +4013,11 @@ lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture)
 {
     if (!gl) return LIGHTPROBE_ERROR_NULL;
     const lightprobe__gl_functions *f = &gl->f;
+    if (lightprobe__get(gl, LIGHTPROBE__GL_TRANSFORM_FEEDBACK_ACTIVE) &&
+        !lightprobe__get(gl, LIGHTPROBE__GL_TRANSFORM_FEEDBACK_PAUSED)) {
+        lightprobe__log(gl, "transform feedback must be paused or ended before ", "lightprobe_gl_update");
+        return LIGHTPROBE_ERROR_ORDER;
+    }
     lightprobe__gl_bindings saved;
     lightprobe__save_bindings(gl, &saved);
     const int mip = lightprobe__bind_texture(gl, cube_texture);
@@ -4014,6 +4039,7 @@ lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture)
     if (*fence) f->DeleteSync(*fence);
     *fence = f->FenceSync(LIGHTPROBE__GL_SYNC_COMPLETE, 0);
     if (*fence) f->ObjectPtrLabel(*fence, -1, "lightprobe lights are written");
+    f->Flush(); // a context that shares our objects could wait for it forever
     return LIGHTPROBE_OK;
 }
 
@@ -4037,9 +4063,10 @@ static unsigned lightprobe__newest(const lightprobe_gl *gl, int wait)
 {
     for (unsigned age = 0; age < LIGHTPROBE__SLOTS && age < gl->updates; age++) {
         void *fence = gl->fence[(gl->updates - age) % LIGHTPROBE__SLOTS];
-        const uint64_t nanoseconds = wait && age == 0 ? 10000000000u : 0;
-        const lightprobe__glenum state =
-            fence ? gl->f.ClientWaitSync(fence, LIGHTPROBE__GL_SYNC_FLUSH, nanoseconds) : 0;
+        lightprobe__glenum state = 0;
+        do {
+            if (fence) state = gl->f.ClientWaitSync(fence, LIGHTPROBE__GL_SYNC_FLUSH, wait ? 1000000000u : 0);
+        } while (wait && state == LIGHTPROBE__GL_TIMEOUT_EXPIRED);
         if (state == LIGHTPROBE__GL_ALREADY_SIGNALED || state == LIGHTPROBE__GL_CONDITION_SATISFIED)
             return gl->updates - age;
         if (wait) break;

@@ -395,7 +395,7 @@ static void texts_say_what_they_should(void)
                   "results %d and %d are both \"%s\"", a, b, text);
         }
     }
-    for (int a = -1; a <= LIGHTPROBE_ERROR_NOT_READY; a++) {
+    for (int a = -1; a <= LIGHTPROBE_ERROR_ORDER; a++) {
         for (int b = -1; b < a; b++) {
             CHECK(strcmp(lightprobe_result_string((lightprobe_result)a),
                          lightprobe_result_string((lightprobe_result)b)),

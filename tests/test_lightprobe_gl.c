@@ -12,14 +12,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 1024, TEXTURE_BASE_LEVEL = 0x813C, TEXTURE_MAX_LEVEL = 0x813D, TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515 };
+enum { MOST = 1024, TIMEOUT_EXPIRED = 0x911B, TEXTURE_BASE_LEVEL = 0x813C, TEXTURE_MAX_LEVEL = 0x813D, TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515 };
 
 // ---- A context, and a loader that watches fences -------------------------------------------------
 
 static gl_context context;
 static int living_fences;
 static bool map_fails;
+static int timeouts; // so many waits end before the GPU has finished
 static struct {
+    GLenum(GL_CALL *ClientWaitSync)(void *fence, GLbitfield flags, GLuint64 nanoseconds);
     void *(GL_CALL *FenceSync)(GLenum condition, GLbitfield flags);
     void(GL_CALL *DeleteSync)(void *fence);
 } sync;
@@ -34,6 +36,11 @@ static void GL_CALL watch_DeleteSync(void *fence)
 {
     living_fences--;
     sync.DeleteSync(fence);
+}
+
+static GLenum GL_CALL watch_ClientWaitSync(void *fence, GLbitfield flags, GLuint64 nanoseconds)
+{
+    return timeouts > 0 && timeouts-- ? TIMEOUT_EXPIRED : sync.ClientWaitSync(fence, flags, nanoseconds);
 }
 
 static void *GL_CALL no_map(GLuint buffer, GLintptr offset, GLsizeiptr size, GLbitfield access)
@@ -53,6 +60,10 @@ static lightprobe_gl_function load(const char *name)
     if (!strcmp(name, "glDeleteSync")) {
         memcpy(&sync.DeleteSync, &f, sizeof f);
         return (lightprobe_gl_function)watch_DeleteSync;
+    }
+    if (!strcmp(name, "glClientWaitSync")) {
+        memcpy(&sync.ClientWaitSync, &f, sizeof f);
+        return (lightprobe_gl_function)watch_ClientWaitSync;
     }
     if (map_fails && !strcmp(name, "glMapBufferRange")) return (lightprobe_gl_function)no_map;
     return f;
@@ -503,7 +514,7 @@ static void a_turning_probe_does_not_jump(void)
             upload(s.texture, 0, &turned);
             test_probe_free(&turned);
             CHECK(!lightprobe_gl_update(s.gl, s.texture), "%s", fakes.message);
-            lightprobe_gl_read(s.gl, i == 0, s.gpu.light, &s.gpu.count, NULL);
+            CHECK(!lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, NULL), "read");
             irradiance_behind(&s.gpu, now);
             for (int k = 0; k < 8; k++) {
                 mean += now[k] / 8 / frames;
@@ -741,6 +752,112 @@ static void silent_calls_are_not_relied_on(void)
     end_gl();
 }
 
+// However long the GPU takes: a wait is one for the lights of the last update.
+static void waiting_is_for_the_last_update(void)
+{
+    const lightprobe_gl_desc d = description(16, 8);
+    static subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        test_probe p = test_scene_probe(SCENE_LAMPS, d.side);
+        frame(&s, &p, true, "lamps");
+        upload(s.texture, 0, &p);
+        CHECK(!lightprobe_gl_update(s.gl, s.texture), "update");
+        timeouts = 100;
+        CHECK(!lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, NULL) && timeouts == 0, "%d waits are left",
+              timeouts);
+        const lightprobe_gl_range last = lightprobe_gl_lights(s.gl, 0), read = lightprobe_gl_lights(s.gl, 1);
+        CHECK(last.offset == read.offset, "read %d, made %d", (int)read.offset, (int)last.offset);
+        timeouts = 100; // nobody who does not wait is kept
+        CHECK(lightprobe_gl_read(s.gl, 0, s.gpu.light, &s.gpu.count, NULL) == LIGHTPROBE_ERROR_NOT_READY && timeouts > 90,
+              "%d waits are left", timeouts);
+        timeouts = 0;
+        test_probe_free(&p);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+static void transform_feedback_is_refused(void)
+{
+    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n", "void main() {}\n"};
+    static const char *const names[] = {"gl_Position"};
+    const lightprobe_gl_desc d = description(8, 4);
+    static subject s;
+    GLuint feedback, buffer;
+    if (!begin_gl()) return;
+    const GLuint program = gl.CreateProgram();
+    for (int i = 0; i < 2; i++) {
+        const char *const text[] = {texts[i], NULL};
+        const GLuint shader = gl_test_shader(i ? GL_FRAGMENT_SHADER : GL_VERTEX_SHADER, "shader", text);
+        gl.AttachShader(program, shader);
+        gl.DeleteShader(shader);
+    }
+    gl.TransformFeedbackVaryings(program, 1, names, GL_INTERLEAVED_ATTRIBS);
+    gl.LinkProgram(program);
+    gl.CreateTransformFeedbacks(1, &feedback);
+    gl.CreateBuffers(1, &buffer);
+    gl.NamedBufferStorage(buffer, 4096, NULL, 0);
+    gl.BindTransformFeedback(GL_TRANSFORM_FEEDBACK, feedback);
+    gl.BindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, buffer);
+    if (make_subject(&s, &d)) {
+        test_probe p = test_scene_probe(SCENE_LAMPS, d.side);
+        upload(s.texture, 0, &p);
+        gl.UseProgram(program);
+        gl.BeginTransformFeedback(GL_TRIANGLES);
+        CHECK(lightprobe_gl_update(s.gl, s.texture) == LIGHTPROBE_ERROR_ORDER && fakes.messages == 1, "update");
+        gl.PauseTransformFeedback();
+        CHECK(!lightprobe_gl_update(s.gl, s.texture), "update while paused");
+        gl.ResumeTransformFeedback();
+        gl.EndTransformFeedback();
+        test_probe_free(&p);
+        drop_subject(&s);
+    }
+    gl.UseProgram(0);
+    gl.DeleteProgram(program);
+    gl.BindTransformFeedback(GL_TRANSFORM_FEEDBACK, 0);
+    gl.DeleteTransformFeedbacks(1, &feedback);
+    gl.DeleteBuffers(1, &buffer);
+    end_gl();
+}
+
+static void names_that_died_raise_no_error(void)
+{
+    const lightprobe_gl_desc d = description(8, 4);
+    static subject s;
+    gl_context other;
+    unsigned (*make_current)(void *display, void *draw, void *read, void *context);
+    GLuint texture, sampler, buffer;
+    if (!begin_gl()) return;
+    const gl_fakes_function f = gl_context_function("eglMakeCurrent");
+    memcpy(&make_current, &f, sizeof f);
+    other = context;
+    other.context = f ? gl_context_share(&context) : NULL;
+    if (other.context && make_subject(&s, &d)) {
+        test_probe p = test_scene_probe(SCENE_LAMPS, d.side);
+        upload(s.texture, 0, &p);
+        texture = new_texture(1, 8);
+        gl.CreateSamplers(1, &sampler);
+        gl.CreateBuffers(1, &buffer);
+        gl.NamedBufferStorage(buffer, 4096, NULL, 0);
+        gl.BindTextureUnit(0, texture);
+        gl.BindSampler(0, sampler);
+        for (GLuint i = 0; i < 6; i++) gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, i, buffer, 256, 256);
+        gl.BindBuffer(GL_COPY_WRITE_BUFFER, buffer);
+        make_current(other.display, NULL, NULL, other.context);
+        gl.DeleteTextures(1, &texture);
+        gl.DeleteSamplers(1, &sampler);
+        gl.DeleteBuffers(1, &buffer);
+        make_current(context.display, NULL, NULL, context.context);
+        CHECK(!lightprobe_gl_update(s.gl, s.texture), "update");
+        CHECK(gl.GetError() == GL_NO_ERROR, "GL error");
+        test_probe_free(&p);
+        drop_subject(&s);
+    }
+    if (other.context) gl_context_drop(&other);
+    end_gl();
+}
+
 static void failures_leave_nothing(void)
 {
     const lightprobe_gl_desc d = description(5, 20);
@@ -877,6 +994,9 @@ const test_case lightprobe_gl_tests[] = {
     {"GL: shading and CPU see the same lights of a probe", shading_and_cpu_see_the_same},
     {"GL: finding lights leaves the caller's state as found", state_is_left_as_found},
     {"GL: calls that a driver leaves undone are not relied on by probes", silent_calls_are_not_relied_on},
+    {"GL: waiting for a probe is for its last update", waiting_is_for_the_last_update},
+    {"GL: transform feedback is refused while it is active, by probes", transform_feedback_is_refused},
+    {"GL: names that died raise no error from probes", names_that_died_raise_no_error},
     {"GL: failures leave nothing of a probe behind", failures_leave_nothing},
     {"GL below 4.5 is refused for probes", old_contexts_are_refused},
     {"GL: bad arguments for probes are refused", bad_arguments_are_refused},
