@@ -82,7 +82,8 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_SIDE,     // side below 1 or above LIGHTPROBE_MAX_SIDE
     LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4
     LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, or above the largest number
-    LIGHTPROBE_ERROR_SETTINGS, // tolerance or min_share negative or not finite, or an unknown mode
+    LIGHTPROBE_ERROR_SETTINGS, // tolerance or min_share negative or not finite, an unknown mode, or a
+                               // texture unit or buffer binding that the driver does not have
     LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
     LIGHTPROBE_ERROR_MEMORY,   // LIGHTPROBE_MALLOC gave none
     LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
@@ -277,6 +278,7 @@ const char *lightprobe_glsl_lights(void);
 #include <limits.h>
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 // With -ffast-math compilers take NaN for a number and add in any order: not in here. Clang 14 obeys for x86
@@ -1958,22 +1960,40 @@ static lightprobe_result lightprobe__fail(const lightprobe_settings *settings,
     return result;
 }
 
-static lightprobe_result lightprobe__check(const lightprobe_cube *cube,
-                                           const lightprobe_settings *s)
+typedef struct lightprobe__range {
+    const char *name;
+    double value, low, high;
+    lightprobe_result otherwise;
+} lightprobe__range;
+
+// The first that is out of its range, by name and number.
+static lightprobe_result lightprobe__check_ranges(const lightprobe_settings *s, const lightprobe__range *r,
+                                                  int count)
 {
-    if (!cube) return LIGHTPROBE_ERROR_NULL;
-    for (int face = 0; face < 6; face++)
-        if (!cube->face[face]) return LIGHTPROBE_ERROR_NULL;
-    if (cube->side < 1 || cube->side > LIGHTPROBE_MAX_SIDE) return LIGHTPROBE_ERROR_SIDE;
-    if (cube->channels != 3 && cube->channels != 4) return LIGHTPROBE_ERROR_CHANNELS;
-    if (s->max_lights < 0 || s->max_lights > LIGHTPROBE_MAX_LIGHTS) return LIGHTPROBE_ERROR_LIGHTS;
-    if (s->previous_count < 0 || s->previous_count > LIGHTPROBE_MAX_LIGHTS)
-        return LIGHTPROBE_ERROR_LIGHTS;
-    if (!lightprobe__is_number(s->tolerance) || s->tolerance < 0) return LIGHTPROBE_ERROR_SETTINGS;
-    if (!lightprobe__is_number(s->min_share) || s->min_share < 0) return LIGHTPROBE_ERROR_SETTINGS;
-    if (s->mode != LIGHTPROBE_BEST && s->mode != LIGHTPROBE_MEDIAN_CUT)
-        return LIGHTPROBE_ERROR_SETTINGS;
+    char line[160];
+    for (int i = 0; i < count; i++, r++) {
+        if (lightprobe__is_number((float)r->value) && r->value >= r->low && r->value <= r->high) continue;
+        const int open = r->high >= (double)FLT_MAX;
+        if (open) snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g or more", r->name, r->value, r->low);
+        else snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g to %.9g", r->name, r->value, r->low, r->high);
+        if (s->log) s->log(s->user, line);
+        return r->otherwise;
+    }
     return LIGHTPROBE_OK;
+}
+
+static lightprobe_result lightprobe__check(const lightprobe_cube *cube, const lightprobe_settings *s,
+                                           int most_lights)
+{
+    const lightprobe__range ranges[] = {
+        {"side", (double)cube->side, 1, LIGHTPROBE_MAX_SIDE, LIGHTPROBE_ERROR_SIDE},
+        {"channels", (double)cube->channels, 3, 4, LIGHTPROBE_ERROR_CHANNELS},
+        {"max_lights", (double)s->max_lights, 0, (double)most_lights, LIGHTPROBE_ERROR_LIGHTS},
+        {"previous_count", (double)s->previous_count, 0, LIGHTPROBE_MAX_LIGHTS, LIGHTPROBE_ERROR_LIGHTS},
+        {"tolerance", (double)s->tolerance, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
+        {"min_share", (double)s->min_share, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
+        {"mode", (double)s->mode, LIGHTPROBE_BEST, LIGHTPROBE_MEDIAN_CUT, LIGHTPROBE_ERROR_SETTINGS}};
+    return lightprobe__check_ranges(s, ranges, (int)(sizeof ranges / sizeof *ranges));
 }
 
 lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
@@ -1986,17 +2006,21 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     memset(&work, 0, sizeof work);
     memset(&s, 0, sizeof s);
     if (settings) s = *settings;
-    lightprobe_result result = lightprobe__check(cube, &s);
-    if (!result && (!scratch || !lights || !light_count)) result = LIGHTPROBE_ERROR_NULL;
-    if (result) return lightprobe__fail(&s, result);
+    int missing = !cube || !scratch || !lights || !light_count;
+    for (int face = 0; face < 6 && !missing; face++) missing = !cube->face[face];
+    if (missing) return lightprobe__fail(&s, LIGHTPROBE_ERROR_NULL);
+    const lightprobe_result result = lightprobe__check(cube, &s, LIGHTPROBE_MAX_LIGHTS);
+    if (result) return result;
     if (s.max_lights == 0) {
         s.max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
         if (!(s.tolerance > 0)) s.tolerance = LIGHTPROBE_DEFAULT_TOLERANCE;
     }
     if (s.tolerance > 1) s.tolerance = 1;
     if (s.min_share > 1) s.min_share = 1;
-    if (scratch_bytes < lightprobe_scratch_bytes(cube->side, s.max_lights))
-        return lightprobe__fail(&s, LIGHTPROBE_ERROR_SCRATCH);
+    const lightprobe__range bytes = {"scratch_bytes", (double)scratch_bytes,
+                                     (double)lightprobe_scratch_bytes(cube->side, s.max_lights), 1e300,
+                                     LIGHTPROBE_ERROR_SCRATCH};
+    if (lightprobe__check_ranges(&s, &bytes, 1)) return LIGHTPROBE_ERROR_SCRATCH;
 
     lightprobe__layout(&work, (char *)scratch + (15 & (0 - (uintptr_t)scratch)), cube->side,
                        s.max_lights);
@@ -2148,7 +2172,6 @@ const char *lightprobe_glsl_math(void)
 
 #ifndef LIGHTPROBE_NO_GL
 
-#include <stdio.h>
 #include <stdlib.h>
 
 #ifndef LIGHTPROBE_MALLOC
@@ -3568,13 +3591,12 @@ static lightprobe_result lightprobe__load(lightprobe_gl *gl)
         const int major = lightprobe__get(gl, LIGHTPROBE__GL_MAJOR_VERSION);
         const int old = major < 4 || (major == 4 && lightprobe__get(gl, LIGHTPROBE__GL_MINOR_VERSION) < 5);
         if (!text || !strncmp(text, "OpenGL ES", 9) || old) {
-            lightprobe__log(gl, "OpenGL 4.5 is needed, this context is ",
-                            text ? text : "not current");
+            lightprobe__log(gl, text ? "OpenGL 4.5 is needed, this context is " : "no context is current", text);
             return LIGHTPROBE_ERROR_GL_VERSION;
         }
     }
     if (missing) {
-        lightprobe__log(gl, "OpenGL 4.5 is needed, the loader does not find ", missing);
+        lightprobe__log(gl, "OpenGL 4.5 is needed (is a context current?), the loader does not find ", missing);
         return LIGHTPROBE_ERROR_GL_VERSION;
     }
     return LIGHTPROBE_OK;
@@ -3768,8 +3790,7 @@ static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl)
 static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
 {
     lightprobe_gl_desc *d = &gl->desc;
-    static const float texel[3] = {0, 0, 0};
-    lightprobe_cube cube = {{texel, texel, texel, texel, texel, texel}, 0, 3};
+    lightprobe_cube cube = {{NULL, NULL, NULL, NULL, NULL, NULL}, 0, 3};
     lightprobe_settings s;
     memset(&s, 0, sizeof s);
     if (d->side == 0) d->side = 128;
@@ -3780,14 +3801,10 @@ static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
     cube.side = d->side;
     s.max_lights = d->max_lights;
     s.min_share = d->min_share;
-    lightprobe_result r = lightprobe__check(&cube, &s);
-    if (!r && d->max_lights > LIGHTPROBE_GL_MAX_LIGHTS) r = LIGHTPROBE_ERROR_LIGHTS;
-    if (!r && (d->first_texture_unit < 0 || d->first_buffer_binding < 0))
-        r = LIGHTPROBE_ERROR_SETTINGS;
-    if (r) {
-        if (d->log) d->log(d->user, lightprobe_result_string(r));
-        return r;
-    }
+    s.log = d->log;
+    s.user = d->user;
+    const lightprobe_result r = lightprobe__check(&cube, &s, LIGHTPROBE_GL_MAX_LIGHTS);
+    if (r) return r;
     if (d->max_lights == 0) d->max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
     d->tolerance = s.tolerance < 1 ? s.tolerance : 1;
     d->min_share = s.min_share < 1 ? s.min_share : 1;
@@ -3796,18 +3813,26 @@ static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
 
 static lightprobe_result lightprobe__check_units(const lightprobe_gl *gl)
 {
-    if (gl->desc.first_texture_unit <
-            lightprobe__get(gl, LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) &&
-        (int64_t)gl->desc.first_buffer_binding + LIGHTPROBE__BINDINGS <=
-            lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS))
-        return LIGHTPROBE_OK;
-    lightprobe__log(gl, "first_texture_unit or first_buffer_binding is beyond this driver's", NULL);
-    return LIGHTPROBE_ERROR_SETTINGS;
+    lightprobe_settings s;
+    memset(&s, 0, sizeof s);
+    s.log = gl->desc.log;
+    s.user = gl->desc.user;
+    const lightprobe__range ranges[] = {
+        {"first_texture_unit", (double)gl->desc.first_texture_unit, 0,
+         (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) - 1,
+         LIGHTPROBE_ERROR_SETTINGS},
+        {"first_buffer_binding", (double)gl->desc.first_buffer_binding, 0,
+         (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS) - LIGHTPROBE__BINDINGS,
+         LIGHTPROBE_ERROR_SETTINGS}};
+    return lightprobe__check_ranges(&s, ranges, 2);
 }
 
 lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_desc *desc)
 {
-    if (!gl || !desc || !desc->load) return LIGHTPROBE_ERROR_NULL;
+    if (!gl || !desc || !desc->load) {
+        if (desc && desc->log) desc->log(desc->user, "lightprobe: desc.load or gl is null");
+        return LIGHTPROBE_ERROR_NULL;
+    }
     lightprobe_gl *g = (lightprobe_gl *)LIGHTPROBE_MALLOC(sizeof *g);
     if (!g) {
         if (desc->log) desc->log(desc->user, "lightprobe: no memory");

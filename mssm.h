@@ -460,15 +460,19 @@ const char *mssm_glsl_shading(void);
 // Calls must come with the context of mssm_gl_create current; several contexts may have one mssm_gl
 // each. They leave the GL state as they found it, but for what mssm_gl_bind says it binds and,
 // between begin and end, the state of the depth pass. Objects carry labels that start with "mssm".
+// What is out of range is told to the log: "mssm: side 20000: 1 to 16384". While transform feedback is
+// active and not paused GL forbids our programs: MSSM_ERROR_ORDER. Not between glBeginConditionalRender
+// and its end: GL would leave out what a pass draws, and cannot be asked. Not seen either: conservative
+// rasterization, shading rates and sample locations of vendors' extensions.
 
 typedef void (*mssm_gl_function)(void);
 typedef mssm_gl_function (*mssm_gl_loader)(const char *name);  // glfwGetProcAddress and the like
 
 typedef struct mssm_gl_desc {  // zero means default everywhere
     mssm_gl_loader load;       // needed
-    int lights;                // 1 to 4096; default 1
+    int lights;                // as many as the driver's array layers, 2048 on most; default 1
     int side;                  // of the maps, 1 to 16384; default 256
-    int samples;               // of the depth target, default 4
+    int samples;               // of the depth target, 1 to 64; default 4
     int moments;               // 4 or 6; default 6. settings.moments chooses among what is stored
     mssm_settings settings;    // compiled into the shading text
     int first_texture_unit;    // mssm_gl_bind takes three texture units from here
@@ -496,7 +500,8 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
 
 // Between these two the application draws its casters into the light's depth map. begin binds a
 // multisampled framebuffer without colour, sets viewport, depth test, depth range and clip control
-// (-1 to 1) and clears depth; culling is off, or with back_faces front faces are culled. end
+// (-1 to 1) and clears depth; culling is off, or with back_faces front faces are culled; whatever
+// else could keep fragments or colours out is off: clip distances, stencil, masks, alpha test ... end
 // restores all of that and turns depth into moments. A pass with back_faces must directly follow
 // the light's pass without: the mean of both is used then, sample by sample, as with
 // mssm_map_update.
@@ -513,12 +518,13 @@ mssm_result mssm_gl_build(mssm_gl *gl);
 mssm_result mssm_gl_bind(mssm_gl *gl);
 
 // GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
-// float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth. Lives as long
-// as gl.
+// float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth. 1 where there is
+// no such light. Lives as long as gl.
 const char *mssm_gl_shader(const mssm_gl *gl);
 
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
-// levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments.
+// levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments. Before
+// reading them back: glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
 unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
 #ifndef MSSM_NO_FILTERED
@@ -538,7 +544,7 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
 typedef struct mssm_gl_filtered_desc {  // zero means default everywhere
     mssm_gl_loader load;       // needed
-    int lights;                // 1 to 4096; default 1
+    int lights;                // as in mssm_gl_desc; default 1
     int side;                  // of the maps, best a power of two; default 1024
     int samples;               // of the depth target, default 4
     int moments;               // 4 (64 bits a texel) or 6 (96); default 4
@@ -5543,6 +5549,15 @@ static void mssm__log(const mssm_gl *gl, const char *what, const char *detail)
     gl->desc.log(gl->desc.user, line);
 }
 
+static int mssm__in_range(const mssm_gl *gl, const char *name, int value, int low, int high)
+{
+    char line[120];
+    if (value >= low && value <= high) return 1;
+    snprintf(line, sizeof line, "%s %d: %d to %d", name, value, low, high);
+    mssm__log(gl, line, NULL);
+    return 0;
+}
+
 static int mssm__get(const mssm_gl *gl, mssm__glenum name)
 {
     int value[4] = {0}; // four: some drivers write more than one
@@ -5610,13 +5625,12 @@ static mssm_result mssm__load(mssm_gl *gl)
         const int major = mssm__get(gl, MSSM__GL_MAJOR_VERSION);
         const int old = major < 4 || (major == 4 && mssm__get(gl, MSSM__GL_MINOR_VERSION) < 5);
         if (!text || !strncmp(text, "OpenGL ES", 9) || old) {
-            mssm__log(gl, "OpenGL 4.5 is needed, this context is ",
-                      text ? text : "not current");
+            mssm__log(gl, text ? "OpenGL 4.5 is needed, this context is " : "no context is current", text);
             return MSSM_ERROR_GL_VERSION;
         }
     }
     if (missing) {
-        mssm__log(gl, "OpenGL 4.5 is needed, the loader does not find ", missing);
+        mssm__log(gl, "OpenGL 4.5 is needed (is a context current?), the loader does not find ", missing);
         return MSSM_ERROR_GL_VERSION;
     }
     mssm__find_capabilities(gl);
@@ -5830,10 +5844,12 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     // A side that halves without rest on every level; the texels beyond the map are empty.
     const int grain = 1 << (gl->levels - 1);
     gl->padded = (gl->desc.side + grain - 1) / grain * grain;
-    if (gl->padded > mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE) ||
-        gl->desc.lights > mssm__get(gl, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS) ||
-        gl->desc.samples > mssm__get(gl, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES)) {
-        mssm__log(gl, "this driver has not as many texels, layers or samples", NULL);
+    const int texels = mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE);
+    const int layers = mssm__get(gl, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS);
+    if (!mssm__in_range(gl, "this driver: lights", gl->desc.lights, 1, layers)) return MSSM_ERROR_ARGUMENT;
+    if (!mssm__in_range(gl, "this driver: side", gl->padded, 1, texels) ||
+        !mssm__in_range(gl, "this driver: samples", gl->desc.samples, 1,
+                        mssm__get(gl, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES))) {
         return MSSM_ERROR_GL;
     }
     gl->lights = (mssm__gl_light *)MSSM_MALLOC(count * sizeof *gl->lights);
@@ -6107,33 +6123,36 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     if (d->side == 0) d->side = 256;
     if (d->samples == 0) d->samples = 4;
     if (d->moments == 0) d->moments = 6;
-    uint64_t words;
-    if (d->lights < 1 || d->lights > 4096 || d->samples < 1 || d->samples > 64 ||
-        d->first_texture_unit < 0 || d->first_buffer_binding < 0 ||
-        !mssm__layout(d->side, d->moments, &words)) {
-        mssm__log(gl, "lights, side, samples, moments or a binding is out of range", NULL);
-        return MSSM_ERROR_ARGUMENT;
-    }
-    return MSSM_OK;
+    const int good = mssm__in_range(gl, "lights", d->lights, 1, INT32_MAX) &&
+                     mssm__in_range(gl, "side", d->side, 1, 16384) &&
+                     mssm__in_range(gl, "samples", d->samples, 1, 64) &&
+                     mssm__in_range(gl, "moments", d->moments, 4, 6);
+    if (good && d->moments != 5) return MSSM_OK;
+    if (good) mssm__log(gl, "moments 5: 4 or 6", NULL);
+    return MSSM_ERROR_ARGUMENT;
 }
 
 static mssm_result mssm__check_units(mssm_gl *gl)
 {
-    if ((int64_t)gl->desc.first_texture_unit + (gl->format[2] ? 3 : 2) >
-            mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) ||
-        gl->desc.first_buffer_binding >=
-            mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS)) {
-        mssm__log(gl, "first_texture_unit or first_buffer_binding is beyond this driver's", NULL);
-        return MSSM_ERROR_ARGUMENT;
-    }
-    return MSSM_OK;
+    const int units = mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS);
+    const int bindings = mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS);
+    return mssm__in_range(gl, "first_texture_unit", gl->desc.first_texture_unit, 0, units - (gl->format[2] ? 3 : 2)) &&
+                   mssm__in_range(gl, "first_buffer_binding", gl->desc.first_buffer_binding, 0, bindings - 1)
+               ? MSSM_OK
+               : MSSM_ERROR_ARGUMENT;
+}
+
+static mssm_result mssm__log_null(void (*log)(void *user, const char *message), void *user)
+{
+    if (log) log(user, "mssm: desc.load or gl is null");
+    return MSSM_ERROR_ARGUMENT;
 }
 
 mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 {
     static const char *const texts[4] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_entry,
                                          mssm__glsl_texels};
-    if (!gl || !desc || !desc->load) return MSSM_ERROR_ARGUMENT;
+    if (!gl || !desc || !desc->load) return mssm__log_null(desc ? desc->log : NULL, desc ? desc->user : NULL);
     mssm_gl *g = (mssm_gl *)MSSM_MALLOC(sizeof *g);
     if (!g) {
         if (desc->log) desc->log(desc->user, "mssm: no memory");
@@ -6180,7 +6199,10 @@ void mssm_gl_destroy(mssm_gl *gl)
 mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0) return MSSM_ERROR_ORDER;
+    if (gl->drawing >= 0) {
+        mssm__log(gl, "mssm_gl_resize before mssm_gl_end_depth", NULL);
+        return MSSM_ERROR_ORDER;
+    }
     mssm_gl fresh = *gl;
     fresh.desc.lights = lights;
     fresh.desc.side = side;
@@ -6207,8 +6229,11 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
 
 mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
 {
-    if (!gl || !light || index < 0 || index >= gl->desc.lights || !(light->z_far > light->z_near) ||
-        !mssm__all_finite(light->world_to_shadow, 16)) {
+    if (!gl || !light || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    if (!(light->z_far > light->z_near) || !mssm__all_finite(light->world_to_shadow, 16)) {
+        mssm__log(gl, "a light needs z_near < z_far and a finite world_to_shadow", NULL);
         return MSSM_ERROR_ARGUMENT;
     }
     gl->lights[index].light = *light;
@@ -6239,7 +6264,7 @@ static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, 
 
 mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
 {
-    if (!gl || index < 0 || index >= gl->desc.lights) return MSSM_ERROR_ARGUMENT;
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return MSSM_ERROR_ARGUMENT;
     // Back faces are averaged with the front faces of the same light, which must have come before.
     if (gl->drawing >= 0 || (back_faces && gl->front_of != index)) {
         mssm__log(gl,
@@ -6639,15 +6664,16 @@ static mssm_result mssm__check_filtered(mssm_gl_filtered *gl, const mssm_gl_filt
     gl->anisotropy = d->anisotropy ? d->anisotropy : 4;
     b->settings = mssm__filter_settings(&d->filter, b->moments, gl->radius);
     const mssm_result r = mssm__check_desc(&gl->base);
-    const int good = gl->radius >= 0 && gl->radius <= MSSM__RADIUS && gl->anisotropy >= 1;
-    if (r || (good && gl->anisotropy <= 16)) return r;
-    mssm__log(&gl->base, "radius or anisotropy is out of range", NULL);
-    return MSSM_ERROR_ARGUMENT;
+    if (r) return r;
+    return mssm__in_range(&gl->base, "radius", d->radius, -1, MSSM__RADIUS) &&
+                   mssm__in_range(&gl->base, "anisotropy", gl->anisotropy, 1, 16)
+               ? MSSM_OK
+               : MSSM_ERROR_ARGUMENT;
 }
 
 mssm_result mssm_gl_filtered_create(mssm_gl_filtered **gl, const mssm_gl_filtered_desc *desc)
 {
-    if (!gl || !desc || !desc->load) return MSSM_ERROR_ARGUMENT;
+    if (!gl || !desc || !desc->load) return mssm__log_null(desc ? desc->log : NULL, desc ? desc->user : NULL);
     mssm_gl_filtered *g = (mssm_gl_filtered *)MSSM_MALLOC(sizeof *g);
     if (!g) {
         if (desc->log) desc->log(desc->user, "mssm: no memory");
@@ -6837,7 +6863,12 @@ unsigned mssm_gl_filtered_texture(const mssm_gl_filtered *gl, int which)
 
 mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 {
-    if (!gl || !texture || index < 0 || index >= gl->desc.lights) return MSSM_ERROR_ARGUMENT;
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return MSSM_ERROR_ARGUMENT;
+    if (!texture || !gl->f.IsTexture(texture)) {
+        mssm__log(gl, "mssm_gl_set_moments: there is no such texture", NULL);
+        return MSSM_ERROR_ARGUMENT;
+    }
+    if (gl->drawing >= 0) mssm__log(gl, "mssm_gl_set_moments before mssm_gl_end_depth", NULL);
     if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_moments")) return MSSM_ERROR_ORDER;
     unsigned *program = &gl->program[MSSM__FILTER];
     if (!*program) {  // made when first needed

@@ -1941,10 +1941,14 @@ static void bad_arguments_are_refused(void)
     const struct {
         const char *what;
         mssm_gl_desc desc;
-    } bad[] = {{"lights", description(-1, 32, 1, 6)},  {"lights", description(100000, 32, 1, 6)},
-               {"side", description(1, -1, 1, 6)},     {"side", description(1, 1 << 20, 1, 6)},
-               {"samples", description(1, 32, -1, 6)}, {"moments", description(1, 32, 1, 5)},
-               {"moments", description(1, 32, 1, -4)}};
+    } bad[] = {{"lights -1: 1 to ", description(-1, 32, 1, 6)},
+               {"lights 100000: 1 to ", description(100000, 32, 1, 6)},
+               {"side -1: 1 to 16384", description(1, -1, 1, 6)},
+               {"side 20000: 1 to 16384", description(1, 20000, 1, 6)},
+               {"samples -1: 1 to 64", description(1, 32, -1, 6)},
+               {"samples 65: 1 to 64", description(1, 32, 65, 6)},
+               {"moments 5: 4 or 6", description(1, 32, 1, 5)},
+               {"moments -4: 4 to 6", description(1, 32, 1, -4)}};
     mssm_gl *const nothing = (mssm_gl *)(void *)&before;
     mssm_gl *g = nothing;
     mssm_gl_desc d = good;
@@ -1956,17 +1960,19 @@ static void bad_arguments_are_refused(void)
         CHECK(r == MSSM_ERROR_ARGUMENT && g == nothing, "%s %d %d %d %d: %s", bad[i].what,
               bad[i].desc.lights, bad[i].desc.side, bad[i].desc.samples, bad[i].desc.moments,
               mssm_result_string(r));
-        CHECK(fakes.messages > 0, "%s: no message", bad[i].what);
+        CHECK(strstr(fakes.message, bad[i].what), "not \"%s\" but \"%s\"", bad[i].what, fakes.message);
     }
     CHECK(mssm_gl_create(NULL, &good) == MSSM_ERROR_ARGUMENT, "no place");
     CHECK(mssm_gl_create(&g, NULL) == MSSM_ERROR_ARGUMENT && g == nothing, "no description");
     d.load = NULL;
     CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "no loader");
+    CHECK(strstr(fakes.message, "load"), "\"%s\"", fakes.message);
     d = good;
     d.first_texture_unit = -1;
     CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "texture unit -1");
     d.first_texture_unit = 100000;
     CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "texture unit 100000");
+    CHECK(strstr(fakes.message, "first_texture_unit 100000: 0 to "), "\"%s\"", fakes.message);
     d = good;
     d.first_buffer_binding = -1;
     CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "buffer binding -1");
@@ -1984,6 +1990,7 @@ static void bad_arguments_are_refused(void)
     for (int i = -1; i <= 2; i += 3) {
         WATCH_FAIL(mssm_gl_set_light(g, i, &light), MSSM_ERROR_ARGUMENT);
         WATCH_FAIL(mssm_gl_begin_depth(g, i, 0), MSSM_ERROR_ARGUMENT);
+        CHECK(strstr(fakes.message, i < 0 ? "light -1: 0 to 1" : "light 2: 0 to 1"), "\"%s\"", fakes.message);
     }
     WATCH_FAIL(mssm_gl_set_light(g, 0, NULL), MSSM_ERROR_ARGUMENT);
     WATCH_FAIL(mssm_gl_set_light(NULL, 0, &light), MSSM_ERROR_ARGUMENT);
@@ -1997,7 +2004,12 @@ static void bad_arguments_are_refused(void)
     CHECK(mssm_gl_shader(NULL) == NULL || mssm_gl_shader(NULL)[0] == '\0', "shader of nothing");
     mssm_light broken = light;
     broken.world_to_shadow[5] = NAN;
+    fakes.messages = 0;
     WATCH_FAIL(mssm_gl_set_light(g, 0, &broken), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_set_moments(g, 0, 0), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_set_moments(g, 0, 12345), MSSM_ERROR_ARGUMENT);
+    WATCH_FAIL(mssm_gl_set_moments(g, 2, 1), MSSM_ERROR_ARGUMENT);
+    CHECK(fakes.messages == 4, "%d messages for 4 refusals", fakes.messages);
     mssm_gl_destroy(g);
     end_gl();
 }
