@@ -205,10 +205,12 @@ const char *lightprobe_glsl_math(void);
 //     lightprobe_gl_range r = lightprobe_gl_lights(probe, 1); // for the shading: the same lights
 //     glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, r.buffer, r.offset, r.bytes);
 //
-// Arithmetic and order are those of lightprobe_extract: where neither compiler fuses a * b + c, the
-// lights are the same; the decisions are taken in one work group. Every call wants the context
+// Arithmetic and order are those of lightprobe_extract: where neither compiler fuses a * b + c and the
+// GPU rounds quotients and roots as C does, the lights are the same; else some cut is another one, as
+// good. The decisions are taken in one work group. Every call wants the context
 // current that it was created in (or one that shares its objects), leaves GL's state as it found it
-// and raises no GL error.
+// and raises no GL error. Not with transform feedback active (LIGHTPROBE_ERROR_ORDER), nor between
+// glBeginConditionalRender and its end, which GL cannot be asked about and which leaves out dispatches.
 
 typedef void (*lightprobe_gl_function)(void);
 typedef lightprobe_gl_function (*lightprobe_gl_loader)(const char *name);
@@ -244,7 +246,8 @@ void lightprobe_gl_restart(lightprobe_gl *gl);
 
 // The lights that the GPU has finished last, for the CPU: mssm_light_directional() takes direction,
 // axis_u, tan_half_u and tan_half_v. Without wait this does not stall and is about one frame late,
-// or LIGHTPROBE_ERROR_NOT_READY before there are any; with wait they are those of the last update.
+// or LIGHTPROBE_ERROR_NOT_READY before there are any; with wait they are those of the last update,
+// however long that takes.
 // A failure leaves lights, light_count and stats untouched. lights has room for max_lights; stats
 // may be NULL.
 lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_light *lights,

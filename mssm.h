@@ -5144,7 +5144,8 @@ static const char mssm__glsl_linear_depth[] =
     "}\n";
 
 // Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from
-// fusing what the C code does not fuse: tables are equal bit for bit.
+// fusing what the C code does not fuse: tables of directional lights are equal bit for bit; linear depth
+// has quotients, which GPUs may round their own way.
 static const char mssm__glsl_resolve[] =
     "layout(local_size_x = 32, local_size_y = 2) in;\n"
     "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"

@@ -508,7 +508,7 @@ static void bind_everything(const gl_unusual *u)
 
 // Numbers that are not the usual ones; usual restores those of a new context. stencil: all bits of a
 // stencil mask, of which drivers keep as many as they like.
-static void set_numbers(bool usual, GLuint stencil)
+static void set_numbers(bool usual, const gl_unusual *u)
 {
     static const GLenum pack[] = {
         GL_PACK_ROW_LENGTH,    GL_PACK_SKIP_ROWS,     GL_PACK_SKIP_PIXELS, GL_PACK_SKIP_IMAGES,
@@ -526,9 +526,9 @@ static void set_numbers(bool usual, GLuint stencil)
     gl.ClearDepth(usual ? 1 : 0);
     gl.DepthRange(usual ? 0 : 1, usual ? 1 : 0);
     gl.ClearColor(usual ? 0 : 0.25f, usual ? 0 : 0.5f, 0, 0);
-    gl.StencilFunc(usual ? GL_ALWAYS : GL_NEVER, usual ? 0 : 1, usual ? stencil : 0x7Fu); // never
+    gl.StencilFunc(usual ? GL_ALWAYS : GL_NEVER, usual ? 0 : 1, usual ? u->stencil : 0x7Fu); // never
     gl.StencilOp(usual ? GL_KEEP : GL_REPLACE, GL_KEEP, GL_KEEP);
-    gl.StencilMask(usual ? stencil : 0x3Fu);
+    gl.StencilMask(usual ? u->stencil : 0x3Fu);
     gl.CullFace(usual ? GL_BACK : GL_FRONT_AND_BACK); // both
     gl.PolygonMode(GL_FRONT_AND_BACK, usual ? GL_FILL : GL_LINE);
     if (!usual && compatible()) gl.PolygonMode(GL_BACK, GL_POINT);
@@ -545,8 +545,8 @@ static void set_numbers(bool usual, GLuint stencil)
     gl.ColorMask(GL_TRUE, usual, GL_TRUE, usual);
     gl.ColorMaski(1, usual, GL_TRUE, usual, GL_TRUE);
     // Arrays last: the functions without an index set all of them.
-    gl.Viewport(0, 0, usual ? 0 : 5, usual ? 0 : 3);
-    gl.Scissor(0, 0, usual ? 0 : 2, usual ? 0 : 2);
+    gl.Viewport(0, 0, usual ? u->viewport[2] : 5, usual ? u->viewport[3] : 3);
+    gl.Scissor(0, 0, usual ? u->scissor[2] : 2, usual ? u->scissor[3] : 2);
     if (usual) return;
     gl.ViewportIndexedf(0, 1.5f, -0.25f, 3.5f, 2.25f);
     gl.ViewportIndexedf(2, 4, 4, 8, 8);
@@ -560,11 +560,13 @@ static void set_numbers(bool usual, GLuint stencil)
 void gl_state_make_unusual(gl_unusual *u)
 {
     memset(u, 0, sizeof *u);
+    gl.GetIntegerv(GL_VIEWPORT, u->viewport);
+    gl.GetIntegerv(STATE_SCISSOR_BOX, u->scissor);
     make_objects(u);
     make_query_pass(u);
     bind_everything(u);
     u->stencil = (GLuint)limit(GL_STENCIL_WRITEMASK);
-    set_numbers(false, 0);
+    set_numbers(false, u);
     turn_switches(true);
     gl.BeginConditionalRender(u->query, GL_QUERY_WAIT); // wait for the result
 }
@@ -598,7 +600,7 @@ void gl_state_make_usual(gl_unusual *u)
 {
     gl.EndConditionalRender();
     turn_switches(false);
-    set_numbers(true, u->stencil);
+    set_numbers(true, u);
     unbind_everything();
     gl.DeleteTextures(5, u->textures);
     gl.DeleteSamplers(2, u->samplers);

@@ -52,7 +52,7 @@ static GLuint link_program(const char *const texts[2])
     gl.LinkProgram(program);
     gl.GetProgramiv(program, GL_LINK_STATUS, &linked);
     gl.GetProgramInfoLog(program, sizeof log, NULL, log);
-    CHECK(linked && !log[0], "program: %s", log);
+    CHECK(linked && gl_test_quiet(log), "program: %s", log);
     return program;
 }
 
@@ -1201,8 +1201,6 @@ static void visibility_does_not_flicker(void)
 
 static gl_state before, after;
 
-typedef unsigned (*make_current_function)(void *display, void *draw, void *read, void *context);
-
 // The state as it is now must be that of the last snapshot, but for what is allowed.
 static void same_state(const char *call, const char *allowed)
 {
@@ -1530,26 +1528,22 @@ static void names_that_died_raise_no_error(void)
         gl.DeleteFramebuffers(1, &framebuffer);
         CHECK(!mssm_gl_end_depth(g), "end");
         // In another context that shares its objects with this one, they go from there alone.
-        gl_context other = stage.context;
-        make_current_function make_current;
-        const gl_fakes_function f = gl_context_function("eglMakeCurrent");
-        memcpy(&make_current, &f, sizeof f);
-        other.context = f ? gl_context_share(&stage.context) : NULL;
-        if (other.context) {
+        gl_context other;
+        if (gl_test_share(&stage.context, &other)) {
             gl.CreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &texture);
             gl.TextureStorage2DMultisample(texture, 4, GL_RGBA8, 8, 8, GL_TRUE);
             gl.CreateSamplers(1, &sampler);
             gl.BindTextureUnit(5, texture);
             gl.BindSampler(5, sampler);
             gl.BindImageTexture(1, texture, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA8);
-            make_current(other.display, NULL, NULL, other.context);
+            gl_test_make_current(&other);
             gl.DeleteTextures(1, &texture);
             gl.DeleteSamplers(1, &sampler);
-            make_current(stage.context.display, NULL, NULL, stage.context.context);
+            gl_test_make_current(&stage.context);
             CHECK(!mssm_gl_build(g) && !mssm_gl_begin_depth(g, 0, 0) && !mssm_gl_end_depth(g), "passes");
             gl.BindTextureUnit(5, 0);
             gl.BindSampler(5, 0);
-            gl_context_drop(&other);
+            gl_test_unshare(&other);
         }
         CHECK(gl.GetError() == GL_NO_ERROR, "GL error");
         mssm_gl_destroy(g);
@@ -2265,12 +2259,13 @@ static void two_contexts_at_once(void)
     uint64_t seed = 40;
     gl_context contexts[2];
     subject s[2];
-    make_current_function make_current;
     if (!begin_gl()) return;
     contexts[0] = stage.context;
-    const gl_fakes_function f = gl_context_function("eglMakeCurrent");
-    memcpy(&make_current, &f, sizeof f);
-    bool made = f && make_subject(&s[0], &d[0]);
+    if (!gl_test_make_current(&contexts[0])) {
+        end_gl();
+        return;
+    }
+    bool made = make_subject(&s[0], &d[0]);
     CHECK(made, "first context");
     if (made && gl_test_begin(&contexts[1])) {
         const GLuint first_fill = stage.fill, first_array = stage.array;
@@ -2282,7 +2277,7 @@ static void two_contexts_at_once(void)
         for (int round = 0; round < 6 && made; round++) {
             const int k = round % 2;
             difference all = {0, 0, 0};
-            make_current(contexts[k].display, NULL, NULL, contexts[k].context);
+            gl_test_make_current(&contexts[k]);
             stage.fill = fills[k], stage.array = arrays[k];
             s[k].light[0] = wide_light(k, 1);
             random_depth(z, s[k].desc.side, 4, &seed);
@@ -2291,12 +2286,12 @@ static void two_contexts_at_once(void)
             compare_tables(&s[k], 0, &all);
             CHECK(all.largest <= (k ? 60 : slack()), "context %d: off by %d", k, all.largest);
         }
-        make_current(contexts[1].display, NULL, NULL, contexts[1].context);
+        gl_test_make_current(&contexts[1]);
         if (made) drop_subject(&s[1]);
         CHECK(gl.GetError() == GL_NO_ERROR, "second context");
         gl_context_destroy(&contexts[1]);
     }
-    if (f) make_current(contexts[0].display, NULL, NULL, contexts[0].context);
+    gl_test_make_current(&contexts[0]);
     if (s[0].gl) drop_subject(&s[0]);
     end_gl();
 }
@@ -2360,7 +2355,7 @@ static void validate_shading(const mssm_gl *g, const char *what)
         gl.CompileShader(shader);
         gl.GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
         gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
-        CHECK(compiled && !log[0], "%s: %s", what, log);
+        CHECK(compiled && gl_test_quiet(log), "%s: %s", what, log);
         gl.DeleteShader(shader);
         validate(what, i ? "comp" : "frag", text);
     }

@@ -37,17 +37,6 @@ void gl_context_destroy(gl_context *c)
     memset(c, 0, sizeof *c);
 }
 
-void *gl_context_share(const gl_context *c)
-{
-    (void)c;
-    return NULL;
-}
-
-void gl_context_drop(gl_context *shared)
-{
-    (void)shared;
-}
-
 any_function gl_context_function(const char *name)
 {
     (void)name;
@@ -147,7 +136,7 @@ static void *open_display(void)
     return display && egl.Initialize(display, NULL, NULL) ? display : NULL;
 }
 
-static void *create_context(void *display, void *share)
+static void *create_context(void *display)
 {
     static const int config_attributes[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
                                             EGL_OPENGL_BIT, EGL_NONE};
@@ -165,7 +154,7 @@ static void *create_context(void *display, void *share)
     int count = 0;
     if (!egl.BindAPI(EGL_OPENGL_API)) return NULL;
     egl.ChooseConfig(display, config_attributes, &config, 1, &count);
-    return egl.CreateContext(display, config, share, context_attributes);
+    return egl.CreateContext(display, config, NULL, context_attributes);
 }
 
 bool gl_context_create(gl_context *c, const char **why)
@@ -181,7 +170,7 @@ bool gl_context_create(gl_context *c, const char **why)
         *why = "EGL finds no driver: apt-get install libgl1-mesa-dri";
         return false;
     }
-    c->context = create_context(c->display, NULL);
+    c->context = create_context(c->display);
     if (!c->context) {
         *why = "the driver has no OpenGL 4.5 core: apt-get install libgl1-mesa-dri (Mesa 20.2 or "
                "newer)";
@@ -208,16 +197,6 @@ void gl_context_destroy(gl_context *c)
         egl.ReleaseThread();
     }
     memset(c, 0, sizeof *c);
-}
-
-void *gl_context_share(const gl_context *c)
-{
-    return create_context(c->display, c->context);
-}
-
-void gl_context_drop(gl_context *shared)
-{
-    egl.DestroyContext(shared->display, shared->context);
 }
 
 any_function gl_context_function(const char *name)

@@ -17,10 +17,6 @@ typedef struct gl_context {
 bool gl_context_create(gl_context *c, const char **why);
 void gl_context_destroy(gl_context *c);
 
-// Another context, not current, that shares its objects, and its end.
-void *gl_context_share(const gl_context *c);
-void gl_context_drop(gl_context *shared);
-
 // Address of a GL function, null if there is none: the loader for gl_load() and mssm_gl_desc.
 void (*gl_context_function(const char *name))(void);
 
