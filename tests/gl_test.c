@@ -22,6 +22,8 @@ bool gl_test_begin(gl_context *c)
         void (*const f)(void) = gl_context_function("eglGetCurrentContext");
         memcpy(&current, &f, sizeof f);
         made_by_egl = f && current();
+        const char *renderer = getenv("TEST_RENDERER"), *is = (const char *)gl.GetString(GL_RENDERER);
+        CHECK(!renderer || (is && strstr(is, renderer)), "the renderer is %s, not %s", is ? is : "none", renderer);
         return true;
     }
     CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", why);

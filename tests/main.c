@@ -47,17 +47,18 @@ int test_trials(int n)
     return scale > 1 ? (n / scale > 0 ? n / scale : 1) : n;
 }
 
+// Several words have | between them.
 static int chosen(const char *name, const char *words)
 {
-    if (words[0] != '-') return !!strstr(name, words);
-    for (const char *at = words + 1; *at;) { // several, with | between them
+    const int without = words[0] == '-';
+    for (const char *at = words + without; *at;) {
         char word[80];
         const size_t length = strcspn(at, "|");
         snprintf(word, sizeof word, "%.*s", (int)length, at);
-        if (strstr(name, word)) return 0;
+        if (strstr(name, word)) return !without;
         at += length + (at[length] == '|');
     }
-    return 1;
+    return without;
 }
 
 int main(int argc, char **argv)

@@ -133,6 +133,17 @@ if can -m32; then
 else
     echo "skip  32 bits: apt-get install gcc-multilib" && skipped=$((skipped + 1))
 fi
+# Contexts and drivers that engines have and the default is not: what differs there, in two minutes each.
+only="GL's tables|GL's spot lights|GL's visibility is|GL state|GL numbers|GL's transform|GL's names|GL works in two"
+only="$only|GL finds the CPU's lights of a probe|GL: finding lights|GL refuses probes|filtered GL: nothing|filtered GL: the caller"
+section "tests, OpenGL's compatibility profile" suite release env GL_COMPATIBILITY=1 TEST_SCALE=20
+if ls /usr/share/vulkan/icd.d/lvp_icd* >/dev/null 2>&1; then
+    section "tests, zink over lavapipe" suite release env TEST_SCALE=100 TEST_RENDERER=zink \
+        LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=zink
+else
+    echo "skip  zink over lavapipe: apt-get install mesa-vulkan-drivers" && skipped=$((skipped + 1))
+fi
+only=
 if command -v valgrind >/dev/null; then
     # Minutes under valgrind, for rivals and for code that other tests run too; the sanitizers see them.
     only="-GL|hostile driver|compared methods|irradiance of 32 lights"

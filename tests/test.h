@@ -1,6 +1,6 @@
 // The test harness: a suite is an array of named properties; a failing one can be rerun alone by name.
 //     build/release/test                 runs everything
-//     build/release/test "enclose"       runs the tests whose name contains the words
+//     build/release/test "enclose|GL"    runs the tests whose name contains one of the words
 //     build/release/test "-GL|layered"   runs those whose name contains neither
 // TEST_SCALE=10 divides the number of random trials by ten (used under valgrind and sanitizers).
 // TEST_STOP=1 ends the program at the first failed check (used for mutants).
