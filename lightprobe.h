@@ -2359,8 +2359,16 @@ struct lightprobe_gl {
 
 // The public text: the lights as shading reads them. Our own shaders read the previous ones by it.
 static const char lightprobe__glsl_lights[] =
+    "#if __VERSION__ < 430\n"
+    "#error lightprobe.h needs #version 430 or higher above its text\n"
+    "#endif\n"
     "#ifndef LIGHTPROBE_BINDING\n"
     "#define LIGHTPROBE_BINDING 0\n"
+    "#endif\n"
+    "#ifdef MSSM_BINDING\n"
+    "#if LIGHTPROBE_BINDING == MSSM_BINDING\n"
+    "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
+    "#endif\n"
     "#endif\n"
     "struct lightprobe_light {\n"
     "    vec3 direction; float cos_alpha;\n"
@@ -2386,7 +2394,8 @@ static const char lightprobe__glsl_lights[] =
     "    float cos_theta = dot(l.direction, normal);\n"
     "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
     "}\n"
-    "#endif\n";
+    "#endif\n"
+    "#line 1\n";
 
 // What the C half goes by, too. `precise` keeps GLSL compilers from fusing and reordering.
 #define LIGHTPROBE__TEXT(x) LIGHTPROBE__TEXT_OF(x)

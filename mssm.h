@@ -475,8 +475,8 @@ typedef struct mssm_gl_desc {  // zero means default everywhere
     int samples;               // of the depth target, 1 to 64; default 4
     int moments;               // 4 or 6; default 6. settings.moments chooses among what is stored
     mssm_settings settings;    // compiled into the shading text
-    int first_texture_unit;    // mssm_gl_bind takes three texture units from here
-    int first_buffer_binding;  // and this binding of shader storage buffers
+    int first_texture_unit;    // mssm_gl_bind takes three texture units from here; default 80
+    int first_buffer_binding;  // and this binding of shader storage buffers; default 7
     void (*log)(void *user, const char *message);  // one line, or a shader's whole log; may be NULL
     void *user;
 } mssm_gl_desc;
@@ -514,7 +514,7 @@ mssm_result mssm_gl_build(mssm_gl *gl);
 
 // Binds what shading reads: textures at units first_texture_unit and the next two (and no samplers), a
 // shader storage buffer at first_buffer_binding. Once a frame after the build, or whenever these
-// were changed.
+// were changed. The first time the log is told what else was bound there.
 mssm_result mssm_gl_bind(mssm_gl *gl);
 
 // GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
@@ -551,8 +551,8 @@ typedef struct mssm_gl_filtered_desc {  // zero means default everywhere
     int radius;                // of the Gaussian, 1 to 32 texels, -1: none; default 2
     int anisotropy;            // looks along the longer side of a pixel's footprint, 1 to 16; default 4
     mssm_filter filter;        // compiled into the shading text
-    int first_texture_unit;    // mssm_gl_filtered_bind takes two texture units from here
-    int first_buffer_binding;  // and this binding of shader storage buffers
+    int first_texture_unit;    // mssm_gl_filtered_bind takes two texture units from here; default 83
+    int first_buffer_binding;  // and this binding of shader storage buffers; default 6
     void (*log)(void *user, const char *message);  // as in mssm_gl_desc
     void *user;
 } mssm_gl_filtered_desc;
@@ -5050,6 +5050,8 @@ enum {
     MSSM__GL_TEXTURE0 = 0x84C0,
     MSSM__GL_ACTIVE_TEXTURE = 0x84E0,
     MSSM__GL_TEXTURE_2D_ARRAY = 0x8C1A,
+    MSSM__GL_TEXTURE_BINDING_2D = 0x8069,
+    MSSM__GL_TEXTURE_BINDING_2D_ARRAY = 0x8C1D,
     MSSM__GL_TEXTURE_2D_MULTISAMPLE = 0x9100,
     MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE = 0x9104,
     MSSM__GL_TEXTURE_SAMPLES = 0x9106,
@@ -5093,6 +5095,7 @@ typedef struct mssm__gl_functions {
 } mssm__gl_functions;
 
 enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__COPY, MSSM__PROGRAMS };
+enum { MSSM__FIRST_UNIT = 80, MSSM__FIRST_BINDING = 7 };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 23 };  // at most
 
@@ -5121,6 +5124,7 @@ struct mssm_gl {
     int drawing, back;  // light of the pass between begin and end, or -1; which faces
     int front_of;       // light whose front faces the depth target holds, or -1
     int views_stale;
+    int bound;          // by mssm_gl_bind, at least once
     int depths;         // how many depth targets there are
     mssm__glenum format[3];  // of the tables, and of least depths
     unsigned depth[2], framebuffer[2], table[3], views, program[MSSM__PROGRAMS];
@@ -5131,6 +5135,18 @@ struct mssm_gl {
 };
 
 static const char mssm__glsl_version[] = "#version 450 core\n";
+
+// Around a text of shading: one line for what cannot work, and errors in the user's lines by their own numbers.
+static const char mssm__glsl_needs[] = "#if __VERSION__ < 430\n"
+                                       "#error mssm.h needs #version 430 or higher above its text\n"
+                                       "#endif\n";
+static const char mssm__glsl_collisions[] =
+    "#ifdef LIGHTPROBE_BINDING\n"
+    "#if LIGHTPROBE_BINDING == MSSM_BINDING\n"
+    "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
+    "#endif\n"
+    "#endif\n";
+static const char mssm__glsl_end[] = "#line 1\n";
 
 // Depth as drawn to depth linear in distance.
 static const char mssm__glsl_linear_depth[] =
@@ -5750,8 +5766,8 @@ static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[4], int
         at += mssm__print_float(chosen + at, sizeof chosen - (size_t)at, ", ", numbers[i]);
     }
     snprintf(chosen + at, sizeof chosen - (size_t)at, ")\n");
-    const char *const parts[] = {mssm__glsl_math, own[0], mssm__glsl_shading, own[1],
-                                 defines,         chosen, own[2],             own[3]};
+    const char *const parts[] = {mssm__glsl_needs, mssm__glsl_math, own[0], mssm__glsl_shading, own[1],
+                                 defines, mssm__glsl_collisions,         chosen, own[2],             own[3], mssm__glsl_end};
     const int count = (int)(sizeof parts / sizeof *parts);
     size_t length = 1;
     for (int i = 0; i < count; i++) length += strlen(parts[i]);
@@ -6124,6 +6140,9 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     if (d->side == 0) d->side = 256;
     if (d->samples == 0) d->samples = 4;
     if (d->moments == 0) d->moments = 6;
+    // Among those that every driver has, and that renderers take last.
+    if (d->first_texture_unit == 0) d->first_texture_unit = MSSM__FIRST_UNIT;
+    if (d->first_buffer_binding == 0) d->first_buffer_binding = MSSM__FIRST_BINDING;
     const int good = mssm__in_range(gl, "lights", d->lights, 1, INT32_MAX) &&
                      mssm__in_range(gl, "side", d->side, 1, 16384) &&
                      mssm__in_range(gl, "samples", d->samples, 1, 64) &&
@@ -6337,12 +6356,35 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     return MSSM_OK;
 }
 
+// Once: two that share a unit or a binding read what the other has bound last.
+static void mssm__log_displaced(const mssm_gl *gl)
+{
+    const int unit = gl->desc.first_texture_unit, binding = gl->desc.first_buffer_binding;
+    int buffer = 0;
+    char line[160];
+    for (int i = 0; i < 3; i++) {
+        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + unit + i));
+        const int flat = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D);
+        const int array = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_ARRAY);
+        if (!gl->table[i] || (!flat && !array)) continue;
+        snprintf(line, sizeof line, "first_texture_unit: unit %d has texture %d of someone else", unit + i,
+                 array ? array : flat);
+        mssm__log(gl, line, NULL);
+    }
+    gl->f.GetIntegeri_v(MSSM__GL_SHADER_STORAGE_BUFFER_BINDING, (unsigned)binding, &buffer);
+    if (!buffer) return;
+    snprintf(line, sizeof line, "first_buffer_binding: binding %d has buffer %d of someone else", binding, buffer);
+    mssm__log(gl, line, NULL);
+}
+
 mssm_result mssm_gl_bind(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
     const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     const int active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
     mssm__upload_views(gl);
+    if (!gl->bound) mssm__log_displaced(gl);
+    gl->bound = 1;
     for (int i = 0; i < 3; i++) {
         if (!gl->table[i]) continue;
         mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_ARRAY,
@@ -6404,7 +6446,8 @@ static const char mssm__glsl_translucent[] =
     "    float a = clamp(opacity, 0.0, 1.0);\n"
     "    mssm_layer_low = vec4(0.5 + 0.5 * vec3(t.b[0], t.b[1], t.b[2]), a);\n"
     "    mssm_layer_high = vec4(0.5 + 0.5 * vec3(t.b[3], t.b[4], t.b[5]), a);\n"
-    "}\n";
+    "}\n"
+    "#line 1\n";
 
 const char *mssm_glsl_translucent(void)
 {
@@ -6657,8 +6700,8 @@ static mssm_result mssm__check_filtered(mssm_gl_filtered *gl, const mssm_gl_filt
     b->side = d->side ? d->side : 1024;
     b->samples = d->samples;
     b->moments = d->moments ? d->moments : 4;
-    b->first_texture_unit = d->first_texture_unit;
-    b->first_buffer_binding = d->first_buffer_binding;
+    b->first_texture_unit = d->first_texture_unit ? d->first_texture_unit : MSSM__FIRST_UNIT + 3;
+    b->first_buffer_binding = d->first_buffer_binding ? d->first_buffer_binding : MSSM__FIRST_BINDING - 1;
     b->log = d->log;
     b->user = d->user;
     gl->radius = d->radius == -1 ? 0 : d->radius ? d->radius : 2;

@@ -6,6 +6,8 @@
 #include "scenes.h"
 #include "test.h"
 
+#include "../lightprobe.h"
+
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
@@ -1696,6 +1698,103 @@ static void objects_are_labelled_and_deleted(void)
     end_gl();
 }
 
+// Compiles under another #version; what the driver said first.
+static bool compiles(const char *version, const char *const *text, int count, char log[300])
+{
+    const char *piece[8] = {version};
+    GLint good = 0;
+    for (int i = 0; i < count; i++) piece[1 + i] = text[i];
+    const GLuint shader = gl.CreateShader(GL_FRAGMENT_SHADER);
+    gl.ShaderSource(shader, 1 + count, piece, NULL);
+    gl.CompileShader(shader);
+    gl.GetShaderiv(shader, GL_COMPILE_STATUS, &good);
+    log[0] = 0;
+    gl.GetShaderInfoLog(shader, 300, NULL, log);
+    gl.DeleteShader(shader);
+    return good;
+}
+
+// Descriptors left at zero: beside a program's own texture at unit 0 and a probe's lights at binding 0.
+static void zeroed_descriptors_disturb_nobody(void)
+{
+    static const char *const body =
+        "uniform sampler2D own;\n"
+        "layout(location = 0) out vec4 c;\n"
+        "void main()\n"
+        "{\n"
+        "    c = vec4(mssm_visibility(0, vec3(0)), mssm_filtered_or_one(), texture(own, vec2(0.5)).x,\n"
+        "             float(lightprobe_count));\n"
+        "}\n";
+    enum { SIDE = 32 };
+    char log[300];
+    subject s;
+    mssm_gl_desc d;
+    if (!begin_gl()) return;
+    memset(&d, 0, sizeof d);
+    d.load = gl_fakes_load;
+    d.side = SIDE;
+    d.log = gl_fakes_log;
+    d.user = &fakes;
+    memset(&s, 0, sizeof s);
+    CHECK(!mssm_gl_create(&s.gl, &d), "%s", fakes.message);
+    if (s.gl) {
+        GLuint own, buffer;
+        static const unsigned char white[4] = {255, 255, 255, 255};
+        gl.CreateTextures(GL_TEXTURE_2D, 1, &own);
+        gl.TextureStorage2D(own, 1, GL_RGBA8, 1, 1);
+        gl.TextureSubImage2D(own, 0, 0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, white);
+        gl.BindTextureUnit(0, own);
+        gl.CreateBuffers(1, &buffer);
+        gl.NamedBufferStorage(buffer, 4096, NULL, 0);
+        gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, buffer);
+        s.light[0] = wide_light(false, 1);
+        CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) && !mssm_gl_begin_depth(s.gl, 0, 0) &&
+                  !mssm_gl_end_depth(s.gl) && !mssm_gl_build(s.gl), "passes");
+        fakes.messages = 0;
+        gl_state_take(&before);
+        CHECK(!mssm_gl_bind(s.gl) && !fakes.messages, "\"%s\"", fakes.message);
+        same_state("bind", "SHADER_STORAGE_BUFFER[7] TEXTURE_BINDING_2D_ARRAY[80] TEXTURE_BINDING_2D_ARRAY[81]");
+        // All in one shader, in either order; the program is one that draws.
+        const char *const probe[2] = {lightprobe_glsl_math(), lightprobe_glsl_lights()};
+        const char *const one = "float mssm_filtered_or_one() { return 1.0; }\n";
+        const char *const orders[2][5] = {{probe[0], probe[1], mssm_gl_shader(s.gl), one, body},
+                                          {mssm_gl_shader(s.gl), probe[0], probe[1], one, body}};
+        for (int i = 0; i < 2; i++) CHECK(compiles("#version 450 core\n", orders[i], 5, log), "%s", log);
+        // A second object on the same places says so, once.
+        mssm_gl *other = NULL;
+        CHECK(!mssm_gl_create(&other, &d), "%s", fakes.message);
+        fakes.messages = 0;
+        CHECK(!mssm_gl_bind(other) && fakes.messages == 3 && strstr(fakes.message, "binding 7"), "%d: \"%s\"",
+              fakes.messages, fakes.message);
+        CHECK(!mssm_gl_bind(s.gl) && !mssm_gl_bind(other) && fakes.messages == 3, "%d messages", fakes.messages);
+        mssm_gl_destroy(other);
+        gl.BindTextureUnit(0, 0);
+        gl.DeleteTextures(1, &own);
+        gl.DeleteBuffers(1, &buffer);
+        mssm_gl_destroy(s.gl);
+    }
+    gl.DebugMessageCallback(NULL, NULL); // what follows does not compile, and must not
+    gl_fakes_reset();
+    d.first_buffer_binding = 3;
+    s.gl = NULL;
+    CHECK(!mssm_gl_create(&s.gl, &d), "%s", fakes.message);
+    if (s.gl) {
+        const char *const same[] = {"#define LIGHTPROBE_BINDING 3\n", lightprobe_glsl_math(), lightprobe_glsl_lights(),
+                                    mssm_gl_shader(s.gl), "void main() {}\n"};
+        const char *const turned[] = {"#define LIGHTPROBE_BINDING 3\n", mssm_gl_shader(s.gl), lightprobe_glsl_math(),
+                                      lightprobe_glsl_lights(), "void main() {}\n"};
+        CHECK(!compiles("#version 450 core\n", same, 5, log) && strstr(log, "first_buffer_binding"), "%s", log);
+        CHECK(!compiles("#version 450 core\n", turned, 5, log) && strstr(log, "first_buffer_binding"), "%s", log);
+        const char *const alone[] = {mssm_gl_shader(s.gl), "void main() {}\n"};
+        CHECK(compiles("#version 430 core\n", alone, 2, log), "%s", log);
+        CHECK(!compiles("#version 330 core\n", alone, 2, log) && strstr(log, "#version 430"), "%s", log);
+        const char *const wrong[] = {mssm_gl_shader(s.gl), "void main()\n{\n    wrong = 1.0;\n}\n"};
+        CHECK(!compiles("#version 450 core\n", wrong, 2, log) && strstr(log, ":3("), "not line 3: %s", log);
+        mssm_gl_destroy(s.gl);
+    }
+    end_gl();
+}
+
 // ---- 5. Failures ---------------------------------------------------------------------------------
 
 // The whole life of an mssm_gl up to the first failure.
@@ -2460,6 +2559,7 @@ const test_case gl_tests[] = {
     {"GL before 4.5 is refused", old_versions_are_refused},
     {"GL's bad arguments are refused", bad_arguments_are_refused},
     {"GL's wrong order of calls is refused", wrong_order_is_refused},
+    {"GL's zeroed descriptors disturb nobody", zeroed_descriptors_disturb_nobody},
     {"GL's defaults are those of the description", defaults},
     {"GL's memory does not grow with many lives", many_lives_do_not_grow},
     {"GL's resize keeps lights and empties maps", resize_keeps_lights_and_empties_maps},
