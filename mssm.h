@@ -429,7 +429,7 @@ const char *mssm_glsl_scattering(void);
 #endif
 
 // GLSL 4.50 text of the moment math alone: same names and structs as the C functions above.
-// To be put after #version. Static storage.
+// To be put after #version; before or after other texts that include it, too. Static storage.
 const char *mssm_glsl_math(void);
 
 // GLSL 4.50 text of the estimators, for a pipeline of one's own (Vulkan, other table formats); to
@@ -508,6 +508,14 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
 mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
 mssm_result mssm_gl_end_depth(mssm_gl *gl);
 
+// Round the passes and the build of a frame, where their calls of GL count: GL's state is saved and put
+// back once, not for each light, and nothing in between asks GL for it, which can cost a wait. Drawing
+// may then change programs, buffers, textures, vertex arrays, culling, viewport, scissor and depth test;
+// what else a pass sets must stay as it is. mssm_gl_bind comes after the end. Brackets of several objects
+// nest: the last that was begun ends first.
+mssm_result mssm_gl_begin_frame(mssm_gl *gl);
+mssm_result mssm_gl_end_frame(mssm_gl *gl);
+
 // Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of
 // as many levels as the widest light needs.
 mssm_result mssm_gl_build(mssm_gl *gl);
@@ -565,7 +573,9 @@ mssm_result mssm_gl_filtered_create(mssm_gl_filtered **gl, const mssm_gl_filtere
 void mssm_gl_filtered_destroy(mssm_gl_filtered *gl);  // gl may be NULL
 mssm_result mssm_gl_filtered_set_light(mssm_gl_filtered *gl, int index, const mssm_light *light);
 
-// As mssm_gl_begin_depth and _end_depth, without back faces.
+// As those of mssm_gl; without back faces.
+mssm_result mssm_gl_filtered_begin_frame(mssm_gl_filtered *gl);
+mssm_result mssm_gl_filtered_end_frame(mssm_gl_filtered *gl);
 mssm_result mssm_gl_filtered_begin_depth(mssm_gl_filtered *gl, int index);
 mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl);
 
@@ -3301,6 +3311,8 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     "#undef powf\n"
 
 static const char mssm__glsl_math[] =
+    "#ifndef MSSM_GLSL_MATH\n"
+    "#define MSSM_GLSL_MATH\n"
     MSSM__GLSL_NAMES
     // [glsl text begin] made by "make glsl", do not edit
     "struct mssm_moments4 { float b[4]; };\n"
@@ -4102,7 +4114,7 @@ static const char mssm__glsl_math[] =
     "    return p;\n"
     "}\n"
     // [glsl text end]
-    MSSM__GLSL_FORGET;
+    MSSM__GLSL_FORGET "#endif\n";
 
 #define MSSM__TEXT_OF(x) #x
 #define MSSM__TEXT(x) MSSM__TEXT_OF(x)
@@ -4906,8 +4918,6 @@ typedef unsigned char mssm__glboolean;
 #define MSSM__GL_FILTERED_FUNCTIONS(X)                                                             \
     X(void, CreateVertexArrays, (int, unsigned *))                                                 \
     X(void, DeleteVertexArrays, (int, const unsigned *))                                           \
-    X(void, BindVertexArray, (unsigned))                                                           \
-    X(mssm__glboolean, IsVertexArray, (unsigned))                                                  \
     X(void, DrawArrays, (mssm__glenum, int, int))                                                  \
     X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int))            \
     X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))                    \
@@ -4928,6 +4938,8 @@ typedef unsigned char mssm__glboolean;
     X(void, GetBooleani_v, (mssm__glenum, unsigned, mssm__glboolean *))                            \
     X(const unsigned char *, GetStringi, (mssm__glenum, unsigned))                                 \
     X(mssm__glboolean, IsTexture, (unsigned))                                                      \
+    X(void, BindVertexArray, (unsigned))                                                           \
+    X(mssm__glboolean, IsVertexArray, (unsigned))                                                  \
     X(mssm__glboolean, IsSampler, (unsigned))                                                      \
     X(mssm__glboolean, IsFramebuffer, (unsigned))                                                  \
     X(mssm__glboolean, IsProgram, (unsigned))                                                      \
@@ -5003,6 +5015,7 @@ enum {
     MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS = 0x8B4D,
     MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS = 0x90DD,
     MSSM__GL_CURRENT_PROGRAM = 0x8B8D,
+    MSSM__GL_VERTEX_ARRAY_BINDING = 0x85B5,
     MSSM__GL_DRAW_FRAMEBUFFER = 0x8CA9,
     MSSM__GL_DRAW_FRAMEBUFFER_BINDING = 0x8CA6,
     MSSM__GL_FRAMEBUFFER_COMPLETE = 0x8CD5,
@@ -5108,6 +5121,11 @@ typedef struct mssm__gl_state {
     double depth_range[2];
 } mssm__gl_state;
 
+// Program, textures, samplers and images that our own programs displace.
+typedef struct mssm__gl_bindings {
+    int program, array, active, buffer, texture[2], sampler[2], image[4][6];
+} mssm__gl_bindings;
+
 typedef struct mssm__gl_light {
     mssm_light light;
     int averaged;
@@ -5128,7 +5146,9 @@ struct mssm_gl {
     int depths;         // how many depth targets there are
     mssm__glenum format[3];  // of the tables, and of least depths
     unsigned depth[2], framebuffer[2], table[3], views, program[MSSM__PROGRAMS];
+    int framing;        // between mssm_gl_begin_frame and its end: nothing is saved or put back
     mssm__gl_state saved;
+    mssm__gl_bindings bindings;  // of the caller, for the end of the frame
     mssm__gl_light *lights;
     mssm_view *view;
     char *shader;
@@ -5595,12 +5615,12 @@ static mssm__glenum mssm__take_error(const mssm_gl *gl)
     return first;
 }
 
-// Capabilities that passes switch: the first two on, the rest off. Asking for one that a context does not
+// Capabilities that passes switch: the first on, the second as the pass is, the third on, the rest off. Asking for one that a context does not
 // have would be an error.
 static void mssm__find_capabilities(mssm_gl *gl)
 {
     static const mssm__glenum always[] = {
-        MSSM__GL_DEPTH_TEST,      MSSM__GL_MULTISAMPLE,         MSSM__GL_CULL_FACE,
+        MSSM__GL_DEPTH_TEST,      MSSM__GL_CULL_FACE,           MSSM__GL_MULTISAMPLE,
         MSSM__GL_STENCIL_TEST,    MSSM__GL_RASTERIZER_DISCARD,  MSSM__GL_DEPTH_CLAMP,
         MSSM__GL_SAMPLE_SHADING,  MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
         MSSM__GL_SAMPLE_COVERAGE, MSSM__GL_SAMPLE_MASK,         MSSM__GL_COLOR_LOGIC_OP};
@@ -5912,7 +5932,7 @@ static unsigned mssm__living(int name, mssm__glboolean(MSSM__GLAPI *is)(unsigned
 // Between glBeginTransformFeedback and its end GL allows no other program. Says so.
 static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
 {
-    if (!mssm__get(gl, MSSM__GL_TRANSFORM_FEEDBACK_ACTIVE) ||
+    if (gl->framing || !mssm__get(gl, MSSM__GL_TRANSFORM_FEEDBACK_ACTIVE) ||
         mssm__get(gl, MSSM__GL_TRANSFORM_FEEDBACK_PAUSED)) {
         return MSSM_OK;
     }
@@ -5920,17 +5940,14 @@ static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
     return MSSM_ERROR_ORDER;
 }
 
-// Program, textures, samplers and images that our own dispatches displace.
-typedef struct mssm__gl_bindings {
-    int program, active, buffer, texture[2], sampler[2], image[4][6];
-} mssm__gl_bindings;
-
 static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
 {
     static const mssm__glenum names[6] = {
         MSSM__GL_IMAGE_BINDING_NAME,  MSSM__GL_IMAGE_BINDING_LEVEL,  MSSM__GL_IMAGE_BINDING_LAYERED,
         MSSM__GL_IMAGE_BINDING_LAYER, MSSM__GL_IMAGE_BINDING_ACCESS, MSSM__GL_IMAGE_BINDING_FORMAT};
+    if (gl->framing) return;
     b->program = mssm__get(gl, MSSM__GL_CURRENT_PROGRAM);
+    b->array = mssm__get(gl, MSSM__GL_VERTEX_ARRAY_BINDING);
     b->active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
     b->buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     for (int i = 0; i < 2; i++) {
@@ -5946,6 +5963,7 @@ static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
 
 static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b)
 {
+    if (gl->framing) return;
     for (int i = 0; i < 2; i++) {
         const unsigned unit = (unsigned)(gl->desc.first_texture_unit + i);
         gl->f.ActiveTexture(MSSM__GL_TEXTURE0 + unit);
@@ -5959,6 +5977,7 @@ static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b
                                (mssm__glenum)m[4], (mssm__glenum)m[5]);
     }
     gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)b->buffer);
+    gl->f.BindVertexArray(mssm__living(b->array, gl->f.IsVertexArray));
     gl->f.UseProgram(mssm__living(b->program, gl->f.IsProgram));
 }
 
@@ -5988,7 +6007,7 @@ static void mssm__resolve(mssm_gl *gl, int index)
                    side = (unsigned)gl->padded;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i <= average; i++) {
         mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
                            gl->depth[i]);
     }
@@ -6024,31 +6043,39 @@ static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
     f->GetDoublei_v(MSSM__GL_DEPTH_RANGE, 0, s->depth_range);
 }
 
-static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
+// Of this, within a frame, only what drawing casters is likely to change: the pass's own.
+static void mssm__set_pass(const mssm_gl *gl, const mssm__gl_state *s, int capabilities)
 {
     const mssm__gl_functions *f = &gl->f;
-    const int one_mode = !gl->compatible || s->polygon_mode[0] == s->polygon_mode[1];
     f->BindFramebuffer(MSSM__GL_DRAW_FRAMEBUFFER, (unsigned)s->framebuffer);
     f->DepthFunc((mssm__glenum)s->depth_func);
     f->DepthMask((mssm__glboolean)s->depth_mask);
     f->CullFace((mssm__glenum)s->cull_mode);
-    f->ClipControl((mssm__glenum)s->clip_origin, (mssm__glenum)s->clip_depth);
-    f->PolygonMode(one_mode ? MSSM__GL_FRONT_AND_BACK : MSSM__GL_FRONT, (mssm__glenum)s->polygon_mode[0]);
-    if (!one_mode) f->PolygonMode(MSSM__GL_BACK, (mssm__glenum)s->polygon_mode[1]);
-    for (int i = 0; i < gl->capabilities; i++) {
+    for (int i = 0; i < capabilities; i++) {
         (s->enabled[i] ? f->Enable : f->Disable)(gl->capability[i]);
     }
     (s->scissor ? f->Enablei : f->Disablei)(MSSM__GL_SCISSOR_TEST, 0);
+    f->ViewportIndexedf(0, s->viewport[0], s->viewport[1], s->viewport[2], s->viewport[3]);
+}
+
+static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
+{
+    const mssm__gl_functions *f = &gl->f;
+    const int one_mode = !gl->compatible || s->polygon_mode[0] == s->polygon_mode[1];
+    mssm__set_pass(gl, s, gl->capabilities);
+    f->ClipControl((mssm__glenum)s->clip_origin, (mssm__glenum)s->clip_depth);
+    f->PolygonMode(one_mode ? MSSM__GL_FRONT_AND_BACK : MSSM__GL_FRONT, (mssm__glenum)s->polygon_mode[0]);
+    if (!one_mode) f->PolygonMode(MSSM__GL_BACK, (mssm__glenum)s->polygon_mode[1]);
     for (unsigned i = 0; i < 2; i++) {
         f->ColorMaski(i, s->mask[i][0], s->mask[i][1], s->mask[i][2], s->mask[i][3]);
     }
-    f->ViewportIndexedf(0, s->viewport[0], s->viewport[1], s->viewport[2], s->viewport[3]);
     f->DepthRangeIndexed(0, s->depth_range[0], s->depth_range[1]);
 }
 
 static void mssm__restore_state(mssm_gl *gl)
 {
     mssm__gl_state *s = &gl->saved;
+    if (gl->framing) return;
     s->framebuffer = (int)mssm__living(s->framebuffer, gl->f.IsFramebuffer);
     mssm__set_state(gl, s);
 }
@@ -6207,7 +6234,10 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 void mssm_gl_destroy(mssm_gl *gl)
 {
     if (!gl) return;
-    if (gl->drawing >= 0) mssm__restore_state(gl);
+    const int framing = gl->framing;
+    gl->framing = 0;
+    if (framing || gl->drawing >= 0) mssm__restore_state(gl);
+    if (framing) mssm__restore_bindings(gl, &gl->bindings);
     mssm__delete_storage(gl);
     for (int i = 0; i < MSSM__PROGRAMS; i++) {
         if (gl->program[i]) gl->f.DeleteProgram(gl->program[i]);
@@ -6219,8 +6249,8 @@ void mssm_gl_destroy(mssm_gl *gl)
 mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0) {
-        mssm__log(gl, "mssm_gl_resize before mssm_gl_end_depth", NULL);
+    if (gl->drawing >= 0 || gl->framing) {
+        mssm__log(gl, "mssm_gl_resize within a frame or a pass", NULL);
         return MSSM_ERROR_ORDER;
     }
     mssm_gl fresh = *gl;
@@ -6265,7 +6295,7 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
 static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, int back_faces)
 {
     mssm__gl_state s;
-    mssm__save_state(gl, &gl->saved);
+    if (!gl->framing) mssm__save_state(gl, &gl->saved);
     memset(&s, 0, sizeof s);
     s.framebuffer = (int)framebuffer;
     s.depth_func = MSSM__GL_LESS;
@@ -6274,12 +6304,41 @@ static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, 
     s.clip_origin = MSSM__GL_LOWER_LEFT;
     s.clip_depth = MSSM__GL_NEGATIVE_ONE_TO_ONE;
     s.polygon_mode[0] = s.polygon_mode[1] = MSSM__GL_FILL;
-    s.enabled[0] = s.enabled[1] = 1;
-    s.enabled[2] = back_faces;  // cull front faces
+    s.enabled[0] = s.enabled[2] = 1;
+    s.enabled[1] = back_faces;  // cull front faces
     memset(s.mask, 1, sizeof s.mask);
     s.viewport[2] = s.viewport[3] = (float)gl->desc.side;
     s.depth_range[1] = 1;
-    mssm__set_state(gl, &s);
+    if (gl->framing) mssm__set_pass(gl, &s, 2);
+    else mssm__set_state(gl, &s);
+}
+
+mssm_result mssm_gl_begin_frame(mssm_gl *gl)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    if (gl->drawing >= 0 || gl->framing) {
+        mssm__log(gl, "mssm_gl_begin_frame within a frame or a pass", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_frame");
+    if (r) return r;
+    mssm__save_bindings(gl, &gl->bindings);
+    mssm__pass_state(gl, gl->framebuffer[0], 1, 0);
+    gl->framing = 1;
+    return MSSM_OK;
+}
+
+mssm_result mssm_gl_end_frame(mssm_gl *gl)
+{
+    if (!gl) return MSSM_ERROR_ARGUMENT;
+    if (gl->drawing >= 0 || !gl->framing) {
+        mssm__log(gl, "mssm_gl_end_frame without mssm_gl_begin_frame, or within a pass", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    gl->framing = 0;
+    mssm__restore_state(gl);
+    mssm__restore_bindings(gl, &gl->bindings);
+    return MSSM_OK;
 }
 
 mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
@@ -6334,6 +6393,9 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_build");
     if (r) return r;
     const int levels = mssm__make_views(gl);
+    int stale = gl->views_stale;
+    for (int i = 0; i < gl->desc.lights; i++) stale |= gl->lights[i].filled && gl->lights[i].built < levels;
+    if (!stale) return MSSM_OK;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
     (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
@@ -6380,6 +6442,10 @@ static void mssm__log_displaced(const mssm_gl *gl)
 mssm_result mssm_gl_bind(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
+    if (gl->framing) {
+        mssm__log(gl, "mssm_gl_bind before mssm_gl_end_frame", NULL);
+        return MSSM_ERROR_ORDER;
+    }
     const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     const int active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
     mssm__upload_views(gl);
@@ -6413,7 +6479,6 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 enum {
     MSSM__GL_COLOR_ATTACHMENT0 = 0x8CE0,
     MSSM__GL_VERTEX_ARRAY = 0x8074,
-    MSSM__GL_VERTEX_ARRAY_BINDING = 0x85B5,
     MSSM__GL_TRIANGLES = 0x0004,
     MSSM__GL_ALWAYS = 0x0207,
     MSSM__GL_RGBA32F = 0x8814,
@@ -6747,8 +6812,6 @@ void mssm_gl_filtered_destroy(mssm_gl_filtered *gl)
 {
     if (!gl) return;
     const unsigned textures[3] = {gl->work, gl->rows, gl->depth};
-    if (gl->base.drawing >= 0) mssm__restore_state(&gl->base);
-    gl->base.drawing = -1;
     if (gl->target) gl->base.f.DeleteFramebuffers(1, &gl->target);
     if (gl->triangle) gl->base.f.DeleteVertexArrays(1, &gl->triangle);
     for (int i = 0; i < 3; i++) {
@@ -6760,6 +6823,16 @@ void mssm_gl_filtered_destroy(mssm_gl_filtered *gl)
 mssm_result mssm_gl_filtered_set_light(mssm_gl_filtered *gl, int index, const mssm_light *light)
 {
     return gl ? mssm_gl_set_light(&gl->base, index, light) : MSSM_ERROR_ARGUMENT;
+}
+
+mssm_result mssm_gl_filtered_begin_frame(mssm_gl_filtered *gl)
+{
+    return gl ? mssm_gl_begin_frame(&gl->base) : MSSM_ERROR_ARGUMENT;
+}
+
+mssm_result mssm_gl_filtered_end_frame(mssm_gl_filtered *gl)
+{
+    return gl ? mssm_gl_end_frame(&gl->base) : MSSM_ERROR_ARGUMENT;
 }
 
 mssm_result mssm_gl_filtered_begin_depth(mssm_gl_filtered *gl, int index)
@@ -6806,7 +6879,6 @@ static void mssm__copy_depth(mssm_gl_filtered *gl)
 {
     mssm_gl *b = &gl->base;
     const mssm__gl_functions *f = &b->f;
-    const int array = mssm__get(b, MSSM__GL_VERTEX_ARRAY_BINDING);
     mssm__gl_bindings saved;
     mssm__save_bindings(b, &saved);
     mssm__bind_texture(b, b->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, b->depth[0]);
@@ -6820,7 +6892,6 @@ static void mssm__copy_depth(mssm_gl_filtered *gl)
     for (unsigned i = 0; i < 2; i++) f->ColorMaski(i, 1, 1, 1, 1);
     f->DepthMask(0);
     f->DepthFunc(MSSM__GL_LESS);
-    f->BindVertexArray(mssm__living(array, f->IsVertexArray));
     mssm__restore_bindings(b, &saved);
 }
 
@@ -6908,7 +6979,7 @@ unsigned mssm_gl_filtered_texture(const mssm_gl_filtered *gl, int which)
 mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 {
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return MSSM_ERROR_ARGUMENT;
-    if (!texture || !gl->f.IsTexture(texture)) {
+    if (!texture || (!gl->framing && !gl->f.IsTexture(texture))) {
         mssm__log(gl, "mssm_gl_set_moments: there is no such texture", NULL);
         return MSSM_ERROR_ARGUMENT;
     }

@@ -1641,6 +1641,78 @@ static void changes_in_between(void)
     end_gl();
 }
 
+// One bracket round all passes of a frame: the same numbers, whatever the drawing changes, and the state
+// as it was at the end.
+static void frames_are_the_passes(void)
+{
+    enum { SIDE = 40, COUNT = SIDE * SIDE * 4 };
+    static float z[6 * COUNT];
+    const mssm_gl_desc d = description(3, SIDE, 4, 6);
+    gl_state at_begin = {NULL, 0, 0};
+    gl_unusual unusual;
+    uint64_t seed = 44;
+    subject s;
+    if (!begin_gl()) return;
+    for (int round = 0; round < 2; round++) {
+        if (!make_subject(&s, &d)) break;
+        GLuint buffer[6];
+        for (int i = 0; i < 6; i++) {
+            s.light[i / 2] = wide_light(false, 3);
+            random_depth(z + i * COUNT, SIDE, 4, &seed);
+            buffer[i] = bind_depth(&s.light[i / 2], z + i * COUNT, SIDE, 4);
+        }
+        if (round) gl_state_make_unusual(&unusual);
+        for (int i = 0; i < 3; i++) CHECK(!mssm_gl_set_light(s.gl, i, &s.light[i]), "light");
+        WATCH_FAIL(mssm_gl_end_frame(s.gl), MSSM_ERROR_ORDER);
+        gl_state_take(&at_begin);
+        CHECK(!mssm_gl_begin_frame(s.gl), "%s", fakes.message);
+        WATCH_FAIL(mssm_gl_begin_frame(s.gl), MSSM_ERROR_ORDER);
+        WATCH_FAIL(mssm_gl_bind(s.gl), MSSM_ERROR_ORDER);
+        WATCH_FAIL(mssm_gl_resize(s.gl, 1, 16), MSSM_ERROR_ORDER);
+        for (int i = 0; i < 6; i++) {
+            if (i == 3) continue; // the second light has no back faces
+            CHECK(!mssm_gl_begin_depth(s.gl, i / 2, i % 2), "begin: %s", fakes.message);
+            WATCH_FAIL(mssm_gl_end_frame(s.gl), MSSM_ERROR_ORDER);
+            bind_fill(i % 2);
+            gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, DEPTH_BINDING, buffer[i]);
+            gl.DrawArrays(GL_TRIANGLES, 0, 3);
+            // As drawing casters of many materials leaves it.
+            gl.Enable(GL_CULL_FACE);
+            gl.CullFace(GL_BACK);
+            gl.DepthMask(GL_FALSE);
+            gl.DepthFunc(GL_LEQUAL);
+            gl.Disable(GL_DEPTH_TEST);
+            gl.Enable(GL_SCISSOR_TEST);
+            gl.Scissor(0, 0, 3, 3);
+            gl.Viewport(0, 0, 7, 7);
+            CHECK(!mssm_gl_end_depth(s.gl), "end: %s", fakes.message);
+        }
+        CHECK(!mssm_gl_build(s.gl) && !mssm_gl_end_frame(s.gl), "%s", fakes.message);
+        if (before.capacity < at_begin.count) gl_state_take(&before);
+        memcpy(before.entry, at_begin.entry, (size_t)at_begin.count * sizeof *at_begin.entry);
+        same_state("a frame", "SHADER_STORAGE_BUFFER[7] SCISSOR_BOX SCISSOR_TEST VIEWPORT");
+        if (round) gl_state_make_usual(&unusual);
+        for (int i = 1; i < 16; i++) gl.Disablei(GL_SCISSOR_TEST, (GLuint)i);
+        difference all = {0, 0, 0};
+        for (int i = 0; i < 3; i++) {
+            fill_map(&s, i, z + 2 * i * COUNT, i == 1 ? NULL : z + (2 * i + 1) * COUNT);
+            compare_tables(&s, i, &all);
+        }
+        CHECK(all.values > 0 && all.largest <= slack(), "tables differ by %d", all.largest);
+        gl.DeleteBuffers(6, buffer);
+        // Destroyed within a frame and a pass: the state is as before both.
+        gl_state_take(&at_begin);
+        CHECK(!mssm_gl_begin_frame(s.gl) && !mssm_gl_begin_depth(s.gl, 0, 0), "begin");
+        mssm_gl_destroy(s.gl);
+        memcpy(before.entry, at_begin.entry, (size_t)at_begin.count * sizeof *at_begin.entry);
+        same_state("destroy", NULL);
+        s.gl = NULL;
+        drop_maps(&s);
+    }
+    gl_state_free(&at_begin);
+    end_gl();
+}
+
 // An error that the caller has not asked about yet is not ours.
 static void callers_error_is_not_ours(void)
 {
@@ -1760,6 +1832,9 @@ static void zeroed_descriptors_disturb_nobody(void)
         const char *const orders[2][5] = {{probe[0], probe[1], mssm_gl_shader(s.gl), one, body},
                                           {mssm_gl_shader(s.gl), probe[0], probe[1], one, body}};
         for (int i = 0; i < 2; i++) CHECK(compiles("#version 450 core\n", orders[i], 5, log), "%s", log);
+        const char *const twice[2][3] = {{mssm_glsl_math(), mssm_gl_shader(s.gl), "void main() {}\n"},
+                                         {mssm_gl_shader(s.gl), mssm_glsl_math(), "void main() {}\n"}};
+        for (int i = 0; i < 2; i++) CHECK(compiles("#version 450 core\n", twice[i], 3, log), "%s", log);
         // A second object on the same places says so, once.
         mssm_gl *other = NULL;
         CHECK(!mssm_gl_create(&other, &d), "%s", fakes.message);
@@ -2548,6 +2623,7 @@ const test_case gl_tests[] = {
     {"GL's names that died raise no error", names_that_died_raise_no_error},
     {"GL's front faces are the caller's", winding_is_the_callers},
     {"GL state that the caller changes between begin and end is his", changes_in_between},
+    {"GL state is saved once a frame in brackets", frames_are_the_passes},
     {"GL errors of the caller are not ours", callers_error_is_not_ours},
     {"GL objects are labelled and deleted", objects_are_labelled_and_deleted},
     {"GL: calls that a driver leaves undone are not relied on", silent_calls_are_not_relied_on},

@@ -22,6 +22,7 @@ static struct {
     int calls, lost_after; // LOST: the context is gone after so many calls
     uint64_t random;
     int rarity;            // GARBAGE: one answer in so many is nonsense
+    int questions;         // asked
     int objects;           // made and not deleted
     int messages;
     size_t longest;        // message
@@ -38,8 +39,10 @@ static bool works(void)
     return driver.mode != LOST || driver.calls <= driver.lost_after;
 }
 
+// What answers asks for it.
 static bool nonsense(void)
 {
+    driver.questions++;
     return driver.mode == GARBAGE && test_random(&driver.random) % (uint64_t)driver.rarity == 0;
 }
 
@@ -590,6 +593,43 @@ static void extreme_sizes_are_made_or_refused(void)
     CHECK(made > 10 && refused > 10, "%d made, %d refused", made, refused);
 }
 
+// Within a frame nothing asks GL, which may cost a wait each time, and calls are few.
+static void frames_ask_nothing(void)
+{
+    enum { LIGHTS = 50 };
+    const mssm_light light = light_of_half_size(0.1f);
+    int calls[2] = {0, 0}, questions[2] = {0, 0};
+    for (int framed = 0; framed < 2; framed++) {
+        mssm_gl_desc d;
+        mssm_gl *g = NULL;
+        begin_driver(WORKS, 0, 1);
+        memset(&d, 0, sizeof d);
+        d.load = load_hostile;
+        d.lights = LIGHTS;
+        d.side = 64;
+        d.log = log_hostile;
+        CHECK(!mssm_gl_create(&g, &d), "create");
+        for (int i = 0; g && i < LIGHTS; i++) CHECK(!mssm_gl_set_light(g, i, &light), "light");
+        if (g && framed) CHECK(!mssm_gl_begin_frame(g), "begin");
+        const int calls_before = driver.calls, questions_before = driver.questions;
+        for (int i = 0; g && i < LIGHTS; i++) CHECK(!mssm_gl_begin_depth(g, i, 0) && !mssm_gl_end_depth(g), "pass");
+        if (g) CHECK(!mssm_gl_build(g), "build");
+        calls[framed] = driver.calls - calls_before;
+        questions[framed] = driver.questions - questions_before;
+        for (int i = 0; g && i < 2; i++) { // nothing has changed
+            const int built = driver.calls;
+            CHECK(!mssm_gl_build(g) && driver.calls - built < 4, "%d calls to build nothing", driver.calls - built);
+        }
+        if (g && framed) CHECK(!mssm_gl_end_frame(g), "end");
+        mssm_gl_destroy(g);
+        end_driver("a frame");
+    }
+    test_note("%d lights: %d calls, %d of them questions; in a frame %d and %d", LIGHTS, calls[0], questions[0],
+              calls[1], questions[1]);
+    CHECK(questions[0] > LIGHTS, "questions are not counted");
+    CHECK(!questions[1] && calls[1] <= 30 * LIGHTS, "%d calls, %d questions", calls[1], questions[1]);
+}
+
 static void thousands_of_lives_leave_nothing(void)
 {
     const int count = test_trials(2000);
@@ -607,6 +647,7 @@ const test_case gl_hostile_tests[] = {
     {"hostile driver: the context may be lost at any call", a_context_may_be_lost_at_any_call},
     {"hostile driver: any answer may be nonsense", drivers_may_answer_nonsense},
     {"hostile driver: extreme sizes are made or refused", extreme_sizes_are_made_or_refused},
+    {"hostile driver: within a frame nothing is asked", frames_ask_nothing},
     {"hostile driver: 2000 lives leave nothing behind", thousands_of_lives_leave_nothing},
     {NULL, NULL},
 };
