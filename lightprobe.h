@@ -3834,7 +3834,7 @@ static lightprobe_result lightprobe__check_units(const lightprobe_gl *gl)
          (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) - 1,
          LIGHTPROBE_ERROR_SETTINGS},
         {"first_buffer_binding", (double)gl->desc.first_buffer_binding, 0,
-         (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS) - LIGHTPROBE__BINDINGS,
+         (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS) - (double)LIGHTPROBE__BINDINGS,
          LIGHTPROBE_ERROR_SETTINGS}};
     return lightprobe__check_ranges(&s, ranges, 2);
 }

@@ -463,7 +463,8 @@ const char *mssm_glsl_shading(void);
 // What is out of range is told to the log: "mssm: side 20000: 1 to 16384". While transform feedback is
 // active and not paused GL forbids our programs: MSSM_ERROR_ORDER. Not between glBeginConditionalRender
 // and its end: GL would leave out what a pass draws, and cannot be asked. Not seen either: conservative
-// rasterization, shading rates and sample locations of vendors' extensions.
+// rasterization, shading rates and sample locations of vendors' extensions. A program or framebuffer that
+// was deleted while it was bound cannot be bound again: 0 is, without an error.
 
 typedef void (*mssm_gl_function)(void);
 typedef mssm_gl_function (*mssm_gl_loader)(const char *name);  // glfwGetProcAddress and the like
