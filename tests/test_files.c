@@ -2,6 +2,7 @@
 #include "test.h"
 
 #include "../examples/common/image.h"
+#include "../examples/common/lighting.h"
 #include "../examples/common/options.h"
 #include "../examples/common/png.h"
 #include "../examples/common/probe.h"
@@ -469,7 +470,7 @@ static void options_are_checked(void)
         {"--size", "0x100"},    {"--size", "100x100x1"}, {"--size", "x"},
         {"--moments", "5"},     {"--moments", ""},       {"--estimator", "best"},
         {"--probe", "-"},       {"--orbit", "0"},        {"--faces", "back"},
-        {"picture.hdr", "-"},
+        {"picture.hdr", "-"},   {"--exposure", "0"},     {"--exposure", "inf"},
     };
     options o;
     message why;
@@ -486,7 +487,20 @@ static void options_are_checked(void)
     for (int i = 0; i < 8; i++) arguments[i] = words[i];
     CHECK(options_parse(&o, 8, arguments, &why), "%s", why.text);
     CHECK(o.width == 640 && o.height == 360 && o.moments == 4 && o.estimator == 2, "values");
-    CHECK(o.truth == TRUTH_PROBE && o.lights == 64 && !o.probe && !o.help, "defaults");
+    CHECK(o.truth == TRUTH_PROBE && o.lights == 64 && !o.probe && !o.help && o.exposure == 0,
+          "defaults");
+    // Another program's choice of them, with defaults of its own.
+    char pick[][12] = {"lights", "--exposure", "0.25",     "--help",
+                       "--size", "64x64",      "--lights", "2"};
+    for (int i = 0; i < 8; i++) arguments[i] = pick[i];
+    o = (options){.lights = 7};
+    CHECK(options_parse_some(&o, "--lights --exposure --help", 4, arguments, &why), "%s", why.text);
+    CHECK(o.exposure == 0.25f && o.help && o.lights == 7 && o.width == 0, "choice");
+    CHECK(!options_parse_some(&o, "--lights --exposure --help", 6, arguments, &why) && o.width == 0,
+          "--size passed");
+    arguments[1] = (char[]){"--light"};
+    CHECK(!options_parse_some(&o, "--lights --exposure --help", 2, arguments, &why),
+          "a part of a name");
 }
 
 // ---- Pictures out: a decoder of its own as the oracle
@@ -675,6 +689,7 @@ static void tone_curve_is_total(void)
     CHECK(out[3] == 255 && out[5] == 255, "infinity is %d, 1e38 is %d", out[3], out[5]);
     for (int i = 7; i < 12; i++)
         CHECK(out[i] < out[i + 1] || out[i] == 255, "not monotone at %d", i);
+    CHECK(out[11] < 255 && rgb[11] == 8, "8 is white already");
     for (int i = 14; i < 18; i++) rgb[i] = NAN;
     CHECK(isfinite(image_exposure(&im)), "exposure is not finite");
 }
@@ -1340,6 +1355,40 @@ static void camera_sees_what_rays_hit(void)
     scene_free(&s);
 }
 
+// Whatever is behind the scene, the exposure is that of the scene, in proportion to its light.
+static void exposure_follows_what_is_lit(void)
+{
+    const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 1.5f);
+    const float background[3] = {0, 1, 1e5f};
+    scene s;
+    view v;
+    image im;
+    CHECK(scene_create(&s, 0, NULL) && view_create(&v, &s, &eye, 151, 101) &&
+              image_create(&im, 151, 101),
+          "memory");
+    for (int trial = 0; trial < 6; trial++) {
+        const float light = trial < 3 ? 1 : 40;
+        for (int i = 0; i < 151 * 101; i++) {
+            surface piece[VIEW_SAMPLES];
+            const bool lit = view_surfaces(&v, &s, i % 151, i / 151, piece) > 0;
+            const float value = lit ? light : background[trial % 3];
+            image_set(&im, i % 151, i / 151, vec(value, value, value));
+        }
+        const float exposure = lighting_exposure(&im, &s, &eye);
+        unsigned char grey[3];
+        const image one = {1, 1, (float[3]){light, light, light}};
+        image_tonemap(&one, exposure, grey);
+        CHECK(grey[1] > 170 && grey[1] < 210, "light %g before %g: %d", (double)light,
+              (double)background[trial % 3], grey[1]);
+    }
+    // Nothing of the scene in sight: the picture decides.
+    const camera up = camera_look(vec(0, 20, 0), vec(1, 40, 0), 0.57f, 1.5f);
+    CHECK(lighting_exposure(&im, &s, &up) == image_exposure(&im), "an empty picture");
+    image_free(&im);
+    view_free(&v);
+    scene_free(&s);
+}
+
 static float only_seen(vec3 normal, bool seen)
 {
     (void)normal;
@@ -1459,6 +1508,7 @@ const test_case files_tests[] = {
     {"depth maps cull and cut as OpenGL does", depth_maps_cut_as_opengl_does},
     {"perspective depth is linear along the axis", perspective_depth_is_linear},
     {"the camera sees what rays hit", camera_sees_what_rays_hit},
+    {"exposure follows what is lit", exposure_follows_what_is_lit},
     {"traced pictures have the shadows that rays find", traced_pictures_have_shadows},
     {"the tree of boxes finds what trying all finds", tree_agrees_with_trying_all},
     {"traced light has known values", traced_light_has_known_values},
