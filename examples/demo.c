@@ -72,7 +72,9 @@ static bool demo_open(demo *d, message *why)
     }
     printf("probe      %s, 6 x %d^2 texels, %.2f s\n", o->probe ? o->probe : "built in",
            d->source.side, seconds_now() - start);
-    if (d->source.broken) printf("           %d broken pixels taken as black\n", d->source.broken);
+    if (d->source.broken)
+        printf("           %d broken pixels: negative and NaN are black, infinite ones bright\n",
+               d->source.broken);
     return true;
 }
 

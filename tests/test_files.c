@@ -823,7 +823,17 @@ static void broken_pixels_are_counted(void)
     im.rgb[400] = INFINITY;
     CHECK(probe_from_image(&p, &im, 0, &why), "%s", why.text);
     CHECK(p.broken == 2, "%d broken", p.broken);
-    for (int i = 0; i < 18 * p.side * p.side; i++) CHECK(p.texels[i] <= 1.001f, "texel %d", i);
+    // The sun that was too bright for its file is the brightest, and nothing but it is bright.
+    float most = 0;
+    for (int i = 0; i < 18 * p.side * p.side; i++) {
+        most = fmaxf(most, p.texels[i]);
+        CHECK(p.texels[i] >= 0 && (i % 3 == 1 || p.texels[i] <= 1.001f), "texel %d", i);
+    }
+    CHECK(most > 10000 && most <= 65504, "the sun is %g", (double)most);
+    CHECK(fabs(flux(&p, 1, NULL) /
+                   (65503 * 2 * PI / 32 * (cos(PI * 4 / 16) - cos(PI * 5 / 16)) + 4 * PI) -
+               1) < 3e-3,
+          "its flux is %g", flux(&p, 1, NULL));
     probe_free(&p);
     im.height = 15;
     CHECK(!probe_from_image(&p, &im, 0, &why) && why.text[0], "32 x 15 passed");
@@ -1495,7 +1505,8 @@ const test_case files_tests[] = {
     {"texel directions follow the cube map convention", directions_follow_the_convention},
     {"a constant lat-long picture becomes a constant cube", lat_long_keeps_constants},
     {"a bright lat-long pixel keeps energy and direction", lat_long_keeps_single_pixels},
-    {"broken lat-long pixels are counted and black", broken_pixels_are_counted},
+    {"broken lat-long pixels are counted, and an infinite sun is bright",
+     broken_pixels_are_counted},
     {"turning a probe moves its light and keeps its energy", turning_moves_light},
     {"a broken texel does not break its neighbours", broken_texels_stay_alone},
     {"a probe survives the way through a strip of faces", strips_round_trip},

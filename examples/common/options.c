@@ -7,7 +7,7 @@
 const char options_help[] =
     "Renders a scene lit by a light probe, with soft shadows from moment shadow maps.\n"
     "\n"
-    "  --probe FILE      .hdr (lat-long) or .pfm (lat-long or a strip of six cube faces)\n"
+    "  --probe FILE      .hdr or .pfm: lat-long, cross or strip of six cube faces\n"
     "  --mesh FILE.obj   takes the place of the knot in the middle\n"
     "  --lights N        at most so many lights, 1..1024 (64)\n"
     "  --tolerance T     stop adding lights at this estimated error, 0..1 (0.01)\n"
