@@ -333,13 +333,15 @@ static void hdr_headers_have_dialects(void)
         {"EXPOSURE=1e20\nEXPOSURE=1e20\n", {0}, "line 3"},
         {"COLORCORR=1 2\n", {0}, "line 2"},
         {"GAMMA=2.2\n", {0}, "not linear"},
+        {" EXPOSURE=2\n\tCOLORCORR= 1 1 2\n", {0.5, 0.5, 0.25}, ""},
         {"FORMAT=32-bit_rle_xyze\n", {0}, "32-bit_rle_xyze"},
+        {" FORMAT=32-bit_rle_xyze\n", {0}, "32-bit_rle_xyze"},
     };
     for (size_t k = 0; k < sizeof header / sizeof *header; k++) {
         image im;
         message why = {{0}};
         char text[256];
-        sprintf(text, "#?RADIANCE\n%s\n-Y 1 +X 2 \r\n\200\100\040\201\100\040\020\200",
+        sprintf(text, "#?RADIANCE\n%s\n -Y 1 +X  2 \r\n\200\100\040\201\100\040\020\200",
                 header[k].lines);
         const bool decoded = decode_exact(&im, (const unsigned char *)text, strlen(text), &why);
         CHECK(decoded == (header[k].scale[0] > 0), "header %d: %s", (int)k, why.text);

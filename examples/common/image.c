@@ -316,14 +316,14 @@ static bool decode_hdr_header(reader *in, int *width, int *height, bool *flip_x,
     message reason = {{0}};
     for (int number = 1; next_hdr_line(in, line, sizeof line); number++) {
         if (!line[0]) break;
-        if (line[0] != '#' && !parse_hdr_line(line, scale, &reason)) {
+        if (line[0] != '#' && !parse_hdr_line(line + strspn(line, " \t"), scale, &reason)) {
             return fail(why, "line %d: %.200s", number, reason.text);
         }
     }
     if (!left(in)) return fail(why, "the HDR header is cut short");
     char sign_y, sign_x, h[16], w[16];
     if (!next_hdr_line(in, line, sizeof line) ||
-        sscanf(line, "%cY %15s %cX %15s", &sign_y, h, &sign_x, w) != 4 || !strchr("+-", sign_y) ||
+        sscanf(line, " %cY %15s %cX %15s", &sign_y, h, &sign_x, w) != 4 || !strchr("+-", sign_y) ||
         !strchr("+-", sign_x)) {
         return fail(why, "HDR sizes are not given as -Y height +X width: %.60s", line);
     }
