@@ -1064,6 +1064,38 @@ static void obj_polygons_may_be_concave(void)
     }
 }
 
+// A disc of many corners, some of which are concave by rounding; and more corners than anyone waits for.
+static void obj_polygons_may_be_long(void)
+{
+    const int most = test_trials(10) < 10 ? 5000 : 40000;
+    for (int count = 5000; count <= most; count *= 8) {
+        char *text = malloc((size_t)count * 40 + 9);
+        size_t size = 0;
+        double sum = 0;
+        mesh m;
+        message why = {{0}};
+        for (int i = 0; i < count; i++) {
+            // The long one turns to and fro all the way.
+            const double angle = 2 * PI * i / count, r = count > 5000 ? 1 + 0.5 * (i % 2) : 1;
+            size += (size_t)sprintf(text + size, "v %.6f %.6f 3\n", r * cos(angle), r * sin(angle));
+        }
+        size += (size_t)sprintf(text + size, "f");
+        for (int i = 0; i < count; i++) size += (size_t)sprintf(text + size, " %d", i + 1);
+        const bool parsed = mesh_parse_obj(&m, text, size, &why);
+        CHECK(parsed == (count == 5000) && (parsed || strstr(why.text, "line 40001: ")),
+              "%d corners: %s", count, why.text);
+        for (int i = 0; i < m.triangles; i++) {
+            const vec3 a = m.position[m.triangle[i][0]];
+            const vec3 twice = vec_cross(vec_sub(m.position[m.triangle[i][1]], a),
+                                         vec_sub(m.position[m.triangle[i][2]], a));
+            sum += 0.5 * fabs((double)twice.z);
+        }
+        CHECK(!parsed || fabs(sum / PI - 1) < 1e-5, "area %g", sum);
+        mesh_free(&m);
+        free(text);
+    }
+}
+
 static void obj_far_from_the_origin(void)
 {
     const char text[] =
@@ -1515,6 +1547,7 @@ const test_case files_tests[] = {
     {"OBJ edge cases are read or refused", obj_edge_cases},
     {"OBJ files that are refused have their line named", obj_refusals_name_the_line},
     {"OBJ polygons may be concave", obj_polygons_may_be_concave},
+    {"OBJ polygons may be long, within reason", obj_polygons_may_be_long},
     {"OBJ meshes far from the origin keep their shape", obj_far_from_the_origin},
     {"the default scene is closed and faces outwards", default_scene_is_closed},
     {"depth maps agree with rays", depth_maps_agree_with_rays},

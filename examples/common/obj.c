@@ -6,8 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// A concave polygon takes up to the cube of its corners in time.
-#define OBJ_CONCAVE_MOST 1024
+// Corners looked at for one concave polygon: a second or two. Mostly it takes the square of their
+// number, at worst the cube.
+#define OBJ_WORK_MOST 300000000
 
 typedef struct obj_vertex {
     double at[3];
@@ -252,11 +253,16 @@ static bool is_ear(const flat_point *flat, int count, int b)
 
 // Cuts ears off (Meisters 1975) until three corners are left. A polygon that crosses itself may come
 // to have none: then any corner is cut.
-static bool cut_ears(parser *p, flat_point *flat, int count)
+static bool cut_ears(parser *p, const obj_face *f, flat_point *flat)
 {
+    int count = f->corners;
+    long long work = 0;
     for (int b = 0, tried = 0; count > 3;) {
         b %= count;
         const int a = (b + count - 1) % count, c = (b + 1) % count;
+        work += count;
+        if (work > OBJ_WORK_MOST)
+            return fail(p->why, "line %d: a polygon of too many corners", f->line);
         const bool straight = turn_of(flat + a, flat + b, flat + c) == 0;
         if (tried < count && !is_ear(flat, count, b)) {
             b++;
@@ -278,11 +284,7 @@ static bool triangulate(parser *p, const obj_face *f, flat_point *flat)
     const int *corner = p->corner + f->first;
     if (f->corners > 3) {
         flatten(p, f, flat);
-        if (!is_convex(flat, f->corners)) {
-            if (f->corners <= OBJ_CONCAVE_MOST) return cut_ears(p, flat, f->corners);
-            return fail(p->why, "line %d: a concave polygon of more than %d corners", f->line,
-                        OBJ_CONCAVE_MOST);
-        }
+        if (!is_convex(flat, f->corners)) return cut_ears(p, f, flat);
     }
     for (int i = 2; i < f->corners; i++) {
         if (!add_triangle(p, corner[0], corner[i - 1], corner[i])) return false;
