@@ -842,6 +842,29 @@ static void broken_pixels_are_counted(void)
     image_free(&im);
 }
 
+// Sides of probes: of panoramas by their width, within limits; of faces as they are.
+static void pictures_become_probes(void)
+{
+    const int sizes[][4] = {{2, 1, 0, 16},       {101, 50, 0, 25},   {1024, 512, 0, 128},
+                            {1024, 512, 40, 40}, {64, 32, 500, 128}, {1, 1, 0, 16},
+                            {1200, 900, 7, 300}, {9, 12, 0, 3},      {6, 1, 0, 1},
+                            {200, 1200, 0, 200}, {31, 14, 0, 0},     {100, 100, 0, 0}};
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        image im;
+        probe p;
+        message why = {{0}};
+        image_create(&im, sizes[k][0], sizes[k][1]);
+        for (int i = 0; i < 3 * im.width * im.height; i++) im.rgb[i] = 3;
+        const bool made = probe_from_image(&p, &im, sizes[k][2], &why);
+        CHECK(made == (sizes[k][3] > 0) && p.side == sizes[k][3], "%d x %d: side %d, %s", im.width,
+              im.height, p.side, why.text);
+        for (int i = 0; made && i < 18 * p.side * p.side; i++)
+            CHECK(fabsf(p.texels[i] - 3) < 1e-5f, "%d x %d: texel %d", im.width, im.height, i / 3);
+        image_free(&im);
+        probe_free(&p);
+    }
+}
+
 static void turning_moves_light(void)
 {
     probe p, turned;
@@ -1541,6 +1564,7 @@ const test_case files_tests[] = {
     {"a bright lat-long pixel keeps energy and direction", lat_long_keeps_single_pixels},
     {"broken lat-long pixels are counted, and an infinite sun is bright",
      broken_pixels_are_counted},
+    {"pictures of every layout become probes", pictures_become_probes},
     {"turning a probe moves its light and keeps its energy", turning_moves_light},
     {"a broken texel does not break its neighbours", broken_texels_stay_alone},
     {"a probe survives the way through a strip of faces", strips_round_trip},

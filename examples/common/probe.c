@@ -251,9 +251,10 @@ bool probe_from_image(probe *p, const image *im, int side, message *why)
                     "six faces in a row (6:1 or 1:6)",
                     im->width, im->height);
     }
-    if (abs(im->width - 2 * im->height) > 1) side = own;
+    const bool faces = abs(im->width - 2 * im->height) > 1;
     if (side == 0) side = own < 16 ? 16 : own;
-    if (side > PROBE_DEFAULT_SIDE && side != own) side = PROBE_DEFAULT_SIDE;
+    if (side > PROBE_DEFAULT_SIDE) side = PROBE_DEFAULT_SIDE;
+    if (faces) side = own;
     if (!probe_create(p, side)) return fail(why, "no memory for a probe of side %d", side);
     const lightprobe_result result =
         lightprobe_cube_from_image(&picture, side, p->texels, NULL, &p->broken);
