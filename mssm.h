@@ -217,6 +217,12 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
 mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
                              float z_far, float half_width);
 
+// For a box that follows the camera: moves the frustum of a directional light sideways by at most half
+// a texel of its map, so that the texels lie on the same places of the world whatever the box, as long
+// as its size stays, and edges of shadows do not crawl. Leave that much of a margin in the box. Fails,
+// with light untouched, for perspective lights and side < 1.
+mssm_result mssm_light_snap(mssm_light *light, int side);
+
 // The same light with its depth range fitted to what is drawn: from the nearest to the farthest
 // depth of its own map (mssm_depth_range). The search region of all receivers then starts at the
 // nearest caster. To be used for the next map: what lies nearer than nearest is cut off, so leave a
@@ -1722,6 +1728,20 @@ mssm_result mssm_light_point(mssm_light light[6], const float position[3], float
         if (r) return r;
     }
     memcpy(light, face, sizeof face);
+    return MSSM_OK;
+}
+
+// The world's origin goes to a corner of the texels. Where side is a power of two, these are exact.
+mssm_result mssm_light_snap(mssm_light *light, int side)
+{
+    if (!light || light->perspective || side < 1 ||
+        !mssm__all_finite(light->world_to_shadow + 12, 2)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    for (int i = 12; i < 14; i++) {
+        const double corner = floor((light->world_to_shadow[i] + 1.0) * 0.5 * side + 0.5);
+        light->world_to_shadow[i] = (float)(corner * 2 / side - 1);
+    }
     return MSSM_OK;
 }
 

@@ -72,7 +72,9 @@ static bool demo_open(demo *d, message *why)
     }
     printf("probe      %s, 6 x %d^2 texels, %.2f s\n", o->probe ? o->probe : "built in",
            d->source.side, seconds_now() - start);
-    if (d->source.broken) printf("           %d broken pixels taken as black\n", d->source.broken);
+    if (d->source.broken)
+        printf("           %d broken pixels: negative and NaN are black, infinite ones bright\n",
+               d->source.broken);
     return true;
 }
 
@@ -166,12 +168,14 @@ static bool demo_frame(demo *d, float turn, const char *out, message *why)
     bool done = (d->gl ? render_with_gl : render_with_cpu)(d, &s, &eye, why);
     if (done) {
         report_maps(&d->light, s.triangles);
-        if (!(d->exposure > 0)) d->exposure = image_exposure(&d->picture);
+        if (o->exposure > 0) d->exposure = o->exposure;
+        if (!(d->exposure > 0)) d->exposure = lighting_exposure(&d->picture, &s, &eye);
         done = image_save_png(&d->picture, d->exposure, out, why);
     }
     if (done) {
-        printf("picture    %d x %d: view %.2f s, shading %.2f s, all %.2f s; %s\n", o->width,
-               o->height, d->view_seconds, d->shading_seconds, seconds_now() - start, out);
+        printf("picture    %d x %d: view %.2f s, shading %.2f s, all %.2f s; exposure %.4g; %s\n",
+               o->width, o->height, d->view_seconds, d->shading_seconds, seconds_now() - start,
+               (double)d->exposure, out);
         done = o->truth == TRUTH_NONE || compare_with_truth(d, &eye, &s, out, why);
     }
     scene_free(&s);

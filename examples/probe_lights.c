@@ -1,8 +1,7 @@
 // From a light probe to area lights: a table of them, and the probe with their rectangles drawn on
 // it.
-//     probe_lights [FILE.hdr|FILE.pfm] [LIGHTS] [OUT.png]
-// FILE is a lat-long picture or a strip of six cube faces; without it, the built-in probe is used.
-// LIGHTS 0 (the default) takes as many as the probe needs.
+//     probe_lights --probe FILE --out lights.png
+#include "common/options.h"
 #include "common/probe.h"
 #include "common/png.h"
 #include "lightprobe.h"
@@ -12,6 +11,17 @@
 #include <string.h>
 
 enum { WIDTH = 1024, HEIGHT = 512 };
+
+static const char names[] = "--probe --lights --tolerance --exposure --out --help";
+static const char help[] =
+    "Prints the area lights of a light probe, and draws them on it.\n"
+    "\n"
+    "  --probe FILE      .hdr or .pfm: lat-long, cross or strip of six cube faces (built in)\n"
+    "  --lights N        at most so many lights, 1..1024 (64)\n"
+    "  --tolerance T     stop adding lights at this estimated error, 0..1 (0.01)\n"
+    "  --out FILE        a lat-long PNG of the probe with the lights' rectangles (none)\n"
+    "  --exposure E      of that PNG, 1e-6..1e6 (the median becomes a middle grey)\n"
+    "  --help            this text\n";
 
 static const float pi = 3.14159265f;
 
@@ -42,7 +52,7 @@ static void draw_light(unsigned char *rgb8, const lightprobe_light *l)
     }
 }
 
-static bool draw(const probe *p, const lightprobe_light *lights, int count, const char *path,
+static bool draw(const probe *p, const lightprobe_light *lights, int count, const options *o,
                  message *why)
 {
     image im;
@@ -56,9 +66,9 @@ static bool draw(const probe *p, const lightprobe_light *lights, int count, cons
             image_set(&im, x, y, probe_sample(p, d));
         }
     }
-    image_tonemap(&im, image_exposure(&im), rgb8);
+    image_tonemap(&im, o->exposure > 0 ? o->exposure : image_exposure(&im), rgb8);
     for (int i = 0; i < count; i++) draw_light(rgb8, lights + i);
-    const bool good = png_write(path, rgb8, WIDTH, HEIGHT, why);
+    const bool good = png_write(o->out, rgb8, WIDTH, HEIGHT, why);
     image_free(&im);
     free(rgb8);
     return good;
@@ -95,26 +105,27 @@ static void log_line(void *user, const char *text)
     snprintf(((message *)user)->text, sizeof((message *)user)->text, "%s", text);
 }
 
-static bool run(const char *file, int most, const char *out, message *why)
+static bool run(const options *o, message *why)
 {
     probe p;
-    if (file ? !probe_load(&p, file, 0, why) : !probe_default(&p, PROBE_DEFAULT_SIDE))
-        return file ? false : fail(why, "no memory for the probe");
+    if (o->probe ? !probe_load(&p, o->probe, 0, why) : !probe_default(&p, PROBE_DEFAULT_SIDE))
+        return o->probe ? false : fail(why, "no memory for the probe");
     lightprobe_cube cube = {{NULL}, p.side, 3};
     memcpy(cube.face, p.face, sizeof cube.face);
     static lightprobe_light lights[LIGHTPROBE_MAX_LIGHTS];
     lightprobe_stats stats;
     lightprobe_settings settings;
     memset(&settings, 0, sizeof settings);
-    settings.max_lights = most;
+    settings.max_lights = o->lights;
+    settings.tolerance = o->tolerance;
     settings.log = log_line;
     settings.user = why;
-    const size_t bytes = lightprobe_scratch_bytes(p.side, most);
+    const size_t bytes = lightprobe_scratch_bytes(p.side, o->lights);
     void *scratch = malloc(bytes + !bytes);
     int count;
     bool good = !lightprobe_extract(&cube, &settings, scratch, bytes, lights, &count, &stats);
     if (good) print_table(lights, &stats);
-    if (good && out) good = draw(&p, lights, count, out, why);
+    if (good && o->out) good = draw(&p, lights, count, o, why);
     free(scratch);
     probe_free(&p);
     return good;
@@ -123,9 +134,12 @@ static bool run(const char *file, int most, const char *out, message *why)
 int main(int argc, char **argv)
 {
     message why = {""};
-    if (run(argc > 1 ? argv[1] : NULL, argc > 2 ? atoi(argv[2]) : 0, argc > 3 ? argv[3] : NULL,
-            &why))
-        return 0;
-    fprintf(stderr, "probe_lights: %s\n", why.text);
-    return 1;
+    options o = {.lights = 64, .tolerance = 0.01f};
+    bool done = options_parse_some(&o, names, argc, argv, &why);
+    if (o.help)
+        fputs(help, stdout);
+    else if (done)
+        done = run(&o, &why);
+    if (!done) fprintf(stderr, "probe_lights: %s\n", why.text);
+    return done ? 0 : 1;
 }

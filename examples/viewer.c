@@ -75,7 +75,7 @@ static const char display_text[] =
     "    ivec2 pixel = ivec2(gl_FragCoord.xy);\n"
     "    vec3 light = gl_FragCoord.x < split ? exposure.x * texelFetch(left, pixel, 0).rgb\n"
     "                                        : exposure.y * texelFetch(right, pixel, 0).rgb;\n"
-    "    vec3 film = 1 - exp(-light);\n" // as image_tonemap()
+    "    vec3 film = 1 - 1 / ((1 + 0.5 * light) * (1 + 0.5 * light));\n" // as image_tonemap()
     "    vec3 srgb = mix(12.92 * film, 1.055 * pow(film, vec3(1 / 2.4)) - 0.055,\n"
     "                    greaterThan(film, vec3(0.0031308)));\n"
     "    color = vec4(abs(gl_FragCoord.x - split) < 1 ? vec3(1) : srgb, 1);\n"
@@ -352,7 +352,7 @@ static bool frame(viewer *v, message *why)
     if (v->exposure == 0) {
         image picture;
         if (!gl_target_read(&v->left.picture, &picture, why)) return false;
-        v->exposure = image_exposure(&picture);
+        v->exposure = lighting_exposure(&picture, &v->s, &eye);
         image_free(&picture);
     }
     display(v);

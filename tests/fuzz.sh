@@ -48,7 +48,7 @@ if [ $kind = long ] && ! command -v clang >/dev/null; then
     echo "skip  fuzz: apt-get install clang"
     exit 0
 fi
-for name in ${FUZZ:-moments map filtered scattering probe files}; do
+for name in ${FUZZ:-moments map filtered scattering probe images files}; do
     $kind $name >build/fuzz/$name.log 2>&1
     result $name $? build/fuzz/$name.log
 done

@@ -2,6 +2,7 @@
 #include "test.h"
 
 #include "../examples/common/image.h"
+#include "../examples/common/lighting.h"
 #include "../examples/common/options.h"
 #include "../examples/common/png.h"
 #include "../examples/common/probe.h"
@@ -223,7 +224,7 @@ static void hostile_headers_are_refused(void)
         "#?RADIANCE\n\n-Y 32768 +X 32768\n\1\1\1\377",
         "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd",
         "#?RADIANCE\n\n+X 1 -Y 1\nabcd",
-        "#?RADIANCE\n\n-Y 1 +X 1\n\1\1\1\1",
+        "#?RADIANCE\n\n-Y 1 +X 1\n\1\1\1\1#",
         "#?RADIANCE\n\n-Y 1 +X 9\nabcd\1\1\1\377",
         "#?RADIANCE\n\n-Y 1 +X 8\n\2\2\1\1",
         "#?RADIANCE\n\n?Y 1 ?X 1\nabcd",
@@ -236,6 +237,174 @@ static void hostile_headers_are_refused(void)
         CHECK(!decoded && !im.rgb && why.text[0], "header %d passed", (int)i);
         if (decoded) image_free(&im);
     }
+}
+
+// Every dialect of the header, whatever byte the values begin with, whole, with bytes behind, and cut
+// short.
+static void pfm_headers_have_dialects(void)
+{
+    static bytes b;
+    const struct {
+        const char *text;
+        bool lines; // not all in one: then a byte too few is noticed
+    } header[] = {
+        {"PF\n3 2\n-1.0\n", true},
+        {"PF\r\n3 2\r\n-1.0\r\n", true},
+        {"PF\r3 2\r-1.0\r", true},
+        {"PF\n3 2\n-1.0 \t \n", true},
+        {"PF 3 2 -1.000000 \n", false},
+        {"PF 3 2 -1\r\n", false},
+        {"PF 3 2 -1 ", false},
+        {"PF\n3 2\n-1 ", true},
+        {"PF\n# by a tool\n3 # w\n#\n2\n-1.0\n", true},
+        {"PF#x\r\n# y\r\n 3\r\n\r\n2 -1.0 # z\r\n", true},
+        {"PF\n3 2\n-1.0\n# late\n# er\n", true},
+        {"PF4\n3 2\n-1.0\n", true},
+        {"\xef\xbb\xbfPF\n3 2\n-1.0\n", true},
+    };
+    const char first[] = "\n\r #\t\1\0\x40";
+    for (size_t k = 0; k < sizeof header / sizeof *header; k++) {
+        const char *text = header[k].text;
+        const int channels = strstr(text, "PF4") ? 4 : 3;
+        for (size_t f = 0; f < sizeof first; f++) {
+            for (int more = -3; more < 3; more++) {
+                image im;
+                message why = {{0}};
+                float value[24];
+                b.size = 0;
+                put_text(&b, text);
+                const size_t start = b.size;
+                for (int i = 0; i < 6 * channels; i++)
+                    put_float(&b, value[i] = 1.5f + (float)i, true);
+                b.at[start] = (unsigned char)first[f];
+                memcpy(value, b.at + start, 4);
+                if (more > 0) put_text(&b, more > 1 ? "\n\n" : "\n");
+                if (more < 0) b.size -= (size_t)-more;
+                const bool decoded = decode_exact(&im, b.at, b.size, &why);
+                // Blanks that begin the values, behind a blank and not at a file's exact end, are lost:
+                // what then misses bytes is refused, as is a file cut short. One header in a single
+                // line cannot tell either from the other.
+                const bool blank = f < 5, tail = text[strlen(text) - 1] == ' ';
+                if (more < 0)
+                    CHECK(!decoded || !header[k].lines, "header %d cut by %d", (int)k, -more);
+                if (more == 0 && (!tail || !header[k].lines || f > 1))
+                    CHECK(decoded, "header %d, byte %d: %s", (int)k, (int)f, why.text);
+                if (more > 0 && !blank)
+                    CHECK(decoded, "header %d, byte %d, %d more: %s", (int)k, (int)f, more,
+                          why.text);
+                if (decoded && more >= 0 && (more == 0 || !blank)) {
+                    bool right = im.width == 3 && im.height == 2;
+                    for (int i = 0; i < 18; i++) {
+                        const int from = (1 - i / 9) * 3 * channels + i / 3 % 3 * channels + i % 3;
+                        right = right && !memcmp(im.rgb + i, value + from, 4);
+                    }
+                    CHECK(right, "header %d, byte %d, %d more: wrong values", (int)k, (int)f, more);
+                }
+                image_free(&im);
+            }
+        }
+    }
+}
+
+static void hdr_headers_have_dialects(void)
+{
+    const struct {
+        const char *lines;
+        double scale[3]; // 0: refused
+        const char *reason;
+    } header[] = {
+        {"FORMAT=32-bit_rle_rgbe\n", {1, 1, 1}, ""},
+        {"FORMAT= 32-bit_rle_rgbe  \r\n", {1, 1, 1}, ""},
+        {"FORMAT = 32-bit_rle_rgbe\n", {1, 1, 1}, ""},
+        {"", {1, 1, 1}, ""},
+        {"EXPOSURE=4.0\nGAMMA=1.0\n", {0.25, 0.25, 0.25}, ""},
+        {"EXPOSURE= 4\nEXPOSURE=.5 \r\n", {0.5, 0.5, 0.5}, ""},
+        {"COLORCORR=1 2 4\nEXPOSURE=2\n", {0.5, 0.25, 0.125}, ""},
+        {"# EXPOSURE=4\nVIEW= -vp 0 0 0\nPIXASPECT=1\nSOFTWARE=a=b\nnothing\n", {1, 1, 1}, ""},
+        {"PRIMARIES=.640 .330 .290 .600 .150 .060 .333 .333\n", {1, 1, 1}, ""},
+        {"PRIMARIES= 0.6400 0.3300 0.3000 0.6000 0.1500 0.0600 0.3127 0.3290\n", {1, 1, 1}, ""},
+        {"PRIMARIES=.708 .292 .170 .797 .131 .046 .3127 .3290\n", {0}, "line 2"},
+        {"x=1\nEXPOSURE=0\n", {0}, "line 3"},
+        {"EXPOSURE=-1\n", {0}, "EXPOSURE=-1"},
+        {"EXPOSURE=1e99999\n", {0}, "line 2"},
+        {"EXPOSURE=nan\n", {0}, "line 2"},
+        {"EXPOSURE=1x\n", {0}, "line 2"},
+        {"EXPOSURE=\n", {0}, "line 2"},
+        {"EXPOSURE=1e20\nEXPOSURE=1e20\n", {0}, "line 3"},
+        {"COLORCORR=1 2\n", {0}, "line 2"},
+        {"GAMMA=2.2\n", {0}, "not linear"},
+        {" EXPOSURE=2\n\tCOLORCORR= 1 1 2\n", {0.5, 0.5, 0.25}, ""},
+        {"FORMAT=32-bit_rle_xyze\n", {0}, "32-bit_rle_xyze"},
+        {" FORMAT=32-bit_rle_xyze\n", {0}, "32-bit_rle_xyze"},
+    };
+    for (size_t k = 0; k < sizeof header / sizeof *header; k++) {
+        image im;
+        message why = {{0}};
+        char text[256];
+        sprintf(text, "#?RADIANCE\n%s\n -Y 1 +X  2 \r\n\200\100\040\201\100\040\020\200",
+                header[k].lines);
+        const bool decoded = decode_exact(&im, (const unsigned char *)text, strlen(text), &why);
+        CHECK(decoded == (header[k].scale[0] > 0), "header %d: %s", (int)k, why.text);
+        CHECK(decoded || strstr(why.text, header[k].reason), "header %d: \"%s\"", (int)k, why.text);
+        for (int c = 0; decoded && c < 3; c++) {
+            CHECK((double)im.rgb[c] == ldexp(header[k].scale[c], -c), "header %d: %g", (int)k,
+                  (double)im.rgb[c]);
+        }
+        image_free(&im);
+    }
+}
+
+// Plain pixels that look like marks of either coding, anywhere; and codings that fill just as many bytes.
+static void flat_pictures_may_look_coded(void)
+{
+    static bytes b;
+    const unsigned char mark[5][4] = {
+        {2, 2, 0, 16}, {2, 2, 5, 9}, {1, 1, 1, 128}, {1, 1, 1, 1}, {2, 2, 1, 128}};
+    uint64_t random = 41;
+    for (int trial = 0; trial < 2000; trial++) {
+        const int w = trial % 5 == 4 ? 384 : 1 + trial % 40, h = 1 + trial / 5 % 4, pixels = w * h;
+        // Of these 1 1 1 1 is a run of one, unless it stands first; it is darker than anything.
+        const unsigned char *m = mark[trial % 5];
+        char text[64];
+        image im;
+        message why = {{0}};
+        b.size = 0;
+        sprintf(text, "#?RGBE\n\n-Y %d +X %d\n", h, w);
+        put_text(&b, text);
+        unsigned char *pixel = b.at + b.size;
+        for (int i = 0; i < 4 * pixels; i++) put(&b, 128 + (int)(test_random(&random) % 20));
+        for (int k = 0; k < 4; k++) {
+            const int at = k == 0 && trial % 2 ? 0 : (int)(test_random(&random) % (unsigned)pixels);
+            if (at > 0 || trial % 5 != 3) memcpy(pixel + 4 * at, m, 4);
+        }
+        if (trial % 5 == 3) continue;
+        CHECK(decode_exact(&im, b.at, b.size, &why), "trial %d, %d x %d: %s", trial, w, h,
+              why.text);
+        for (int i = 0; im.rgb && i < 3 * pixels; i++) {
+            const unsigned char *p = pixel + i / 3 * 4;
+            const double want = ldexp(p[i % 3], p[3] - 136);
+            CHECK((double)im.rgb[i] == want, "trial %d, pixel %d of %d x %d: %g for %g", trial,
+                  i / 3, w, h, (double)im.rgb[i], want);
+        }
+        image_free(&im);
+    }
+    // Noise in runs takes more bytes than plain; cut to just those it must not be taken for plain.
+    b.size = 0;
+    put_text(&b, "#?RGBE\n\n-Y 80 +X 16\n");
+    const size_t start = b.size;
+    for (int row = 0; row < 80; row++) {
+        put_text(&b, "\2\2");
+        put(&b, 0), put(&b, 16);
+        for (int c = 0; c < 4; c++) {
+            put(&b, 16);
+            for (int x = 0; x < 16; x++) put(&b, 100 + (int)(test_random(&random) % 30));
+        }
+    }
+    image im;
+    message why;
+    CHECK(decode_exact(&im, b.at, b.size, &why), "%s", why.text);
+    image_free(&im);
+    CHECK(!decode_exact(&im, b.at, start + 4 * 80 * 16, &why), "runs cut short passed for pixels");
 }
 
 static void damaged_files_do_no_harm(void)
@@ -303,7 +472,7 @@ static void options_are_checked(void)
         {"--size", "0x100"},    {"--size", "100x100x1"}, {"--size", "x"},
         {"--moments", "5"},     {"--moments", ""},       {"--estimator", "best"},
         {"--probe", "-"},       {"--orbit", "0"},        {"--faces", "back"},
-        {"picture.hdr", "-"},
+        {"picture.hdr", "-"},   {"--exposure", "0"},     {"--exposure", "inf"},
     };
     options o;
     message why;
@@ -320,7 +489,20 @@ static void options_are_checked(void)
     for (int i = 0; i < 8; i++) arguments[i] = words[i];
     CHECK(options_parse(&o, 8, arguments, &why), "%s", why.text);
     CHECK(o.width == 640 && o.height == 360 && o.moments == 4 && o.estimator == 2, "values");
-    CHECK(o.truth == TRUTH_PROBE && o.lights == 64 && !o.probe && !o.help, "defaults");
+    CHECK(o.truth == TRUTH_PROBE && o.lights == 64 && !o.probe && !o.help && o.exposure == 0,
+          "defaults");
+    // Another program's choice of them, with defaults of its own.
+    char pick[][12] = {"lights", "--exposure", "0.25",     "--help",
+                       "--size", "64x64",      "--lights", "2"};
+    for (int i = 0; i < 8; i++) arguments[i] = pick[i];
+    o = (options){.lights = 7};
+    CHECK(options_parse_some(&o, "--lights --exposure --help", 4, arguments, &why), "%s", why.text);
+    CHECK(o.exposure == 0.25f && o.help && o.lights == 7 && o.width == 0, "choice");
+    CHECK(!options_parse_some(&o, "--lights --exposure --help", 6, arguments, &why) && o.width == 0,
+          "--size passed");
+    arguments[1] = (char[]){"--light"};
+    CHECK(!options_parse_some(&o, "--lights --exposure --help", 2, arguments, &why),
+          "a part of a name");
 }
 
 // ---- Pictures out: a decoder of its own as the oracle
@@ -509,6 +691,7 @@ static void tone_curve_is_total(void)
     CHECK(out[3] == 255 && out[5] == 255, "infinity is %d, 1e38 is %d", out[3], out[5]);
     for (int i = 7; i < 12; i++)
         CHECK(out[i] < out[i + 1] || out[i] == 255, "not monotone at %d", i);
+    CHECK(out[11] < 255 && rgb[11] == 8, "8 is white already");
     for (int i = 14; i < 18; i++) rgb[i] = NAN;
     CHECK(isfinite(image_exposure(&im)), "exposure is not finite");
 }
@@ -642,11 +825,44 @@ static void broken_pixels_are_counted(void)
     im.rgb[400] = INFINITY;
     CHECK(probe_from_image(&p, &im, 0, &why), "%s", why.text);
     CHECK(p.broken == 2, "%d broken", p.broken);
-    for (int i = 0; i < 18 * p.side * p.side; i++) CHECK(p.texels[i] <= 1.001f, "texel %d", i);
+    // The sun that was too bright for its file is the brightest, and nothing but it is bright.
+    float most = 0;
+    for (int i = 0; i < 18 * p.side * p.side; i++) {
+        most = fmaxf(most, p.texels[i]);
+        CHECK(p.texels[i] >= 0 && (i % 3 == 1 || p.texels[i] <= 1.001f), "texel %d", i);
+    }
+    CHECK(most > 10000 && most <= 65504, "the sun is %g", (double)most);
+    CHECK(fabs(flux(&p, 1, NULL) /
+                   (65503 * 2 * PI / 32 * (cos(PI * 4 / 16) - cos(PI * 5 / 16)) + 4 * PI) -
+               1) < 3e-3,
+          "its flux is %g", flux(&p, 1, NULL));
     probe_free(&p);
     im.height = 15;
     CHECK(!probe_from_image(&p, &im, 0, &why) && why.text[0], "32 x 15 passed");
     image_free(&im);
+}
+
+// Sides of probes: of panoramas by their width, within limits; of faces as they are.
+static void pictures_become_probes(void)
+{
+    const int sizes[][4] = {{2, 1, 0, 16},       {101, 50, 0, 25},   {1024, 512, 0, 128},
+                            {1024, 512, 40, 40}, {64, 32, 500, 128}, {1, 1, 0, 16},
+                            {1200, 900, 7, 300}, {9, 12, 0, 3},      {6, 1, 0, 1},
+                            {200, 1200, 0, 200}, {31, 14, 0, 0},     {100, 100, 0, 0}};
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        image im;
+        probe p;
+        message why = {{0}};
+        image_create(&im, sizes[k][0], sizes[k][1]);
+        for (int i = 0; i < 3 * im.width * im.height; i++) im.rgb[i] = 3;
+        const bool made = probe_from_image(&p, &im, sizes[k][2], &why);
+        CHECK(made == (sizes[k][3] > 0) && p.side == sizes[k][3], "%d x %d: side %d, %s", im.width,
+              im.height, p.side, why.text);
+        for (int i = 0; made && i < 18 * p.side * p.side; i++)
+            CHECK(fabsf(p.texels[i] - 3) < 1e-5f, "%d x %d: texel %d", im.width, im.height, i / 3);
+        image_free(&im);
+        probe_free(&p);
+    }
 }
 
 static void turning_moves_light(void)
@@ -723,6 +939,13 @@ static void strips_round_trip(void)
 
 // ---- Meshes
 
+static vec3 random_direction(uint64_t *random)
+{
+    const double z = test_range(random, -1, 1), a = test_range(random, 0, 2 * PI),
+                 r = sqrt(1 - z * z);
+    return vec((float)(r * cos(a)), (float)(r * sin(a)), (float)z);
+}
+
 static void obj_edge_cases(void)
 {
     const struct {
@@ -739,6 +962,27 @@ static void obj_edge_cases(void)
         {"", 0, 0},
         {"v 0 0 0\n", 0, 0},
         {"v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+        // Marks, line ends, continued lines, comments.
+        {"\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", 3, 1},
+        {"v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r", 3, 1},
+        {"v 0 0 0\r\nv 1 0 0\rv 0 1 0\n\nf 1 2 3\r\n", 3, 1},
+        {"v 0 \\\n0 0\nv 1 0 0\nv 0 1 0\nf 1 \\\r\n2\\\r 3 \\ \n", 3, 1},
+        {"v \\\n\\\n0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\\", 3, 1},
+        {"# C:\\temp\\\nv 0 0 0\ng a\\\nv 1 0 0 # b\\\nv 0 1 0#c\nf 1 2 3#d\n", 3, 1},
+        {"v\f0\v0 0\nv\t1 0 0\nv 0 1 0\nf\t1\v2 3", 3, 1},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\\3\n", 0, 0},
+        // Faces of one or two corners, and of none; vertices that none uses, whatever they are.
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1\nf \nf 1 2 3\n", 3, 1},
+        {"v 9 9 9\nv 0 0 0\nv 1 0 0\nv nan 0 0\nv 0 1 0\nv 1e300 0 0\nf 2 3 5\nf 1 4", 3, 1},
+        {"v 0 0 0\nv 1.#QNAN -1.#IND 1.#INF\nv 1 0 0\nv 0 1 0\nf 1 3 4", 3, 1},
+        {"v 0 0 0\nv 1.#QNAN 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nl 1 2\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 9\nf 1 2 3\n", 0, 0},
+        // Numbers with something in them.
+        {"v 0,5 0,5 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+        {"v 0 0 0x\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1.5 2 3\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nsurf 0 1 0 1 1 2 3\n", 0, 0},
         {"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
         {"v 0 0 inf\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
         {"v 0 0 1e30\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
@@ -760,6 +1004,142 @@ static void obj_edge_cases(void)
         CHECK(parsed || why.text[0], "case %d failed without a word", (int)i);
         mesh_free(&m);
     }
+}
+
+static void obj_refusals_name_the_line(void)
+{
+    const char *const text[][2] = {
+        {"v 0 0\n", "line 1:"},
+        {"\n\r\n\rv 0 0 x", "line 4:"},
+        {"v 0 0 \\\n\\\n0\nv 0 0", "line 4:"},
+        {"v 0 0 0\nv 0 0 nan\nv 0 0 0\n\nf 1 2 3", "line 2:"},
+        {"v 0 0 0\nv 0 0 0\nf 1 2 \\\n3\nf 1 2 1", "line 3:"},
+        {"v 0 0 0\n\nv 0 0 0\nf 1 2 -3", "line 4:"},
+        {"v 0 0 0\ncall other.obj", "line 2:"},
+    };
+    mesh m;
+    message why;
+    for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
+        why.text[0] = 0;
+        CHECK(!mesh_parse_obj(&m, text[i][0], strlen(text[i][0]), &why), "case %d passed", (int)i);
+        CHECK(strstr(why.text, text[i][1]), "case %d: \"%s\"", (int)i, why.text);
+    }
+    CHECK(!mesh_parse_obj(&m, "v 0 0 0\n\0v 1 0 0", 16, &why) && strstr(why.text, "line 2"),
+          "a zero byte: %s", why.text);
+}
+
+// Random polygons that do not cross themselves, in any plane: the triangles have the polygon's area, and
+// all face its way, so none lies on another or outside.
+static void obj_polygons_may_be_concave(void)
+{
+    static char text[1 << 16];
+    uint64_t random = 12;
+    const int trials = test_trials(3000);
+    for (int trial = 0; trial < trials; trial++) {
+        // A star around a point; a comb; a frame, whose hole a bridge joins to its rim.
+        const int kind = trial % 3,
+                  count = kind == 2 ? 10 : 2 * (2 + (int)(test_random(&random) % 20));
+        const vec3 n = trial % 7 ? random_direction(&random) : vec(0, 0, trial % 2 ? 1.0f : -1.0f);
+        const vec3 u = vec_unit(vec_cross(fabsf(n.x) < 0.8f ? vec(1, 0, 0) : vec(0, 1, 0), n)),
+                   v = vec_cross(n, u);
+        static const double frame[10][2] = {{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 0},
+                                            {1, 1}, {1, 3}, {3, 3}, {3, 1}, {1, 1}};
+        double area = 0, at[64][2];
+        size_t size = 0;
+        const int start = (int)(test_random(&random) % (unsigned)count);
+        for (int i = 0; i < count; i++) {
+            const double r = test_range(&random, 0.1, 3), angle = 2 * PI * i / count;
+            double x = r * cos(angle), y = r * sin(angle);
+            if (kind == 1) {
+                const int half = count / 2;
+                x = i < half ? i : count - 1 - i;
+                y = i < half ? (i % 2 ? 0.9 : 0) : 1.1 + (i % 2 ? 3 : 0.0);
+            }
+            if (kind == 2) x = frame[i][0], y = frame[i][1];
+            at[(i + start) % count][0] = x;
+            at[(i + start) % count][1] = y;
+        }
+        for (int i = 0; i < count; i++) {
+            const double *p = at[i], *q = at[(i + 1) % count];
+            area += 0.5 * (p[0] * q[1] - p[1] * q[0]);
+            size += (size_t)sprintf(
+                text + size, "v %.9g %.9g %.9g\n", p[0] * (double)u.x + p[1] * (double)v.x,
+                p[0] * (double)u.y + p[1] * (double)v.y, p[0] * (double)u.z + p[1] * (double)v.z);
+        }
+        size += (size_t)sprintf(text + size, "f");
+        for (int i = 0; i < count; i++) size += (size_t)sprintf(text + size, " %d", i + 1);
+        mesh m;
+        message why;
+        CHECK(mesh_parse_obj(&m, text, size, &why), "trial %d: %s", trial, why.text);
+        double sum = 0, all = 0;
+        for (int i = 0; i < m.triangles; i++) {
+            const vec3 a = m.position[m.triangle[i][0]];
+            const vec3 twice = vec_cross(vec_sub(m.position[m.triangle[i][1]], a),
+                                         vec_sub(m.position[m.triangle[i][2]], a));
+            sum += 0.5 * (double)vec_dot(twice, n);
+            all += 0.5 * fabs((double)vec_dot(twice, n));
+        }
+        CHECK(fabs(sum - area) < 2e-5 * count && fabs(all - area) < 2e-5 * count,
+              "trial %d, kind %d of %d corners: area %g, of all %g, for %g", trial, kind, count,
+              sum, all, area);
+        CHECK(m.triangles <= count - 2, "%d triangles of %d corners", m.triangles, count);
+        mesh_free(&m);
+    }
+}
+
+// A disc of many corners, some of which are concave by rounding; and more corners than anyone waits for.
+static void obj_polygons_may_be_long(void)
+{
+    const int most = test_trials(10) < 10 ? 5000 : 40000;
+    for (int count = 5000; count <= most; count *= 8) {
+        char *text = malloc((size_t)count * 40 + 9);
+        size_t size = 0;
+        double sum = 0;
+        mesh m;
+        message why = {{0}};
+        for (int i = 0; i < count; i++) {
+            // The long one turns to and fro all the way.
+            const double angle = 2 * PI * i / count, r = count > 5000 ? 1 + 0.5 * (i % 2) : 1;
+            size += (size_t)sprintf(text + size, "v %.6f %.6f 3\n", r * cos(angle), r * sin(angle));
+        }
+        size += (size_t)sprintf(text + size, "f");
+        for (int i = 0; i < count; i++) size += (size_t)sprintf(text + size, " %d", i + 1);
+        const bool parsed = mesh_parse_obj(&m, text, size, &why);
+        CHECK(parsed == (count == 5000) && (parsed || strstr(why.text, "line 40001: ")),
+              "%d corners: %s", count, why.text);
+        for (int i = 0; i < m.triangles; i++) {
+            const vec3 a = m.position[m.triangle[i][0]];
+            const vec3 twice = vec_cross(vec_sub(m.position[m.triangle[i][1]], a),
+                                         vec_sub(m.position[m.triangle[i][2]], a));
+            sum += 0.5 * fabs((double)twice.z);
+        }
+        CHECK(!parsed || fabs(sum / PI - 1) < 1e-5, "area %g", sum);
+        mesh_free(&m);
+        free(text);
+    }
+}
+
+static void obj_far_from_the_origin(void)
+{
+    const char text[] =
+        "v 500000.01 4649776.02 10\nv 500000.11 4649776.02 10\nv 500000.11 4649776.12 10\n"
+        "v 0 0 0\nf 1 2 3\n";
+    const double want[3][3] = {
+        {500000.01, 4649776.02, 10}, {500000.11, 4649776.02, 10}, {500000.11, 4649776.12, 10}};
+    mesh m;
+    message why = {{0}};
+    CHECK(mesh_parse_obj(&m, text, strlen(text), &why) && m.vertices == 3, "%s", why.text);
+    for (int i = 0; i < m.vertices; i++) {
+        const double off[3] = {m.origin[0] + (double)m.position[i].x - want[i][0],
+                               m.origin[1] + (double)m.position[i].y - want[i][1],
+                               m.origin[2] + (double)m.position[i].z - want[i][2]};
+        CHECK(fabs(off[0]) + fabs(off[1]) + fabs(off[2]) < 1e-8, "vertex %d is off by %g", i,
+              off[0] + off[1] + off[2]);
+    }
+    mesh_free(&m);
+    CHECK(mesh_parse_obj(&m, "v 5 5 5\nv 6 5 5\nv 5 6 5\nf 1 2 3", 31, &why), "%s", why.text);
+    CHECK(m.origin[0] == 0 && m.position[0].x == 5, "moved for nothing");
+    mesh_free(&m);
 }
 
 typedef struct edge {
@@ -819,13 +1199,6 @@ static void default_scene_is_closed(void)
 }
 
 // ---- Rasterizer and ray tracer
-
-static vec3 random_direction(uint64_t *random)
-{
-    const double z = test_range(random, -1, 1), a = test_range(random, 0, 2 * PI),
-                 r = sqrt(1 - z * z);
-    return vec((float)(r * cos(a)), (float)(r * sin(a)), (float)z);
-}
 
 // An orthographic view along -towards that holds the scene.
 static void orthographic(const scene *s, vec3 towards, float m[16])
@@ -905,6 +1278,88 @@ static void depth_maps_agree_with_rays(void)
     scene_free(&s);
 }
 
+// Loose triangles that face any way and cross the near and the far plane, by trying all in double.
+static void depth_maps_cut_as_opengl_does(void)
+{
+    enum { SIDE = 48, COUNT = 60 };
+    static float depth[SIDE * SIDE];
+    uint64_t random = 8;
+    for (int trial = 0; trial < 12; trial++) {
+        scene s = {0};
+        scene_begin_object(&s, 1, 1, 1);
+        for (int i = 0; i < 3 * COUNT; i++) {
+            scene_put_vertex(&s,
+                             vec_scale(random_direction(&random), (float)test_range(&random, 0, 2)),
+                             vec(0, 1, 0));
+            if (i % 3 == 2) scene_put_triangle(&s, i - 2, i - 1, i);
+        }
+        // Rows x and y turned in the plane and mirrored every other time, depth of -1 to 1 for z of .6
+        // to -.6, or in perspective from z = 2.5: between distances 1.5 and 3.
+        const bool perspective = trial >= 6, back = trial % 3 == 2;
+        const float c = cosf((float)trial), e = sinf((float)trial),
+                    mirror = trial % 2 ? -1.0f : 1.0f;
+        const float near = perspective ? 1.5f : 0, far = perspective ? 3.0f : 1;
+        const float m[16] = {c * mirror,
+                             -e * mirror,
+                             0,
+                             0,
+                             e,
+                             c,
+                             0,
+                             0,
+                             0,
+                             0,
+                             perspective ? 0 : -1 / 0.6f,
+                             perspective ? -1.0f : 0,
+                             0,
+                             0,
+                             0,
+                             perspective ? 2.5f : 1};
+        const raster_frustum frustum = {m, perspective, near, far};
+        int off = 0, hit = 0;
+        CHECK(scene_end(&s), "memory");
+        CHECK(raster_depth(&s, &frustum, back ? RASTER_BACK : RASTER_FRONT, SIDE, 1, depth),
+              "memory");
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            const double x = (2 * (i % SIDE) + 1.0) / SIDE - 1,
+                         y = (2 * (i / SIDE) + 1.0) / SIDE - 1;
+            double want = 1;
+            for (int t = 0; t < s.triangles; t++) {
+                double p[3][4];
+                for (int k = 0; k < 12; k++) {
+                    const vec3 v = s.position[s.triangle[t][k / 4]];
+                    p[k / 4][k % 4] = (double)m[k % 4] * (double)v.x +
+                                      (double)m[4 + k % 4] * (double)v.y +
+                                      (double)m[8 + k % 4] * (double)v.z + (double)m[12 + k % 4];
+                }
+                // Homogeneous barycentric coordinates: sums of b (x, y, w) are (x, y, 1).
+                double b[3], sum = 0, z = 0;
+                bool inside = true;
+                const double det = p[0][0] * (p[1][1] * p[2][3] - p[2][1] * p[1][3]) -
+                                   p[1][0] * (p[0][1] * p[2][3] - p[2][1] * p[0][3]) +
+                                   p[2][0] * (p[0][1] * p[1][3] - p[1][1] * p[0][3]);
+                if (det == 0 || (back && det > 0)) continue;
+                for (int k = 0; k < 3; k++) {
+                    const double *q = p[(k + 1) % 3], *r = p[(k + 2) % 3];
+                    b[k] = (x * (q[1] * r[3] - r[1] * q[3]) - y * (q[0] * r[3] - r[0] * q[3]) +
+                            (q[0] * r[1] - r[0] * q[1])) /
+                           det;
+                    inside = inside && b[k] >= 0;
+                    sum += b[k];
+                    z += b[k] * p[k][2];
+                }
+                if (perspective)
+                    z = -1 + 2 * (1 / sum - (double)near) / ((double)far - (double)near);
+                if (inside && z >= -1 && z < want) want = z;
+            }
+            hit += want < 1;
+            off += !(fabs((double)depth[i] - want) < 1e-4);
+        }
+        CHECK(hit > 300 && off <= 3, "trial %d: %d of %d samples are off", trial, off, hit);
+        scene_free(&s);
+    }
+}
+
 static void perspective_depth_is_linear(void)
 {
     enum { SIDE = 96 };
@@ -964,6 +1419,40 @@ static void camera_sees_what_rays_hit(void)
     CHECK(off <= pixels / 500, "%d of %d surfaces are off", off, pixels);
     view_free(&v);
     bvh_free(tree);
+    scene_free(&s);
+}
+
+// Whatever is behind the scene, the exposure is that of the scene, in proportion to its light.
+static void exposure_follows_what_is_lit(void)
+{
+    const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 1.5f);
+    const float background[3] = {0, 1, 1e5f};
+    scene s;
+    view v;
+    image im;
+    CHECK(scene_create(&s, 0, NULL) && view_create(&v, &s, &eye, 151, 101) &&
+              image_create(&im, 151, 101),
+          "memory");
+    for (int trial = 0; trial < 6; trial++) {
+        const float light = trial < 3 ? 1 : 40;
+        for (int i = 0; i < 151 * 101; i++) {
+            surface piece[VIEW_SAMPLES];
+            const bool lit = view_surfaces(&v, &s, i % 151, i / 151, piece) > 0;
+            const float value = lit ? light : background[trial % 3];
+            image_set(&im, i % 151, i / 151, vec(value, value, value));
+        }
+        const float exposure = lighting_exposure(&im, &s, &eye);
+        unsigned char grey[3];
+        const image one = {1, 1, (float[3]){light, light, light}};
+        image_tonemap(&one, exposure, grey);
+        CHECK(grey[1] > 170 && grey[1] < 210, "light %g before %g: %d", (double)light,
+              (double)background[trial % 3], grey[1]);
+    }
+    // Nothing of the scene in sight: the picture decides.
+    const camera up = camera_look(vec(0, 20, 0), vec(1, 40, 0), 0.57f, 1.5f);
+    CHECK(lighting_exposure(&im, &s, &up) == image_exposure(&im), "an empty picture");
+    image_free(&im);
+    view_free(&v);
     scene_free(&s);
 }
 
@@ -1060,6 +1549,9 @@ static void traced_light_has_known_values(void)
 const test_case files_tests[] = {
     {"a PFM of either byte order keeps every value", pfm_keeps_values},
     {"flat, old and new HDR coding give the same pixels", hdr_codings_agree},
+    {"PFM headers are read in every dialect", pfm_headers_have_dialects},
+    {"HDR headers are read in every dialect, or refused", hdr_headers_have_dialects},
+    {"flat HDR pictures may look coded", flat_pictures_may_look_coded},
     {"pictures cut short anywhere are refused", truncated_pictures_are_refused},
     {"hostile picture headers are refused", hostile_headers_are_refused},
     {"damaged pictures and meshes do no harm", damaged_files_do_no_harm},
@@ -1070,15 +1562,23 @@ const test_case files_tests[] = {
     {"texel directions follow the cube map convention", directions_follow_the_convention},
     {"a constant lat-long picture becomes a constant cube", lat_long_keeps_constants},
     {"a bright lat-long pixel keeps energy and direction", lat_long_keeps_single_pixels},
-    {"broken lat-long pixels are counted and black", broken_pixels_are_counted},
+    {"broken lat-long pixels are counted, and an infinite sun is bright",
+     broken_pixels_are_counted},
+    {"pictures of every layout become probes", pictures_become_probes},
     {"turning a probe moves its light and keeps its energy", turning_moves_light},
     {"a broken texel does not break its neighbours", broken_texels_stay_alone},
     {"a probe survives the way through a strip of faces", strips_round_trip},
     {"OBJ edge cases are read or refused", obj_edge_cases},
+    {"OBJ files that are refused have their line named", obj_refusals_name_the_line},
+    {"OBJ polygons may be concave", obj_polygons_may_be_concave},
+    {"OBJ polygons may be long, within reason", obj_polygons_may_be_long},
+    {"OBJ meshes far from the origin keep their shape", obj_far_from_the_origin},
     {"the default scene is closed and faces outwards", default_scene_is_closed},
     {"depth maps agree with rays", depth_maps_agree_with_rays},
+    {"depth maps cull and cut as OpenGL does", depth_maps_cut_as_opengl_does},
     {"perspective depth is linear along the axis", perspective_depth_is_linear},
     {"the camera sees what rays hit", camera_sees_what_rays_hit},
+    {"exposure follows what is lit", exposure_follows_what_is_lit},
     {"traced pictures have the shadows that rays find", traced_pictures_have_shadows},
     {"the tree of boxes finds what trying all finds", tree_agrees_with_trying_all},
     {"traced light has known values", traced_light_has_known_values},

@@ -337,6 +337,80 @@ static void cones_are_shares(void)
     }
 }
 
+// Columns below a sun whose box follows a camera: at fixed points visibility stays what it was, where
+// without the help it changes with each step.
+static void boxes_that_follow_do_not_crawl(void)
+{
+    enum { STEPS = 6, POINTS = 400 };
+    static float was[2][POINTS];
+    const float sun[3] = {0.5f, 1, 0.3f}, axis[3] = {1, 0, 0};
+    scene s = {0};
+    double crawl[2] = {0, 0}, moved = 0;
+    for (int i = 0; i < 25; i++) scene_add_box(&s, i % 5 - 2, 0.5, i / 5 - 2, 0.06, 0.5, 0.06);
+    scene_finish(&s);
+    void *memory = allocate(mssm_map_bytes(SIDE, 6));
+    for (int step = 0; step < STEPS; step++) {
+        const float x = 0.0137f * (float)step, z = -0.0091f * (float)step;
+        const float low[3] = {-4 + x, -0.2f, -4 + z}, high[3] = {4 + x, 1.4f, 4 + z};
+        mssm_light light[2];
+        CHECK(!mssm_light_directional(&light[0], sun, axis, 0.01f, 0.01f, low, high), "light");
+        light[1] = light[0];
+        CHECK(!mssm_light_snap(&light[1], SIDE), "snap");
+        for (int i = 12; i < 14; i++) {
+            const double off =
+                fabs((double)light[1].world_to_shadow[i] - (double)light[0].world_to_shadow[i]);
+            moved = off > moved ? off : moved;
+        }
+        for (int k = 0; k < 2; k++) {
+            mssm_map *map = make_map(&s, &light[k], memory);
+            for (int i = 0; i < POINTS; i++) {
+                const double p[3] = {-2 + 4 * (i % 20 + 0.5) / 20, 0, -2 + 4 * (i / 20 + 0.5) / 20};
+                const float v = (float)seen(map, &light[k], p);
+                const double off = fabs((double)v - (double)was[k][i]);
+                if (step > 0 && off > crawl[k]) crawl[k] = off;
+                was[k][i] = v;
+            }
+        }
+    }
+    free(memory);
+    test_note("visibility moves by %.3f from step to step, snapped by %.4f", crawl[0], crawl[1]);
+    CHECK(crawl[0] > 0.05 && crawl[1] < 0.005, "%g and %g", crawl[0], crawl[1]);
+    CHECK(moved > 0.1 / SIDE && moved <= 1.000001 / SIDE, "moved by %g texels", moved * SIDE / 2);
+}
+
+// Texels lie on one lattice of the world wherever the box is.
+static void snapped_texels_are_a_lattice(void)
+{
+    uint64_t state = 15;
+    for (int trial = 0; trial < 2000; trial++) {
+        const int side =
+            trial % 3 ? 1 << test_random(&state) % 12 : 1 + (int)(test_random(&state) % 2000);
+        float direction[3], axis[3], low[3], high[3];
+        mssm_light light, kept;
+        for (int i = 0; i < 3; i++) {
+            direction[i] = (float)test_range(&state, -1, 1);
+            axis[i] = (float)test_range(&state, -1, 1);
+            low[i] = (float)test_range(&state, -100, 100);
+            high[i] = low[i] + (float)test_range(&state, 0.1, 20);
+        }
+        if (mssm_light_directional(&kept, direction, axis, 0.1f, 0.1f, low, high)) continue;
+        light = kept;
+        CHECK(!mssm_light_snap(&light, side), "trial %d", trial);
+        for (int i = 12; i < 14; i++) {
+            const double now = (double)light.world_to_shadow[i],
+                         before = (double)kept.world_to_shadow[i];
+            const double corner = (now + 1) * side / 2;
+            CHECK(fabs(corner - floor(corner + 0.5)) <=
+                      (trial % 3 ? 0 : 1e-7 * side * (1 + fabs(now))),
+                  "trial %d: corner %.9g", trial, corner);
+            CHECK(fabs(now - before) <= (1 + 2e-7 * side * (1 + fabs(now))) / side,
+                  "trial %d: moved by %g", trial, now - before);
+            kept.world_to_shadow[i] = light.world_to_shadow[i];
+        }
+        CHECK(!memcmp(&kept, &light, sizeof light), "trial %d: something else has changed", trial);
+    }
+}
+
 static void bad_lights_are_refused(void)
 {
     const float zero[3] = {0, 0, 0}, bad[3] = {0, NAN, 0};
@@ -356,6 +430,15 @@ static void bad_lights_are_refused(void)
               mssm_light_fit(&l, NAN, 0) && mssm_light_fit(&l, -2, 0) && mssm_light_fit(&l, 0, 2),
           "taken");
     CHECK(!memcmp(&l, kept, sizeof l), "touched");
+    CHECK(mssm_light_snap(NULL, 64) && mssm_light_snap(&l, 64), "taken");
+    CHECK(!memcmp(&l, kept, sizeof l), "touched");
+    for (int i = 0; i < 3; i++) {
+        l.perspective = 0;
+        l.world_to_shadow[12] = i == 1 ? NAN : 0;
+        l.world_to_shadow[13] = i == 2 ? INFINITY : 0;
+        kept[0] = l;
+        CHECK(mssm_light_snap(&l, i > 0) && !memcmp(&l, kept, sizeof l), "snap %d", i);
+    }
     const float none[3] = {1, NAN, INFINITY}, some[3] = {1, 0.5f, -0.5f};
     CHECK(!mssm_depth_range(none, 3, &low, &high) && !mssm_depth_range(some, 0, &low, &high) &&
               low == 7 && high == 7,
@@ -404,6 +487,8 @@ const test_case lights_tests[] = {
     {"a fitted light maps the drawn range and nothing else", fitting_maps_the_drawn_range},
     {"a fitted light is no less accurate", fitting_does_not_cost_accuracy},
     {"a fitted light holds at the ends of its range", fitting_holds_at_its_ends},
+    {"boxes that follow the camera do not crawl", boxes_that_follow_do_not_crawl},
+    {"snapped texels are a lattice of the world", snapped_texels_are_a_lattice},
     {"falloffs are what they say", falloffs},
     {"cones of any finite numbers are shares", cones_are_shares},
     {"bad lights are refused, and left alone", bad_lights_are_refused},

@@ -185,6 +185,74 @@ static void depth_ranges_from_the_gpu(void)
     end(&t);
 }
 
+// Loose triangles, seen from both sides and cut by both planes: the same depth from either rasterizer.
+static void rasterizers_agree(void)
+{
+    enum { SIDE = 200, COUNT = 40 };
+    static float cpu[SIDE * SIDE], got[SIDE * SIDE];
+    const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA8};
+    const float low[3] = {-1.5f, -1, -1.5f}, high[3] = {1.5f, 1, 1.5f}, sun[3] = {0.4f, 1, 0.3f};
+    const float at[3] = {1, 2.5f, 0.5f};
+    stage t;
+    gl_target target;
+    gl_mesh loose = {0};
+    scene s = {0};
+    message why;
+    uint64_t state = 6;
+    mssm_light light[2];
+    if (!begin(&t)) return;
+    scene_begin_object(&s, 1, 1, 1);
+    for (int i = 0; i < 3 * COUNT; i++) {
+        scene_put_vertex(&s,
+                         vec((float)test_range(&state, -2, 2), (float)test_range(&state, -2, 2),
+                             (float)test_range(&state, -2, 2)),
+                         vec(0, 1, 0));
+        if (i % 3 == 2) scene_put_triangle(&s, i - 2, i - 1, i);
+    }
+    CHECK(scene_end(&s) && gl_mesh_upload(&loose, &s, &why) &&
+              gl_target_create(&target, SIDE, SIDE, 0, formats, &why),
+          "create");
+    CHECK(!mssm_light_directional(&light[0], sun, axis, 0.1f, 0.1f, low, high) &&
+              !mssm_light_spot(&light[1], at, sun, axis, 1, 1, 3.5f, 0.1f, 0.1f),
+          "lights");
+    for (int k = 0; k < 4; k++) {
+        const mssm_light *f = &light[k / 2];
+        const bool back = k % 2;
+        const raster_frustum r = {f->world_to_shadow, f->perspective != 0, f->z_near, f->z_far};
+        int off = 0, hit = 0;
+        CHECK(raster_depth(&s, &r, back ? RASTER_BACK : RASTER_FRONT, SIDE, 1, cpu), "raster");
+        gl_target_begin(&target);
+        gl.UseProgram(t.depth_program);
+        gl.ProgramUniformMatrix4fv(t.depth_program, 0, 1, GL_FALSE, f->world_to_shadow);
+        gl.Enable(GL_DEPTH_TEST);
+        if (back) gl.Enable(GL_CULL_FACE);
+        gl.CullFace(GL_FRONT);
+        gl_mesh_draw(&loose);
+        gl.CullFace(GL_BACK);
+        gl.Disable(GL_CULL_FACE);
+        gl.Disable(GL_DEPTH_TEST);
+        gl.GetTextureImage(target.depth, 0, GL_DEPTH_COMPONENT, GL_FLOAT, (GLsizei)sizeof got, got);
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            float z = 2 * got[i] - 1;
+            if (f->perspective && z < 1) { // to linear
+                const float n = f->z_near,
+                            w = 2 * f->z_far * n / (f->z_far + n - z * (f->z_far - n));
+                z = -1 + 2 * (w - n) / (f->z_far - n);
+            }
+            hit += cpu[i] < 1;
+            off += !(fabsf(z - cpu[i]) < 2e-3f);
+        }
+        // Edges are drawn to a part of a pixel.
+        CHECK(hit > SIDE * SIDE / 4 && off < hit / 100, "%d: %d of %d samples differ", k, off, hit);
+        test_note("%s, %s: %d of %d samples differ", k / 2 ? "spot" : "sun", back ? "back" : "all",
+                  off, hit);
+    }
+    gl_target_free(&target);
+    gl_mesh_free(&loose);
+    scene_free(&s);
+    end(&t);
+}
+
 // ---- Shared functions in GLSL --------------------------------------------------------------------
 
 enum { CASES = 4096 };
@@ -461,6 +529,7 @@ const test_case lights_gl_tests[] = {
      the_sampled_light_is_the_truth},
     {"GL: the sampled light's points are spread at every number",
      points_are_spread_at_every_number},
+    {"GL: the CPU's rasterizer culls and cuts alike", rasterizers_agree},
     {"GL: depth ranges from the GPU are those drawn", depth_ranges_from_the_gpu},
     {"GL: falloffs of lights are the same in GLSL", falloffs_are_the_same_in_glsl},
     {"GL: components leave no objects, whatever the driver refuses", components_leave_no_objects},

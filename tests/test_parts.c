@@ -7,6 +7,9 @@
 #define lightprobe_texel_direction parts_texel_direction
 #define lightprobe_disc_irradiance parts_disc_irradiance
 #define lightprobe_glsl_math parts_glsl_math
+#define lightprobe_image_side parts_image_side
+#define lightprobe_cube_from_image parts_cube_from_image
+#define lightprobe_cube_without parts_cube_without
 #ifndef LIGHTPROBE_NO_GL
 #define LIGHTPROBE_NO_GL
 #endif

@@ -2,6 +2,7 @@
 
 #include "png.h"
 
+#include <float.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,18 +58,25 @@ static bool next_line(reader *in, char *line, size_t room)
     return true;
 }
 
-// One word of a PFM header and the single blank that ends it.
+static bool is_blank(int c)
+{
+    return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
+// One word of a PFM header, behind any blanks and comments, and not the blank that ends it.
 static bool next_word(reader *in, char *word, size_t room)
 {
     size_t length = 0;
-    int c = next(in);
-    while (c == ' ' || c == '\t' || c == '\r' || c == '\n') c = next(in);
-    for (; c > ' '; c = next(in)) {
+    for (; left(in) && (is_blank(*in->at) || *in->at == '#'); in->at++) {
+        if (*in->at != '#') continue;
+        while (left(in) > 1 && in->at[1] != '\n' && in->at[1] != '\r') in->at++;
+    }
+    while (left(in) && *in->at > ' ' && *in->at != '#') {
         if (length + 1 >= room) return false;
-        word[length++] = (char)c;
+        word[length++] = (char)*in->at++;
     }
     word[length] = 0;
-    return length > 0 && c >= 0;
+    return length > 0 && left(in) > 0;
 }
 
 // A size written in decimal digits alone; 0 when it is anything else or larger than any picture.
@@ -92,14 +100,47 @@ static float float_at(const unsigned char *bytes, bool little)
     return value;
 }
 
+// Behind blanks, a comment of plain text and the line's end; where it was if something else comes first.
+static reader end_of_line(reader in)
+{
+    reader at = in;
+    bool comment = false;
+    for (; left(&at) && *at.at != '\r' && *at.at != '\n'; at.at++) {
+        comment |= *at.at == '#';
+        if (!is_blank(*at.at) && (!comment || *at.at < ' ')) return in;
+    }
+    const bool cr = left(&at) && *at.at == '\r', lf = left(&at) > cr && at.at[cr] == '\n';
+    at.at += cr + lf;
+    return cr || lf ? at : in;
+}
+
+// Where the values of a PFM begin. By the book one blank ends the header, but writers also put CR LF,
+// blanks or comments there, and any of these may as well be a value's first byte. So the line ends
+// it, with comments below, or that one blank in headers without LF; what fits the size of the file
+// goes first.
+static reader pfm_values(reader in, const unsigned char *start, size_t size)
+{
+    const reader one = {in.at + 1, in.end};
+    reader line = end_of_line(in);
+    const bool single = !memchr(start, '\n', (size_t)(in.at - start));
+    if (line.at == in.at || (single && left(&one) == size)) return one;
+    while (left(&line) != size && left(&line) && *line.at == '#') {
+        const reader more = end_of_line(line);
+        if (more.at == line.at) break;
+        line = more;
+    }
+    return line;
+}
+
 static bool decode_pfm(image *im, reader in, message *why)
 {
     char kind[4], width[16], height[16], scale[32];
+    const unsigned char *start = in.at;
     if (!next_word(&in, kind, sizeof kind) || !next_word(&in, width, sizeof width) ||
         !next_word(&in, height, sizeof height) || !next_word(&in, scale, sizeof scale)) {
-        return fail(why, "the PFM header is cut short");
+        return fail(why, "the PFM header is cut short, or no PFM header");
     }
-    const int channels = kind[1] == 'F' ? 3 : 1;
+    const int channels = kind[1] == 'f' ? 1 : kind[2] == '4' ? 4 : 3;
     const int w = parse_side(width), h = parse_side(height);
     char *end;
     const double order = strtod(scale, &end);
@@ -108,10 +149,14 @@ static bool decode_pfm(image *im, reader in, message *why)
     }
     // The size of the number scales to physical units that nobody agrees on; its sign is the byte
     // order, little-endian when negative.
-    if (*end || !(order < 0 || order > 0))
+    if (*end || !(fabs(order) > 0 && fabs(order) < HUGE_VAL))
         return fail(why, "PFM scale %.20s is not a number", scale);
     const size_t row = (size_t)w * (size_t)channels;
     if (left(&in) / 4 / row < (size_t)h) {
+        return fail(why, "PFM of %d x %d needs more bytes than the file has", w, h);
+    }
+    in = pfm_values(in, start, row * 4 * (size_t)h);
+    if (left(&in) < row * 4 * (size_t)h) {
         return fail(why, "PFM of %d x %d needs more bytes than the file has", w, h);
     }
     if (!image_create(im, w, h)) return fail(why, "no memory for %d x %d pixels", w, h);
@@ -119,7 +164,7 @@ static bool decode_pfm(image *im, reader in, message *why)
         const unsigned char *from = in.at + row * 4 * (size_t)(h - 1 - y); // bottom row first
         for (int x = 0; x < w; x++) {
             for (int c = 0; c < 3; c++) {
-                const size_t i = (size_t)x * (size_t)channels + (size_t)(channels == 3 ? c : 0);
+                const size_t i = (size_t)x * (size_t)channels + (size_t)(channels > 1 ? c : 0);
                 im->rgb[((size_t)y * (size_t)w + (size_t)x) * 3 + (size_t)c] =
                     float_at(from + i * 4, order < 0);
             }
@@ -204,23 +249,83 @@ static bool decode_scanline(reader *in, unsigned char *rgbe, int width)
     return decode_scanline_old(in, rgbe, width);
 }
 
+// The numbers of a header's line: "KEY=1 2 3". Blanks around are fine, anything else is not.
+static bool parse_values(const char *text, int count, double *value)
+{
+    for (int i = 0; i < count; i++) {
+        char *end;
+        value[i] = strtod(text, &end);
+        if (end == text || !(fabs(value[i]) < HUGE_VAL)) return false;
+        text = end;
+    }
+    return text[strspn(text, " \t")] == 0;
+}
+
+// What a pixel's values must be multiplied by. EXPOSURE and COLORCORR say what they have been multiplied
+// by already, and may come several times.
+static bool parse_hdr_line(const char *line, double scale[3], message *why)
+{
+    // The red, green and blue of Rec. 709, which differ from Radiance's own by .01, and both whites.
+    static const double rec709[8] = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.323, 0.331};
+    double value[8] = {1, 1, 1};
+    const char *text = line + strcspn(line, "=");
+    const size_t key = strcspn(line, " \t=");
+    if (!*text++) return true;
+    if (key == 6 && !strncmp(line, "FORMAT", key)) {
+        const size_t blanks = strspn(text, " \t");
+        if (!strcmp(text + blanks, "32-bit_rle_rgbe")) return true;
+        return fail(why, "HDR format %.40s is not 32-bit_rle_rgbe", text + blanks);
+    }
+    if (key == 8 && !strncmp(line, "EXPOSURE", key)) {
+        if (!parse_values(text, 1, value)) value[0] = 0;
+        value[1] = value[2] = value[0];
+    } else if (key == 9 && !strncmp(line, "COLORCORR", key)) {
+        if (!parse_values(text, 3, value)) value[0] = 0;
+    } else if (key == 5 && !strncmp(line, "GAMMA", key)) {
+        return (parse_values(text, 1, value) && value[0] == 1) ||
+               fail(why, "HDR values are not linear: %.60s", line);
+    } else if (key == 9 && !strncmp(line, "PRIMARIES", key)) {
+        bool near = parse_values(text, 8, value);
+        for (int i = 0; i < 8 && near; i++) near = fabs(value[i] - rec709[i]) <= 0.0151;
+        return near || fail(why, "HDR colours are not those of Rec. 709: %.100s", line);
+    }
+    for (int c = 0; c < 3; c++) {
+        scale[c] /= value[c];
+        if (!(value[c] > 0 && scale[c] > 1e-30 && scale[c] < 1e30)) {
+            return fail(why, "an HDR picture cannot have %.60s", line);
+        }
+    }
+    return true;
+}
+
+static bool next_hdr_line(reader *in, char *line, size_t room)
+{
+    if (!next_line(in, line, room)) return false;
+    size_t length = strlen(line);
+    while (length > 0 && is_blank(line[length - 1])) length--;
+    line[length] = 0;
+    return true;
+}
+
 // Reads the header up to and with the line of sizes. Only pictures stored in rows are taken, from
 // either corner, as all known writers make them.
 static bool decode_hdr_header(reader *in, int *width, int *height, bool *flip_x, bool *flip_y,
-                              message *why)
+                              double scale[3], message *why)
 {
     char line[128];
-    do {
-        if (!next_line(in, line, sizeof line)) return fail(why, "the HDR header is cut short");
-        if (!strncmp(line, "FORMAT=", 7) && strcmp(line + 7, "32-bit_rle_rgbe")) {
-            return fail(why, "HDR format %.40s is not 32-bit_rle_rgbe", line + 7);
+    message reason = {{0}};
+    for (int number = 1; next_hdr_line(in, line, sizeof line); number++) {
+        if (!line[0]) break;
+        if (line[0] != '#' && !parse_hdr_line(line + strspn(line, " \t"), scale, &reason)) {
+            return fail(why, "line %d: %.200s", number, reason.text);
         }
-    } while (line[0]);
+    }
+    if (!left(in)) return fail(why, "the HDR header is cut short");
     char sign_y, sign_x, h[16], w[16];
-    if (!next_line(in, line, sizeof line) ||
-        sscanf(line, "%cY %15s %cX %15s", &sign_y, h, &sign_x, w) != 4 || !strchr("+-", sign_y) ||
+    if (!next_hdr_line(in, line, sizeof line) ||
+        sscanf(line, " %cY %15s %cX %15s", &sign_y, h, &sign_x, w) != 4 || !strchr("+-", sign_y) ||
         !strchr("+-", sign_x)) {
-        return fail(why, "HDR sizes are not given as -Y height +X width");
+        return fail(why, "HDR sizes are not given as -Y height +X width: %.60s", line);
     }
     *width = parse_side(w);
     *height = parse_side(h);
@@ -230,11 +335,26 @@ static bool decode_hdr_header(reader *in, int *width, int *height, bool *flip_x,
     return fail(why, "HDR size %.15s x %.15s is not 1..%d", w, h, IMAGE_SIDE_MOST);
 }
 
+// Whether these are plain pixels from first to last, some of which look like marks of a coding: they
+// fill the rest of the file to the byte, and read as coded rows they do not.
+static bool is_flat(reader in, unsigned char *rgbe, int w, int h)
+{
+    if (left(&in) != 4 * (size_t)w * (size_t)h) return false;
+    for (int row = 0; row < h; row++) {
+        const bool marked = w >= 8 && in.at[0] == 2 && in.at[1] == 2 && in.at[2] < 128;
+        if (!decode_scanline(&in, rgbe, w)) return true;
+        if (row == 0 && marked) return false; // a whole row of runs is no chance: cut short perhaps
+        if (left(&in) < 4) return row + 1 < h || left(&in) > 0;
+    }
+    return true;
+}
+
 static bool decode_hdr(image *im, reader in, message *why)
 {
     int w = 0, h = 0;
     bool flip_x = false, flip_y = false;
-    if (!decode_hdr_header(&in, &w, &h, &flip_x, &flip_y, why)) return false;
+    double scale[3] = {1, 1, 1};
+    if (!decode_hdr_header(&in, &w, &h, &flip_x, &flip_y, scale, why)) return false;
     // The densest coding in use puts 127 pixels into 8 bytes and the old one 255 into 4, so memory
     // stays in proportion to the file whatever its header says.
     if ((size_t)w * (size_t)h / 64 > left(&in)) {
@@ -245,17 +365,24 @@ static bool decode_hdr(image *im, reader in, message *why)
         free(rgbe);
         return fail(why, "no memory for %d x %d pixels", w, h);
     }
+    const bool flat = is_flat(in, rgbe, w, h);
     for (int row = 0; row < h; row++) {
-        if (!decode_scanline(&in, rgbe, w)) {
+        if (flat) {
+            memcpy(rgbe, in.at, 4 * (size_t)w);
+            in.at += 4 * (size_t)w;
+        } else if (!decode_scanline(&in, rgbe, w)) {
             free(rgbe);
             image_free(im);
             return fail(why, "HDR row %d of %d is broken or cut short", row + 1, h);
         }
         for (int x = 0; x < w; x++) {
             const unsigned char *p = rgbe + 4 * (flip_x ? w - 1 - x : x);
-            const float unit = p[3] ? ldexpf(1.0f, p[3] - 136) : 0;
+            const double unit = p[3] ? ldexp(1, p[3] - 136) : 0;
+            // Divided by an exposure, the brightest may leave the range of float.
             image_set(im, x, flip_y ? h - 1 - row : row,
-                      vec((float)p[0] * unit, (float)p[1] * unit, (float)p[2] * unit));
+                      vec((float)fmin(p[0] * unit * scale[0], FLT_MAX),
+                          (float)fmin(p[1] * unit * scale[1], FLT_MAX),
+                          (float)fmin(p[2] * unit * scale[2], FLT_MAX)));
         }
     }
     free(rgbe);
@@ -264,9 +391,14 @@ static bool decode_hdr(image *im, reader in, message *why)
 
 bool image_decode(image *im, const unsigned char *bytes, size_t size, message *why)
 {
-    const reader in = {bytes, bytes + size};
+    // Some editors leave a mark of UTF-8 at the start.
+    const size_t mark = size >= 3 && !memcmp(bytes, "\xef\xbb\xbf", 3) ? 3 : 0;
+    const reader in = {bytes + mark, bytes + size};
     memset(im, 0, sizeof *im);
-    if (size >= 3 && bytes[0] == 'P' && (bytes[1] == 'F' || bytes[1] == 'f') && bytes[2] <= ' ') {
+    bytes += mark;
+    size -= mark;
+    if (size >= 4 && bytes[0] == 'P' && (bytes[1] == 'F' || bytes[1] == 'f') &&
+        (bytes[2] <= ' ' || bytes[2] == '#' || (bytes[2] == '4' && bytes[1] == 'F'))) {
         return decode_pfm(im, in, why);
     }
     if (size >= 2 && bytes[0] == '#' && bytes[1] == '?') return decode_hdr(im, in, why);
@@ -327,11 +459,11 @@ float image_exposure(const image *im)
     return median > 1e-20f ? 0.33f / median : 1;
 }
 
-// As a layer of grains saturates: slope 1 at black, so that shadows, the subject here, keep their
-// contrast (film curves with a toe crush them), and a shoulder that never quite reaches white.
+// Slope 1 at black, so that shadows, the subject here, keep their contrast (film curves with a toe crush
+// them), and a long shoulder: a lamp 20 times as bright as a white wall is not white yet.
 static float film(float x)
 {
-    return 1 - expf(-x);
+    return 1 - 1 / ((1 + 0.5f * x) * (1 + 0.5f * x));
 }
 
 static float srgb(float x)

@@ -216,3 +216,31 @@ void lighting_render(const view *v, const scene *s, const probe *p, const light_
     rendering r = {v, s, p, source, out};
     parallel_for(v->height, render_row, &r, source->tree ? "tracing the truth" : "shading");
 }
+
+float lighting_exposure(const image *picture, const scene *s, const camera *eye)
+{
+    enum { STEP = 4 }; // a median needs no more, and the view costs little
+    const int width = (picture->width + STEP - 1) / STEP,
+              height = (picture->height + STEP - 1) / STEP;
+    image lit;
+    view v;
+    int count = 0;
+    float exposure = image_exposure(picture);
+    if (!image_create(&lit, width * height, 1)) return exposure;
+    if (view_create(&v, s, eye, width, height)) {
+        for (int i = 0; i < width * height; i++) {
+            const int *triangle = v.triangle + (size_t)i * VIEW_SAMPLES;
+            bool all = true;
+            for (int k = 0; k < VIEW_SAMPLES; k++) all = all && triangle[k] >= 0;
+            const int x = i % width * picture->width / width,
+                      y = i / width * picture->height / height;
+            if (all) image_set(&lit, count++, 0, image_get(picture, x, y));
+        }
+        view_free(&v);
+    }
+    lit.width = count;
+    // What is lit is mostly the bright ground: brighter than a middle grey.
+    if (count > 0) exposure = 2.7f * image_exposure(&lit);
+    image_free(&lit);
+    return exposure;
+}

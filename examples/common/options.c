@@ -7,7 +7,7 @@
 const char options_help[] =
     "Renders a scene lit by a light probe, with soft shadows from moment shadow maps.\n"
     "\n"
-    "  --probe FILE      .hdr (lat-long) or .pfm (lat-long or a strip of six cube faces)\n"
+    "  --probe FILE      .hdr or .pfm: lat-long, cross or strip of six cube faces\n"
     "  --mesh FILE.obj   takes the place of the knot in the middle\n"
     "  --lights N        at most so many lights, 1..1024 (64)\n"
     "  --tolerance T     stop adding lights at this estimated error, 0..1 (0.01)\n"
@@ -15,6 +15,8 @@ const char options_help[] =
     "  --moments N       4, 6, or 0: 4 to search for blockers, 6 to weigh them (0)\n"
     "  --faces WHICH     front or both: what the depth maps are made of (front)\n"
     "  --size WxH        of the picture, 16..8192 (960x540)\n"
+    "  --exposure E      what radiance is multiplied by, 1e-6..1e6; the log says what was taken\n"
+    "                    (the median of the lit surfaces becomes a light grey)\n"
     "  --out FILE        where the PNG goes (build/demo.png)\n"
     "  --orbit N         N numbered frames with a turning probe and moving objects\n"
     "  --truth           also trace rays to the probe and say how far off the picture is\n"
@@ -88,6 +90,7 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
     if (!value) value = "";
     if (!strcmp(name, "--lights")) return parse_int(value, 1, 1024, &o->lights);
     if (!strcmp(name, "--tolerance")) return parse_float(value, 0, 1, &o->tolerance);
+    if (!strcmp(name, "--exposure")) return parse_float(value, 1e-6f, 1e6f, &o->exposure);
     if (!strcmp(name, "--estimator")) return parse_estimator(value, &o->estimator);
     if (!strcmp(name, "--faces")) return parse_faces(value, &o->back_faces);
     if (!strcmp(name, "--size")) return parse_size(value, &o->width, &o->height);
@@ -99,15 +102,33 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
     return *known = false;
 }
 
+// Whether the words of a list, with blanks in between, hold this one; NULL holds all.
+static bool in_list(const char *names, const char *name)
+{
+    const size_t length = strlen(name);
+    for (const char *at = names; at; at = strchr(at, ' ')) {
+        at += *at == ' ';
+        if (strcspn(at, " ") == length && !strncmp(at, name, length)) return true;
+    }
+    return !names;
+}
+
 bool options_parse(options *o, int argc, char **argv, message *why)
 {
     *o = (options){
         .out = "build/demo.png", .lights = 64, .tolerance = 0.01f, .width = 960, .height = 540};
+    return options_parse_some(o, NULL, argc, argv, why);
+}
+
+bool options_parse_some(options *o, const char *names, int argc, char **argv, message *why)
+{
     for (int i = 1; i < argc; i++) {
         const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
         if (value && !strncmp(value, "--", 2)) value = NULL;
-        bool known;
-        if (!strcmp(name, "--help")) {
+        bool known = false;
+        if (!in_list(names, name)) {
+            return fail(why, "unknown option %.100s (--help lists them)", name);
+        } else if (!strcmp(name, "--help")) {
             o->help = true;
         } else if (!strcmp(name, "--truth")) {
             o->truth = TRUTH_PROBE;

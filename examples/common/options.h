@@ -12,7 +12,8 @@ typedef struct options {
     const char *probe, *mesh, *out; // file names; probe and mesh NULL for the built-in ones
     int lights;
     float tolerance;
-    int estimator; // mssm_estimator
+    float exposure; // 0: as the picture asks for
+    int estimator;  // mssm_estimator
     int moments;
     bool back_faces;
     int width, height;
@@ -26,5 +27,7 @@ extern const char options_help[];
 
 // False with one line in *why for anything unknown, incomplete or out of range.
 bool options_parse(options *o, int argc, char **argv, message *why);
+// For a program that takes some of the same options, their names in one string, and has defaults in *o.
+bool options_parse_some(options *o, const char *names, int argc, char **argv, message *why);
 
 #endif

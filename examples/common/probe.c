@@ -1,5 +1,7 @@
 #include "probe.h"
 
+#include "../../lightprobe.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -238,100 +240,26 @@ bool probe_rotate(probe *out, const probe *in, float angle)
 
 // ---- From pictures
 
-// The direction at a position of a lat-long picture, u from the left and v from the top in [0,1].
-static vec3 lat_long_direction(double u, double v)
-{
-    const double pi = 3.14159265358979323846;
-    const double azimuth = 2 * pi * (u - 0.5), polar = pi * v;
-    return vec((float)(sin(polar) * sin(azimuth)), (float)cos(polar),
-               (float)(-sin(polar) * cos(azimuth)));
-}
-
-// Averages blocks of pixels, weighted by the solid angle of their rows. The spreading below takes a
-// microsecond a pixel, and pixels far smaller than a texel gain nothing by it.
-static bool lat_long_shrink(image *out, const image *in, int factor, int *broken)
-{
-    const double pi = 3.14159265358979323846;
-    if (!image_create(out, in->width / factor, in->height / factor)) return false;
-    *broken = 0;
-    for (int y = 0; y < out->height; y++) {
-        for (int x = 0; x < out->width; x++) {
-            double sum[3] = {0}, weights = 0;
-            for (int i = 0; i < factor * factor; i++) {
-                const int row = y * factor + i / factor;
-                const double w = sin(pi * (row + 0.5) / in->height);
-                const vec3 value = image_get(in, x * factor + i % factor, row);
-                weights += w;
-                if (!isfinite(value.x) || !isfinite(value.y) || !isfinite(value.z)) {
-                    ++*broken;
-                    continue;
-                }
-                sum[0] += w * (double)value.x;
-                sum[1] += w * (double)value.y;
-                sum[2] += w * (double)value.z;
-            }
-            image_set(out, x, y,
-                      vec((float)(sum[0] / weights), (float)(sum[1] / weights),
-                          (float)(sum[2] / weights)));
-        }
-    }
-    return true;
-}
-
-// The largest whole factor that keeps at least two pixels a texel along the horizon.
-static int shrink_factor(const image *im, int side)
-{
-    int factor = im->width / (2 * 4 * side);
-    while (factor > 1 && (im->width % factor || im->height % factor)) factor--;
-    return factor < 1 ? 1 : factor;
-}
-
-static bool probe_from_lat_long(probe *p, const image *im, int side, message *why)
-{
-    image small;
-    spread to;
-    if (side == 0) side = im->width / 4 < 16 ? 16 : im->width / 4;
-    if (side > PROBE_DEFAULT_SIDE) side = PROBE_DEFAULT_SIDE;
-    int broken;
-    if (!lat_long_shrink(&small, im, shrink_factor(im, side), &broken)) {
-        return fail(why, "no memory for a probe");
-    }
-    if (!probe_create(p, side) || !spread_begin(&to, p)) {
-        image_free(&small);
-        probe_free(p);
-        return fail(why, "no memory for a probe");
-    }
-    p->broken = broken;
-    for (int y = 0; y < small.height; y++) {
-        for (int x = 0; x < small.width; x++) {
-            vec3 corner[4];
-            for (int c = 0; c < 4; c++) {
-                const int cx = (x + (c == 1 || c == 2)) % small.width, cy = y + (c >= 2);
-                corner[c] = lat_long_direction((double)cx / small.width, (double)cy / small.height);
-            }
-            const vec3 value = image_get(&small, x, y);
-            const float rgb[3] = {value.x, value.y, value.z};
-            spread_quad(&to, corner, rgb);
-        }
-    }
-    image_free(&small);
-    spread_end(&to);
-    return true;
-}
-
 bool probe_from_image(probe *p, const image *im, int side, message *why)
 {
+    const lightprobe_image picture = {im->rgb, im->width, im->height, 3, 0, LIGHTPROBE_AUTO};
+    const int own = lightprobe_image_side(&picture);
     memset(p, 0, sizeof *p);
-    if (im->width == 2 * im->height) return probe_from_lat_long(p, im, side, why);
-    if (im->height != 6 * im->width) {
-        return fail(why, "%d x %d pixels are neither a lat-long picture (2:1) nor six faces (1:6)",
+    if (own == 0) {
+        return fail(why,
+                    "%d x %d pixels are neither a lat-long picture (2:1), a cross (4:3 or 3:4) nor "
+                    "six faces in a row (6:1 or 1:6)",
                     im->width, im->height);
     }
-    if (!probe_create(p, im->width)) {
-        return fail(why, "no memory for a probe of side %d", im->width);
-    }
-    memcpy(p->texels, im->rgb, (size_t)im->width * (size_t)im->height * 3 * sizeof *im->rgb);
-    return true;
+    const bool faces = abs(im->width - 2 * im->height) > 1;
+    if (side == 0) side = own < 16 ? 16 : own;
+    if (side > PROBE_DEFAULT_SIDE) side = PROBE_DEFAULT_SIDE;
+    if (faces) side = own;
+    if (!probe_create(p, side)) return fail(why, "no memory for a probe of side %d", side);
+    const lightprobe_result result =
+        lightprobe_cube_from_image(&picture, side, p->texels, NULL, &p->broken);
+    if (result) probe_free(p);
+    return !result || fail(why, "%s", lightprobe_result_string(result));
 }
 
 bool probe_to_image(const probe *p, image *im)

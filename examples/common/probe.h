@@ -13,7 +13,7 @@ typedef struct probe {
     int side;
     float *texels;        // [((face * side + y) * side + x) * 3 + channel]; from malloc
     const float *face[6]; // the six faces in texels, for lightprobe_cube
-    int broken;           // NaN and infinite texels of a lat-long picture, taken as black
+    int broken;           // pixels of the picture with a negative, NaN or infinite channel
 } probe;
 
 #define PROBE_DEFAULT_SIDE 128
@@ -21,9 +21,9 @@ typedef struct probe {
 bool probe_create(probe *p, int side); // black
 void probe_free(probe *p);
 
-// A lat-long picture (2:1) or a strip of six faces from top to bottom (1:6), which is taken as it
-// stands. A lat-long picture becomes a cube of the given side, 0 for one that suits its size: every
-// pixel is spread over the texels that it overlaps, so that no energy is lost or made.
+// A lat-long picture (2:1), which becomes a cube of the given side, 0 for one that suits its size; or a
+// cross (4:3, 3:4) or strip (6:1, 1:6) of faces, which are taken as they stand. Layouts, and what
+// becomes of broken pixels, are those of lightprobe_cube_from_image.
 bool probe_load(probe *p, const char *path, int side, message *why);
 bool probe_from_image(probe *p, const image *im, int side, message *why);
 // The cube as a strip of six faces, which probe_from_image takes back.

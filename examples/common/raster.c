@@ -123,7 +123,8 @@ static void fill_pixel(const target *to, const setup *t, int x, int y, int index
         }
         float z = plane_at(&t->depth, px, py);
         if (to->perspective) z = -1 + 2 * (1 / z - to->z_near) / (to->z_far - to->z_near);
-        if (!(z < to->depth[first + (size_t)s])) continue;
+        // What lies before the near plane is cut off; a cut through a triangle may round to below -1.
+        if (!(z >= -1.000001f && z < to->depth[first + (size_t)s])) continue;
         to->depth[first + (size_t)s] = z > -1 ? z : -1;
         if (to->triangle) to->triangle[first + (size_t)s] = index;
     }
@@ -168,7 +169,8 @@ static int clip_near(const point4 in[3], float z_near, point4 out[4])
     return count;
 }
 
-static bool draw(const target *to, const scene *s, const float m[16], bool backwards)
+// Triangles seen from the front, counter-clockwise in the picture, or from behind, or both.
+static bool draw(const target *to, const scene *s, const float m[16], bool front, bool back)
 {
     point4 *vertex = malloc((size_t)s->vertices * sizeof *vertex);
     if (!vertex) return false;
@@ -182,14 +184,12 @@ static bool draw(const target *to, const scene *s, const float m[16], bool backw
         const int *t = s->triangle[i];
         const point4 corner[3] = {vertex[t[0]], vertex[t[1]], vertex[t[2]]};
         point4 part[4];
-        if (!to->perspective) {
-            fill_triangle(to, corner, backwards, i);
-            continue;
-        }
-        const int corners = clip_near(corner, to->z_near, part);
+        const int corners = to->perspective ? clip_near(corner, to->z_near, part) : 3;
+        if (!to->perspective) memcpy(part, corner, sizeof corner);
         for (int k = 2; k < corners; k++) {
             const point4 fan[3] = {part[0], part[k - 1], part[k]};
-            fill_triangle(to, fan, backwards, i);
+            if (front) fill_triangle(to, fan, false, i);
+            if (back) fill_triangle(to, fan, true, i);
         }
     }
     free(vertex);
@@ -197,16 +197,6 @@ static bool draw(const target *to, const scene *s, const float m[16], bool backw
 }
 
 // ---- Depth maps
-
-// Seen from the light, counter-clockwise triangles face it, unless the matrix mirrors.
-static bool mirrors(const float m[16])
-{
-    // Rows 0, 1 and the row of depth: z, or w in perspective, which also grows away from the light.
-    const int k = m[3] != 0 || m[7] != 0 || m[11] != 0 ? 3 : 2;
-    const vec3 x = vec(m[0], m[4], m[8]), y = vec(m[1], m[5], m[9]),
-               z = vec(m[k], m[4 + k], m[8 + k]);
-    return vec_dot(vec_cross(x, y), z) > 0;
-}
 
 bool raster_depth(const scene *s, const raster_frustum *frustum, raster_faces faces, int side,
                   int samples, float *depth)
@@ -216,8 +206,7 @@ bool raster_depth(const scene *s, const raster_frustum *frustum, raster_faces fa
         frustum->z_far};
     const size_t count = (size_t)side * (size_t)side * (size_t)samples;
     for (size_t i = 0; i < count; i++) depth[i] = 1;
-    return draw(&to, s, frustum->world_to_shadow,
-                (faces == RASTER_BACK) != mirrors(frustum->world_to_shadow));
+    return draw(&to, s, frustum->world_to_shadow, faces != RASTER_BACK, true);
 }
 
 // ---- The camera
@@ -266,7 +255,7 @@ bool view_create(view *v, const scene *s, const camera *eye, int width, int heig
         depth[i] = 2;
         v->triangle[i] = -1;
     }
-    const bool drawn = depth && v->triangle && draw(&to, s, m, false);
+    const bool drawn = depth && v->triangle && draw(&to, s, m, true, false);
     free(depth);
     if (!drawn) view_free(v);
     return drawn;

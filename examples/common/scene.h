@@ -11,10 +11,12 @@ typedef struct mesh {
     vec3 *position;
     int (*triangle)[3];
     int vertices, triangles;
+    double
+        origin[3]; // what positions count from: 0, or the middle of a mesh that lies far from there
 } mesh;
 
-// Reads the v and f lines of a Wavefront OBJ file; polygons are split into fans. A file without a
-// triangle is an error.
+// Reads the v and f lines of a Wavefront OBJ file; polygons, concave ones too, are split into
+// triangles, and vertices that none uses are left out. A file without a polygon is an error.
 bool mesh_load_obj(mesh *m, const char *path, message *why);
 bool mesh_parse_obj(mesh *m, const char *text, size_t size, message *why);
 void mesh_free(mesh *m);
