@@ -443,10 +443,13 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE__LEAVES(lights) ((lights) + 200)
 // Room to divide all cells of the same error or none, so that a turned probe gives the same leaves.
 #define LIGHTPROBE_MORE_LEAVES 96
-#define LIGHTPROBE_ROUNDS 2 // of Lloyd's iteration; more change the error of 32 lights by 2%
-// One e-fold of radiance counts as much as so many radians. Without it (0) a small sun comes out
-// with the haze around it: 3.9 degrees wide instead of 0.9 at 32 lights in city_sun.
-#define LIGHTPROBE_TONE 0.1f
+#define LIGHTPROBE_ROUNDS 3 // of relaxation: a fourth takes 2% off the error of 8 lights
+// One e-fold of radiance counts as much as so many radians: what keeps a sun out of its haze. From
+// 0.15 to 0.25 no probe changes much; with half of that city_sun's sun is lost at 4 lights.
+#define LIGHTPROBE_TONE 0.2f
+// Weight of a light's width next to its unevenness: its shadow is shaded as if the receiver saw all
+// of it at one cosine. 0.1 to 0.35 do alike; without it a night sky's 8 lights err twice as much.
+#define LIGHTPROBE_WIDTH 0.2f
 #define LIGHTPROBE_BINS 8     // places for a cut, over so many standard deviations to both sides
 #define LIGHTPROBE_REACH 2.0f // of the mean
 #define LIGHTPROBE_NEAR 6     // clusters that a leaf may move to
@@ -466,6 +469,7 @@ typedef struct lightprobe_leaf {
     lightprobe_vec3 direction; // vector irradiance = strength * direction
     float strength, luminance;
     float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean
+    float half_width; // of the square that it spreads its light over
     int face, level, x, y, cluster;
 } lightprobe_leaf;
 
@@ -488,7 +492,8 @@ typedef struct lightprobe_cluster {
     lightprobe_sum sum;
     lightprobe_vec3 centre; // means
     float tone;
-    lightprobe_axis axis;
+    lightprobe_axis axis, tone_axis;
+    float error, gain; // behind edges; what the planned split takes off the cost
     int planned, changed, id;
     int first; // of sum.count leaves in order[]
     int nearby[LIGHTPROBE_NEAR], near_count;
@@ -513,11 +518,11 @@ typedef struct lightprobe__work {
     lightprobe_leaf *leaves;
     int *heap, *order;
     lightprobe_cluster *clusters;
-    float *gains; // what the best split of each cluster takes off the error, or a bound on it
+    float *gains; // errors of the clusters that can be split, or what that gains; else 0
     lightprobe_region *regions;
     int heap_count, leaf_count, cluster_count, repaired;
     double total[3];
-    float mean; // luminance of 1 sr
+    float total_luminance, mean; // mean: of 1 sr
 } lightprobe__work;
 
 static void *lightprobe__take(char *base, size_t *used, size_t bytes)
@@ -1079,6 +1084,9 @@ LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
     leaf.luminance = lightprobe_luminance(leaf.flux);
     leaf.strength = lightprobe_normalize(leaf.direction);
     leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, mean);
+    LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;
+    LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3
+    leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;
     return leaf;
 }
 
@@ -1115,6 +1123,7 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
     const int enough = w->max_leaves - LIGHTPROBE_MORE_LEAVES;
     float last = 0;
     w->heap_count = 0;
+    w->total_luminance = total;
     w->mean = total / 12.5663706f;
     for (int face = 0; face < 6; face++) lightprobe__set_leaf(w, face, face, w->top, 0, 0);
     w->leaf_count = 6;
@@ -1178,23 +1187,36 @@ LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_
     return n;
 }
 
-// What stats.error adds up: the variance of direction.
+// Variance of direction: flux times half the mean square angle to the centre.
 LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)
 {
     return s.luminance - LIGHTPROBE_FLOAT(lightprobe_length(s.vector));
+}
+
+// How much a cluster with this share of the flux holds against a leaf of it: where this is least,
+// the leaf belongs. The square of a distance with the flux as weight, since errors count squared:
+// bright lights are kept small.
+LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,
+                                            const lightprobe_vec3 b, float tone_b)
+{
+    LIGHTPROBE_PRECISE float apart = 1.0f - lightprobe_nearness(a, tone_a, b, tone_b);
+    LIGHTPROBE_PRECISE float d = share * apart * apart;
+    return apart > 0.0f ? d : 0.0f;
 }
 
 // [glsl end]
 
 // [glsl begin splits]
 
-// Nothing can be gained by a split beyond the variance of direction and tone.
-LIGHTPROBE_SHARED float lightprobe_gain_bound(lightprobe_sum s)
+// What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the
+// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a profile.
+LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
 {
-    LIGHTPROBE_PRECISE float mean2 =
-        s.luminance > LIGHTPROBE_BLACK ? s.tones / s.luminance * s.tones : 0.0f;
-    LIGHTPROBE_PRECISE float bound = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);
-    return bound;
+    if (!(s.luminance > 0.0f)) return 0.0f;
+    LIGHTPROBE_PRECISE float mean2 = s.tones / s.luminance * s.tones;
+    LIGHTPROBE_PRECISE float spread = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);
+    LIGHTPROBE_PRECISE float cost = s.luminance / total * spread;
+    return cost > 0.0f ? cost : 0.0f;
 }
 // [glsl end]
 
@@ -1232,16 +1254,17 @@ static void lightprobe__sort_leaves(lightprobe__work *w)
 
 // [glsl begin splits]
 
-// Second moments of direction (xx yy zz xy yz zx) and tone around their means.
+// Second moments of direction (xx yy zz xy yz zx) and tone around their means; variance of the
+// leaves' own spread along any axis.
 typedef struct lightprobe_spread {
-    float m[6], tone2;
+    float m[6], tone2, own;
 } lightprobe_spread;
 
 LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)
 {
     lightprobe_spread s;
     for (int i = 0; i < 6; i++) s.m[i] = 0.0f;
-    s.tone2 = 0.0f;
+    s.tone2 = s.own = 0.0f;
     return s;
 }
 
@@ -1262,6 +1285,7 @@ LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,
     s.m[4] += f * y * z;
     s.m[5] += f * z * x;
     s.tone2 += f * tone * tone;
+    s.own += f * leaf.half_width * leaf.half_width / 3.0f;
     return s;
 }
 
@@ -1291,27 +1315,59 @@ LIGHTPROBE_SHARED void lightprobe_eigenvector(const float matrix[6],
     if (!(lightprobe_normalize(v) > 0.0f)) v[1] = 1.0f;
 }
 
-// The direction of the largest variance, or tone where that varies more. scale is 0 where nothing
-// does.
-LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_of(lightprobe_spread spread,
-                                                     const lightprobe_vec3 mean, float mean_tone)
+// Bins around a mean; scale is 0 where nothing varies.
+LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_around(float middle, float variance)
 {
     lightprobe_axis axis;
-    lightprobe_eigenvector(spread.m, axis.direction);
-    float x = axis.direction[0], y = axis.direction[1], z = axis.direction[2];
-    LIGHTPROBE_PRECISE float squares =
-        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];
-    LIGHTPROBE_PRECISE float variance =
-        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));
-    axis.by_tone = spread.tone2 > variance ? 1 : 0;
-    float middle = axis.by_tone != 0 ? mean_tone : lightprobe_dot(mean, axis.direction);
-    float deviation = sqrtf(axis.by_tone != 0 ? spread.tone2 : variance);
+    float deviation = variance > 0.0f ? sqrtf(variance) : 0.0f;
     LIGHTPROBE_PRECISE float width = LIGHTPROBE_REACH * deviation;
     LIGHTPROBE_PRECISE float low = middle - width;
+    for (int i = 0; i < 3; i++) axis.direction[i] = 0.0f;
+    axis.by_tone = 1;
     axis.low = low;
     axis.scale = deviation < 1e-7f ? 0.0f : LIGHTPROBE_FLOAT(LIGHTPROBE_BINS) / (2.0f * width);
     axis.threshold = 0.0f;
     return axis;
+}
+
+LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_along(const lightprobe_vec3 d,
+                                                        lightprobe_spread spread,
+                                                        const lightprobe_vec3 mean)
+{
+    float x = d[0], y = d[1], z = d[2];
+    LIGHTPROBE_PRECISE float squares =
+        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];
+    LIGHTPROBE_PRECISE float variance =
+        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));
+    LIGHTPROBE_PRECISE float all = variance + spread.own;
+    lightprobe_axis axis = lightprobe_axis_around(lightprobe_dot(mean, d), all);
+    for (int i = 0; i < 3; i++) axis.direction[i] = d[i];
+    axis.by_tone = 0;
+    return axis;
+}
+
+// Of the largest variance.
+LIGHTPROBE_SHARED lightprobe_axis lightprobe_longest_axis(lightprobe_spread spread,
+                                                          const lightprobe_vec3 mean)
+{
+    lightprobe_vec3 d;
+    lightprobe_eigenvector(spread.m, d);
+    return lightprobe_axis_along(d, spread, mean);
+}
+
+// Across it. Light from all around has no such axis: the same one once more.
+LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_across(lightprobe_axis axis,
+                                                         lightprobe_spread spread,
+                                                         const lightprobe_vec3 mean)
+{
+    lightprobe_vec3 d;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        LIGHTPROBE_PRECISE float across = mean[j] * axis.direction[k] - mean[k] * axis.direction[j];
+        d[i] = across;
+    }
+    if (!(lightprobe_normalize(d) > 1e-3f)) return axis;
+    return lightprobe_axis_along(d, spread, mean);
 }
 
 // Where a leaf lies on an axis, and in which bin.
@@ -1333,89 +1389,177 @@ LIGHTPROBE_SHARED float lightprobe_threshold(lightprobe_axis axis, int bin)
     return at;
 }
 
-// What cutting off a part takes off half the variance of tone.
-LIGHTPROBE_SHARED float lightprobe_tone_gain(lightprobe_sum whole, lightprobe_sum part)
+// Where along the bins of an axis a leaf begins, and its luminance a bin.
+typedef struct lightprobe_streak {
+    float low, density, luminance;
+} lightprobe_streak;
+
+LIGHTPROBE_SHARED lightprobe_streak lightprobe_streak_of(lightprobe_axis axis, lightprobe_leaf leaf)
 {
-    LIGHTPROBE_PRECISE float rest = whole.luminance - part.luminance;
-    if (!(part.luminance > LIGHTPROBE_BLACK) || !(rest > LIGHTPROBE_BLACK)) return 0.0f;
-    LIGHTPROBE_PRECISE float apart =
-        part.tones / part.luminance - (whole.tones - part.tones) / rest;
-    LIGHTPROBE_PRECISE float gain =
-        0.5f * apart * apart * part.luminance * (rest / whole.luminance);
-    return gain;
+    lightprobe_streak s;
+    LIGHTPROBE_PRECISE float middle = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;
+    LIGHTPROBE_PRECISE float half_width = leaf.half_width * axis.scale + 1e-3f;
+    LIGHTPROBE_PRECISE float low = middle - half_width;
+    s.low = low;
+    s.density = leaf.luminance / (2.0f * half_width);
+    s.luminance = leaf.luminance;
+    return s;
 }
 
-// What a cut takes off the error. size: length of the whole's vector.
-LIGHTPROBE_SHARED float lightprobe_split_gain(lightprobe_sum whole, double size,
-                                              lightprobe_sum part)
+// Luminance below the end of a bin.
+LIGHTPROBE_SHARED float lightprobe_below(lightprobe_streak s, int bin)
 {
-    lightprobe_vec3 rest;
-    if (part.count == 0 || part.count == whole.count) return 0.0f;
-    for (int i = 0; i < 3; i++) rest[i] = whole.vector[i] - part.vector[i];
-    LIGHTPROBE_PRECISE double apart =
-        lightprobe_length(part.vector) + lightprobe_length(rest) - size;
-    LIGHTPROBE_PRECISE float gain = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(whole, part);
-    return gain;
+    LIGHTPROBE_PRECISE float part = (LIGHTPROBE_FLOAT(bin + 1) - s.low) * s.density;
+    float most = part < s.luminance ? part : s.luminance;
+    return most > 0.0f ? most : 0.0f;
 }
 
-// What giving one light to two clusters adds to the error.
-LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b)
+// Cramer's distance between the light along an axis (luminance below the end of each bin) and that of
+// a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of their
+// squared difference. Its mean over all axes is the energy distance, but for a factor.
+LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,
+                                              const float below[LIGHTPROBE_BINS], float luminance)
 {
-    LIGHTPROBE_PRECISE lightprobe_sum both = a;
-    for (int i = 0; i < 3; i++) both.vector[i] += b.vector[i];
-    both.luminance += b.luminance;
-    both.tones += b.tones;
-    LIGHTPROBE_PRECISE double apart =
-        lightprobe_length(a.vector) + lightprobe_length(b.vector) - lightprobe_length(both.vector);
-    LIGHTPROBE_PRECISE float cost = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(both, a);
+    LIGHTPROBE_PRECISE float sum = 0.0f;
+    if (!(axis.scale > 0.0f)) return 0.0f;
+    for (int i = 0; i + 1 < LIGHTPROBE_BINS; i++) {
+        float place = LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);
+        LIGHTPROBE_PRECISE float even = 0.5f + 0.28867513f * LIGHTPROBE_REACH * place;
+        LIGHTPROBE_PRECISE float off = below[i] / luminance - even;
+        sum += off * off;
+    }
+    return sum / axis.scale;
+}
+
+// Mean squared error behind a random straight edge of a light for this cluster, of the total's
+// flux: lightprobe_settings.tolerance. unevenness: the mean of two axes.
+LIGHTPROBE_SHARED float lightprobe_edge_error(lightprobe_sum s, float unevenness, float total)
+{
+    if (!(s.luminance > 0.0f)) return 0.0f;
+    float variance = lightprobe_sum_error(s) / s.luminance;
+    LIGHTPROBE_PRECISE float wide = variance > 0.0f ? variance * sqrtf(variance) : 0.0f;
+    LIGHTPROBE_PRECISE float e = unevenness + LIGHTPROBE_WIDTH * wide;
+    e = s.luminance / total * (s.luminance * e);
+    return e;
+}
+
+// The error that a tolerance allows, and back: a half-space cuts off each place of a small light
+// with probability 1/2 per radian; the cosine at receivers of all orientations has the mean 1/4 and
+// the mean square 1/6.
+LIGHTPROBE_SHARED float lightprobe_enough(float tolerance, float total)
+{
+    LIGHTPROBE_PRECISE float enough = 0.75f * tolerance * tolerance * total;
+    return enough;
+}
+
+LIGHTPROBE_SHARED float lightprobe_root_error(float error, float total)
+{
+    return error > 0.0f ? sqrtf(error / total / 0.75f) : 0.0f;
+}
+
+// Of the two parts of a cut; FLT_MAX where one holds no light.
+LIGHTPROBE_SHARED float lightprobe_cut_cost(lightprobe_sum below, lightprobe_sum above, float total)
+{
+    if (!(below.luminance > 0.0f) || !(above.luminance > 0.0f)) return FLT_MAX;
+    LIGHTPROBE_PRECISE float cost = lightprobe_cost(below, total) + lightprobe_cost(above, total);
     return cost;
+}
+
+// What giving one light to two clusters adds to the cost.
+LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b, float total)
+{
+    LIGHTPROBE_PRECISE float apart = lightprobe_cost(a, total) + lightprobe_cost(b, total);
+    LIGHTPROBE_PRECISE float cost = lightprobe_cost(lightprobe_add_sum(a, b), total) - apart;
+    return cost;
+}
+
+// More than the error of one light for two clusters, but where they are very uneven.
+LIGHTPROBE_SHARED float lightprobe_merged_error(lightprobe_sum a, lightprobe_sum b, float total)
+{
+    lightprobe_sum both = lightprobe_add_sum(a, b);
+    if (!(both.luminance > 0.0f)) return 0.0f;
+    LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;
+    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;
+    return lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);
 }
 
 // For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:
 // the pair does not need it any more, 1: it gains four times what it costs, 0: no, since a light
-// that changes hands jumps. enough: the error that is tolerated.
+// that changes hands jumps. error: with the pair merged. enough: what is tolerated.
 LIGHTPROBE_SHARED int lightprobe_pays(float error, float enough, float gain, float cost,
                                       float total)
 {
-    LIGHTPROBE_PRECISE float more = error + cost, least = 1e-5f * total + 4.0f * cost;
-    return more < 0.8f * enough ? 2 : gain < least ? 0 : 1;
+    LIGHTPROBE_PRECISE float least = 1e-5f * total + 4.0f * cost;
+    return error < 0.64f * enough ? 2 : gain < least ? 0 : 1;
 }
 // [glsl end]
 
-// Finds where on the axis a cut takes most off the error: of BINS - 1 places, which is enough since
-// the clusters are relaxed afterwards.
-static void lightprobe__plan_split(lightprobe__work *w, lightprobe_cluster *c)
+// Finds the error of a cluster, and the axes for a split.
+static void lightprobe__measure(lightprobe__work *w, lightprobe_cluster *c)
 {
-    lightprobe_sum bins[LIGHTPROBE_BINS], left = lightprobe_nothing();
     lightprobe_spread spread = lightprobe_no_spread();
-    float *best = w->gains + (c - w->clusters), mean[3];
-    const float scale = c->sum.luminance > LIGHTPROBE_BLACK ? 1 / c->sum.luminance : 0;
+    float mean[3], u[LIGHTPROBE_BINS] = {0}, v[LIGHTPROBE_BINS] = {0};
+    const float luminance = c->sum.luminance;
+    const float scale = luminance > LIGHTPROBE_BLACK ? 1 / luminance : 0;
     const float mean_tone = c->sum.tones * scale;
     const int *order = w->order + c->first;
-    *best = 0;
-    c->planned = 1;
-    if (c->sum.count < 2) return;
     for (int i = 0; i < 3; i++) mean[i] = c->sum.vector[i] * scale;
     for (int k = 0; k < c->sum.count; k++)
         spread = lightprobe_add_spread(spread, w->leaves[order[k]], mean, mean_tone, scale);
-    const lightprobe_axis axis = c->axis = lightprobe_axis_of(spread, mean, mean_tone);
-    if (!(axis.scale > 0)) return;
-    for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) bins[bin] = left;
+    const lightprobe_axis along = lightprobe_longest_axis(spread, mean);
+    const lightprobe_axis across = lightprobe_axis_across(along, spread, mean);
     for (int k = 0; k < c->sum.count; k++) {
-        lightprobe_sum *bin = bins + lightprobe_bin(axis, w->leaves[order[k]]);
-        *bin = lightprobe_add_leaf(*bin, w->leaves[order[k]]);
+        const lightprobe_streak a = lightprobe_streak_of(along, w->leaves[order[k]]);
+        const lightprobe_streak b = lightprobe_streak_of(across, w->leaves[order[k]]);
+        for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) {
+            u[bin] += lightprobe_below(a, bin);
+            v[bin] += lightprobe_below(b, bin);
+        }
     }
-    const double size = lightprobe_length(c->sum.vector);
-    for (int bin = 0; bin + 1 < LIGHTPROBE_BINS; bin++) {
-        left = lightprobe_add_sum(left, bins[bin]);
-        const float gain = lightprobe_split_gain(c->sum, size, left);
-        if (gain <= *best) continue;
-        *best = gain;
-        c->axis.threshold = lightprobe_threshold(axis, bin);
+    LIGHTPROBE_PRECISE float uneven = lightprobe_unevenness(along, u, luminance) +
+                                      lightprobe_unevenness(across, v, luminance);
+    c->error = lightprobe_edge_error(c->sum, 0.5f * uneven, w->total_luminance);
+    c->axis = along;
+    c->tone_axis = lightprobe_axis_around(mean_tone, spread.tone2);
+    c->planned = 0;
+    w->gains[c - w->clusters] = c->error;
+}
+
+// The cheapest of BINS - 1 cuts across an axis, which are enough since the clusters are relaxed
+// afterwards.
+static void lightprobe__find_cut(const lightprobe__work *w, lightprobe_cluster *c,
+                                 lightprobe_axis axis, float *least)
+{
+    lightprobe_sum bins[LIGHTPROBE_BINS], above[LIGHTPROBE_BINS], below = lightprobe_nothing();
+    if (!(axis.scale > 0)) return;
+    for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) bins[bin] = above[bin] = below;
+    for (int k = 0; k < c->sum.count; k++) {
+        const lightprobe_leaf *leaf = w->leaves + w->order[c->first + k];
+        lightprobe_sum *bin = bins + lightprobe_bin(axis, *leaf);
+        *bin = lightprobe_add_leaf(*bin, *leaf);
     }
-    // But for rounding. So the order in which clusters are planned does not matter.
-    const float most = lightprobe_gain_bound(c->sum);
-    if (*best > most) *best = most;
+    for (int bin = LIGHTPROBE_BINS - 1; bin > 0; bin--)
+        above[bin - 1] = lightprobe_add_sum(above[bin], bins[bin]);
+    for (int cut = 0; cut + 1 < LIGHTPROBE_BINS; cut++) {
+        if (!bins[cut].count) continue;
+        below = lightprobe_add_sum(below, bins[cut]);
+        const float cost = lightprobe_cut_cost(below, above[cut], w->total_luminance);
+        if (cost >= *least) continue;
+        *least = cost;
+        c->axis = axis;
+        c->axis.threshold = lightprobe_threshold(axis, cut);
+    }
+}
+
+// Finds the best split of a measured cluster, by place or by tone; its gain is 0 if there is none.
+static void lightprobe__plan_split(lightprobe__work *w, lightprobe_cluster *c)
+{
+    float least = FLT_MAX;
+    lightprobe__find_cut(w, c, c->axis, &least);
+    lightprobe__find_cut(w, c, c->tone_axis, &least);
+    c->gain = least < FLT_MAX ? lightprobe_cost(c->sum, w->total_luminance) - least : 0;
+    if (!(least < FLT_MAX)) w->gains[c - w->clusters] = 0;
+    c->planned = 1;
 }
 
 // Moves the leaves behind the planned plane from one cluster to another, empty one, and sums both.
@@ -1438,9 +1582,6 @@ static void lightprobe__split(lightprobe__work *w, lightprobe_cluster *c, lightp
         }
     }
     d->first = i;
-    w->gains[c - w->clusters] = lightprobe_gain_bound(c->sum);
-    w->gains[number] = lightprobe_gain_bound(d->sum);
-    c->planned = d->planned = 0;
 }
 
 static int lightprobe__largest_gain(const lightprobe__work *w)
@@ -1455,29 +1596,30 @@ static int lightprobe__largest_gain(const lightprobe__work *w)
     return most;
 }
 
-// Splits whatever gains most until there are enough clusters or the error is small enough.
-static void lightprobe__divide(lightprobe__work *w, float total, float tolerance)
+// Splits the cluster with the largest error until there are enough or the error is small enough.
+static void lightprobe__divide(lightprobe__work *w, float enough)
 {
     float error = 0;
     for (int k = 0; k < w->cluster_count; k++) {
-        w->clusters[k].planned = 0;
-        w->gains[k] = lightprobe_gain_bound(w->clusters[k].sum);
-        error += lightprobe_sum_error(w->clusters[k].sum);
+        lightprobe__measure(w, w->clusters + k);
+        error += w->clusters[k].error;
     }
-    while (w->cluster_count < w->max_lights && error > tolerance * total) {
+    while (w->cluster_count < w->max_lights && error > enough) {
         const int most = lightprobe__largest_gain(w);
-        if (w->gains[most] <= 1e-7f * total) break;
-        lightprobe_cluster *best = w->clusters + most, *fresh = w->clusters + w->cluster_count;
-        if (!best->planned) { // most small clusters never come to this, which saves half the time
-            lightprobe__plan_split(w, best);
+        lightprobe_cluster *parent = w->clusters + most, *fresh = w->clusters + w->cluster_count;
+        if (!(w->gains[most] > 0)) break;
+        if (!parent->planned) {
+            lightprobe__plan_split(w, parent);
             continue;
         }
-        error -= lightprobe_sum_error(best->sum);
+        error -= parent->error;
         w->cluster_count++;
         memset(fresh, 0, sizeof *fresh);
         fresh->id = -1;
-        lightprobe__split(w, best, fresh);
-        error += lightprobe_sum_error(best->sum) + lightprobe_sum_error(fresh->sum);
+        lightprobe__split(w, parent, fresh);
+        lightprobe__measure(w, parent);
+        lightprobe__measure(w, fresh);
+        error += parent->error + fresh->error;
     }
 }
 
@@ -1505,22 +1647,25 @@ static void lightprobe__find_near(lightprobe__work *w)
     }
 }
 
-// Lloyd's iteration on the sphere: each leaf goes to the nearest centre among its cluster's
-// neighbours, which never raises the error, and takes no heed of cuts and faces.
+// Lloyd's iteration on the sphere: each leaf goes to the cluster among its own one's neighbours that
+// holds least against it, without heed of cuts and faces.
 static void lightprobe__relax(lightprobe__work *w, int rounds)
 {
+    const float total = w->total_luminance;
     for (int round = 0; round < rounds; round++) {
         int moved = 0;
         for (int i = 0; i < w->leaf_count; i++) {
             lightprobe_leaf *leaf = w->leaves + i;
             const lightprobe_cluster *own = w->clusters + leaf->cluster;
-            float best = lightprobe_nearness(leaf->direction, leaf->tone, own->centre, own->tone);
+            float best = lightprobe_distance(own->sum.luminance / total, leaf->direction,
+                                             leaf->tone, own->centre, own->tone);
             for (int k = 0; k < own->near_count; k++) {
                 const lightprobe_cluster *c = w->clusters + own->nearby[k];
-                const float s =
-                    lightprobe_nearness(leaf->direction, leaf->tone, c->centre, c->tone);
-                if (s <= best) continue;
-                best = s;
+                const float share = (c->sum.luminance + leaf->luminance) / total;
+                const float d = lightprobe_distance(share, leaf->direction, leaf->tone, c->centre,
+                                                    c->tone);
+                if (d >= best) continue;
+                best = d;
                 leaf->cluster = own->nearby[k];
                 moved = 1;
             }
@@ -1541,7 +1686,7 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
         for (int k = 0; k < c->near_count; k++) {
             const lightprobe_cluster *d = w->clusters + c->nearby[k];
             if (d->changed || c->nearby[k] == not_this) continue;
-            const float cost = lightprobe_merge_cost(c->sum, d->sum);
+            const float cost = lightprobe_merge_cost(c->sum, d->sum, w->total_luminance);
             if (cost >= least) continue;
             least = cost;
             const int brighter = c->sum.luminance >= d->sum.luminance; // keeps its id
@@ -1570,23 +1715,29 @@ static void lightprobe__swap(lightprobe__work *w, const int pair[2], int from)
 
 // For a moving probe: takes lights from where two do little more than one does, and spends them
 // where one is not enough. A light that the tolerance can spare by a margin is not spent again.
-static void lightprobe__respend(lightprobe__work *w, float total, float tolerance)
+static void lightprobe__respend(lightprobe__work *w, float enough)
 {
+    const float total = w->total_luminance;
     float error = 0;
     lightprobe__sort_leaves(w);
     for (int k = 0; k < w->cluster_count; k++) {
         w->clusters[k].changed = 0;
+        lightprobe__measure(w, w->clusters + k);
         lightprobe__plan_split(w, w->clusters + k);
-        error += lightprobe_sum_error(w->clusters[k].sum);
+        w->gains[k] = w->clusters[k].gain;
+        error += w->clusters[k].error;
     }
     for (int swaps = w->cluster_count / 4; swaps >= 0; swaps--) {
         const int most = lightprobe__largest_gain(w);
         int pair[2] = {0, 0};
         const float cost = lightprobe__cheapest_merge(w, most, pair);
-        const int pays = lightprobe_pays(error, tolerance * total, w->gains[most], cost, total);
+        const lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
+        const float merged = error - (a->error + b->error) +
+                             lightprobe_merged_error(a->sum, b->sum, total);
+        const int pays = lightprobe_pays(merged, enough, w->gains[most], cost, total);
         if (cost >= FLT_MAX || !pays) break;
         if (pays == 2) w->clusters[most].sum.count = 0; // nothing to split off
-        error += cost; // at most: what the swap gains is not counted
+        error = merged; // at most: what the swap gains is not counted
         lightprobe__swap(w, pair, most);
     }
     lightprobe__sum_clusters(w);
@@ -1596,6 +1747,7 @@ static void lightprobe__respend(lightprobe__work *w, float total, float toleranc
 // One cluster of everything, or those of the previous frame's lights.
 static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previous, int count)
 {
+    const float total = w->total_luminance;
     w->cluster_count = 0;
     for (int i = 0; i < count && w->cluster_count < w->max_lights; i++) {
         lightprobe_cluster *c = w->clusters + w->cluster_count;
@@ -1606,6 +1758,7 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         if (!(lightprobe_normalize(c->centre) > 0)) continue;
         const float luminance = lightprobe_luminance(previous[i].irradiance) * LIGHTPROBE_SCALE;
         c->tone = lightprobe_tone(luminance, previous[i].solid_angle, w->mean);
+        c->sum.luminance = luminance >= 0 && luminance < total ? luminance : total;
         c->id = previous[i].id;
         w->cluster_count++;
     }
@@ -1616,12 +1769,13 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
     }
     for (int i = 0; i < w->leaf_count; i++) {
         lightprobe_leaf *leaf = w->leaves + i;
-        float best = -FLT_MAX;
+        float best = FLT_MAX;
         for (int k = 0; k < w->cluster_count; k++) {
             const lightprobe_cluster *c = w->clusters + k;
-            const float s = lightprobe_nearness(leaf->direction, leaf->tone, c->centre, c->tone);
-            if (s <= best) continue;
-            best = s;
+            const float share = (c->sum.luminance + leaf->luminance) / total;
+            const float d = lightprobe_distance(share, leaf->direction, leaf->tone, c->centre, c->tone);
+            if (d >= best) continue;
+            best = d;
             leaf->cluster = k;
         }
     }
@@ -1910,19 +2064,26 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
                             lightprobe_light *lights, float *error)
 {
     const int animated = settings->previous && settings->previous_count > 0;
+    const float enough = lightprobe_enough(settings->tolerance, total);
     lightprobe__make_leaves(w, total);
     lightprobe__start(w, settings->previous, animated ? settings->previous_count : 0);
-    lightprobe__divide(w, total, settings->tolerance);
+    lightprobe__divide(w, enough);
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
     // The start from previous lights was a round already; one a frame keeps the steps small.
     if (animated)
-        lightprobe__respend(w, total, settings->tolerance);
+        lightprobe__respend(w, enough);
     else
         lightprobe__relax(w, LIGHTPROBE_ROUNDS);
-    *error = 0;
-    for (int k = 0; k < w->cluster_count; k++) *error += lightprobe_sum_error(w->clusters[k].sum);
-    *error /= total;
+    if (error) {
+        float sum = 0;
+        lightprobe__sort_leaves(w);
+        for (int k = 0; k < w->cluster_count; k++) {
+            lightprobe__measure(w, w->clusters + k);
+            sum += w->clusters[k].error;
+        }
+        *error = lightprobe_root_error(sum, total);
+    }
     return lightprobe__write_lights(w, animated, settings->min_share * total, lights);
 }
 
@@ -1946,7 +2107,7 @@ static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *set
         light.id = written;
         lights[written++] = light;
     }
-    *error = (float)(sum / (double)total);
+    if (error) *error = (float)(sum / (double)total);
     return written;
 }
 
@@ -2008,7 +2169,7 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     int count = 0; // a black probe has no lights
     if (total >= LIGHTPROBE_BLACK) {
         count = (s.mode == LIGHTPROBE_MEDIAN_CUT ? lightprobe__paper : lightprobe__best)(
-            &work, &s, total, lights, &error);
+            &work, &s, total, lights, stats ? &error : NULL);
     }
     *light_count = count;
     if (!stats) return LIGHTPROBE_OK;
