@@ -98,7 +98,7 @@ const char *lightprobe_result_string(lightprobe_result result);
 #define LIGHTPROBE_MAX_LIGHTS 4096
 #define LIGHTPROBE_GL_MAX_LIGHTS 1024 // as many as one work group divides on every driver
 #define LIGHTPROBE_DEFAULT_LIGHTS 32
-#define LIGHTPROBE_DEFAULT_TOLERANCE 0.01f // one disc of 11 degrees around its centre
+#define LIGHTPROBE_DEFAULT_TOLERANCE 0.02f // one disc of 12 degrees around its centre
 
 // The probe. The caller keeps the texels; they are read only.
 typedef struct lightprobe_cube {
@@ -1204,6 +1204,21 @@ LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a
     return apart > 0.0f ? d : 0.0f;
 }
 
+// What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose
+// share goes one way for all lights along an edge and is summed before it is squared.
+typedef struct lightprobe_errors {
+    float squares, width;
+} lightprobe_errors;
+
+// lightprobe_stats.error. A half-space cuts off each place of a small light with probability 1/2 a
+// radian; the cosine at receivers of all orientations has the mean 1/4 and the mean square 1/6.
+LIGHTPROBE_SHARED float lightprobe_root_error(lightprobe_errors e, float total)
+{
+    LIGHTPROBE_PRECISE float width = e.width / total, squares = e.squares / total * 1.3333333f;
+    width = 0.6f * width * (1.0f - 0.5f * width);
+    squares = squares + width * width;
+    return squares > 0.0f ? sqrtf(squares) : 0.0f;
+}
 // [glsl end]
 
 // [glsl begin splits]
@@ -1285,7 +1300,7 @@ LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,
     s.m[4] += f * y * z;
     s.m[5] += f * z * x;
     s.tone2 += f * tone * tone;
-    s.own += f * leaf.half_width * leaf.half_width / 3.0f;
+    s.own += f * leaf.half_width * leaf.half_width * 0.33333333f;
     return s;
 }
 
@@ -1432,29 +1447,16 @@ LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,
 }
 
 // Mean squared error behind a random straight edge of a light for this cluster, of the total's
-// flux: lightprobe_settings.tolerance. unevenness: the mean of two axes.
+// flux, but for a factor. unevenness: the mean of two axes.
 LIGHTPROBE_SHARED float lightprobe_edge_error(lightprobe_sum s, float unevenness, float total)
 {
     if (!(s.luminance > 0.0f)) return 0.0f;
     float variance = lightprobe_sum_error(s) / s.luminance;
-    LIGHTPROBE_PRECISE float wide = variance > 0.0f ? variance * sqrtf(variance) : 0.0f;
+    if (!(variance > 0.0f)) variance = 0.0f;
+    LIGHTPROBE_PRECISE float wide = variance * sqrtf(variance) * (1.0f - 0.5f * variance);
     LIGHTPROBE_PRECISE float e = unevenness + LIGHTPROBE_WIDTH * wide;
     e = s.luminance / total * (s.luminance * e);
     return e;
-}
-
-// The error that a tolerance allows, and back: a half-space cuts off each place of a small light
-// with probability 1/2 per radian; the cosine at receivers of all orientations has the mean 1/4 and
-// the mean square 1/6.
-LIGHTPROBE_SHARED float lightprobe_enough(float tolerance, float total)
-{
-    LIGHTPROBE_PRECISE float enough = 0.75f * tolerance * tolerance * total;
-    return enough;
-}
-
-LIGHTPROBE_SHARED float lightprobe_root_error(float error, float total)
-{
-    return error > 0.0f ? sqrtf(error / total / 0.75f) : 0.0f;
 }
 
 // Of the two parts of a cut; FLT_MAX where one holds no light.
@@ -1473,24 +1475,32 @@ LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b
     return cost;
 }
 
-// More than the error of one light for two clusters, but where they are very uneven.
-LIGHTPROBE_SHARED float lightprobe_merged_error(lightprobe_sum a, lightprobe_sum b, float total)
+// Errors once two clusters, with these squares, share a light: more than that, unless they are very
+// uneven.
+LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,
+                                                      float a_squares, lightprobe_sum b,
+                                                      float b_squares, float total)
 {
     lightprobe_sum both = lightprobe_add_sum(a, b);
-    if (!(both.luminance > 0.0f)) return 0.0f;
+    if (!(both.luminance > 0.0f)) return all;
     LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;
     LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;
-    return lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);
+    LIGHTPROBE_PRECISE lightprobe_errors e = all;
+    LIGHTPROBE_PRECISE float apart = a_squares + b_squares;
+    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);
+    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);
+    e.width = e.width - widths + lightprobe_sum_error(both);
+    return e;
 }
 
 // For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:
 // the pair does not need it any more, 1: it gains four times what it costs, 0: no, since a light
-// that changes hands jumps. error: with the pair merged. enough: what is tolerated.
-LIGHTPROBE_SHARED int lightprobe_pays(float error, float enough, float gain, float cost,
+// that changes hands jumps. error: with the pair merged.
+LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,
                                       float total)
 {
     LIGHTPROBE_PRECISE float least = 1e-5f * total + 4.0f * cost;
-    return error < 0.64f * enough ? 2 : gain < least ? 0 : 1;
+    return error < 0.8f * tolerance ? 2 : gain < least ? 0 : 1;
 }
 // [glsl end]
 
@@ -1596,30 +1606,40 @@ static int lightprobe__largest_gain(const lightprobe__work *w)
     return most;
 }
 
-// Splits the cluster with the largest error until there are enough or the error is small enough.
-static void lightprobe__divide(lightprobe__work *w, float enough)
+static lightprobe_errors lightprobe__measure_all(lightprobe__work *w)
 {
-    float error = 0;
+    LIGHTPROBE_PRECISE lightprobe_errors e = {0, 0};
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe__measure(w, w->clusters + k);
-        error += w->clusters[k].error;
+        e.squares += w->clusters[k].error;
+        e.width += lightprobe_sum_error(w->clusters[k].sum);
     }
-    while (w->cluster_count < w->max_lights && error > enough) {
+    return e;
+}
+
+// Splits the cluster with the largest error until there are enough or the error is small enough.
+static void lightprobe__divide(lightprobe__work *w, float tolerance)
+{
+    lightprobe_errors e = lightprobe__measure_all(w);
+    while (w->cluster_count < w->max_lights &&
+           lightprobe_root_error(e, w->total_luminance) > tolerance) {
         const int most = lightprobe__largest_gain(w);
         lightprobe_cluster *parent = w->clusters + most, *fresh = w->clusters + w->cluster_count;
         if (!(w->gains[most] > 0)) break;
-        if (!parent->planned) {
+        if (!parent->planned) { // most small clusters never come to this
             lightprobe__plan_split(w, parent);
             continue;
         }
-        error -= parent->error;
+        e.squares -= parent->error;
+        e.width -= lightprobe_sum_error(parent->sum);
         w->cluster_count++;
         memset(fresh, 0, sizeof *fresh);
         fresh->id = -1;
         lightprobe__split(w, parent, fresh);
         lightprobe__measure(w, parent);
         lightprobe__measure(w, fresh);
-        error += parent->error + fresh->error;
+        e.squares += parent->error + fresh->error;
+        e.width += lightprobe_sum_error(parent->sum) + lightprobe_sum_error(fresh->sum);
     }
 }
 
@@ -1648,7 +1668,8 @@ static void lightprobe__find_near(lightprobe__work *w)
 }
 
 // Lloyd's iteration on the sphere: each leaf goes to the cluster among its own one's neighbours that
-// holds least against it, without heed of cuts and faces.
+// holds least against it, without heed of cuts and faces. One that is half of its cluster stays, so
+// that no cluster runs empty.
 static void lightprobe__relax(lightprobe__work *w, int rounds)
 {
     const float total = w->total_luminance;
@@ -1657,6 +1678,7 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
         for (int i = 0; i < w->leaf_count; i++) {
             lightprobe_leaf *leaf = w->leaves + i;
             const lightprobe_cluster *own = w->clusters + leaf->cluster;
+            if (2 * leaf->luminance >= own->sum.luminance) continue;
             float best = lightprobe_distance(own->sum.luminance / total, leaf->direction,
                                              leaf->tone, own->centre, own->tone);
             for (int k = 0; k < own->near_count; k++) {
@@ -1715,29 +1737,28 @@ static void lightprobe__swap(lightprobe__work *w, const int pair[2], int from)
 
 // For a moving probe: takes lights from where two do little more than one does, and spends them
 // where one is not enough. A light that the tolerance can spare by a margin is not spent again.
-static void lightprobe__respend(lightprobe__work *w, float enough)
+static void lightprobe__respend(lightprobe__work *w, float tolerance)
 {
     const float total = w->total_luminance;
-    float error = 0;
     lightprobe__sort_leaves(w);
+    lightprobe_errors e = lightprobe__measure_all(w);
     for (int k = 0; k < w->cluster_count; k++) {
         w->clusters[k].changed = 0;
-        lightprobe__measure(w, w->clusters + k);
         lightprobe__plan_split(w, w->clusters + k);
         w->gains[k] = w->clusters[k].gain;
-        error += w->clusters[k].error;
     }
     for (int swaps = w->cluster_count / 4; swaps >= 0; swaps--) {
         const int most = lightprobe__largest_gain(w);
         int pair[2] = {0, 0};
         const float cost = lightprobe__cheapest_merge(w, most, pair);
         const lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
-        const float merged = error - (a->error + b->error) +
-                             lightprobe_merged_error(a->sum, b->sum, total);
-        const int pays = lightprobe_pays(merged, enough, w->gains[most], cost, total);
+        const lightprobe_errors merged =
+            lightprobe_merged(e, a->sum, a->error, b->sum, b->error, total);
+        const int pays = lightprobe_pays(lightprobe_root_error(merged, total), tolerance,
+                                         w->gains[most], cost, total);
         if (cost >= FLT_MAX || !pays) break;
         if (pays == 2) w->clusters[most].sum.count = 0; // nothing to split off
-        error = merged; // at most: what the swap gains is not counted
+        e = merged; // at most: what the swap gains is not counted
         lightprobe__swap(w, pair, most);
     }
     lightprobe__sum_clusters(w);
@@ -2064,25 +2085,19 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
                             lightprobe_light *lights, float *error)
 {
     const int animated = settings->previous && settings->previous_count > 0;
-    const float enough = lightprobe_enough(settings->tolerance, total);
     lightprobe__make_leaves(w, total);
     lightprobe__start(w, settings->previous, animated ? settings->previous_count : 0);
-    lightprobe__divide(w, enough);
+    lightprobe__divide(w, settings->tolerance);
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
     // The start from previous lights was a round already; one a frame keeps the steps small.
     if (animated)
-        lightprobe__respend(w, enough);
+        lightprobe__respend(w, settings->tolerance);
     else
         lightprobe__relax(w, LIGHTPROBE_ROUNDS);
     if (error) {
-        float sum = 0;
         lightprobe__sort_leaves(w);
-        for (int k = 0; k < w->cluster_count; k++) {
-            lightprobe__measure(w, w->clusters + k);
-            sum += w->clusters[k].error;
-        }
-        *error = lightprobe_root_error(sum, total);
+        *error = lightprobe_root_error(lightprobe__measure_all(w), total);
     }
     return lightprobe__write_lights(w, animated, settings->min_share * total, lights);
 }
@@ -2436,6 +2451,8 @@ enum {
 };
 // Stages of LIGHTPROBE__GATHER. Behind them come further rounds of relaxation.
 enum { LIGHTPROBE__START, LIGHTPROBE__START_AGAIN, LIGHTPROBE__FIND_NEAR, LIGHTPROBE__RELAX };
+// Stage of LIGHTPROBE__DIVIDE that only finds the errors; the others are parts of the division.
+enum { LIGHTPROBE__MEASURE = 1000000 };
 enum {
     LIGHTPROBE__LIGHTS, // of so many updates
     LIGHTPROBE__WORK,
@@ -2529,7 +2546,7 @@ static const char lightprobe__glsl_shared[] =
     LIGHTPROBE__DEFINE(LIGHTPROBE_TILE_LEVEL)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MAX_LIGHTS)
     "#define GROUP " LIGHTPROBE__TEXT(LIGHTPROBE__GROUP) "\n"
-    "const int START = 0, START_AGAIN = 1, NEAR = 2, RELAX = 3;\n"
+    "const int START = 0, START_AGAIN = 1, NEAR = 2, RELAX = 3, MEASURE = 1000000;\n"
     "#define LIGHTPROBE_SHARED\n"
     "#define LIGHTPROBE_PRECISE precise\n"
     "#define LIGHTPROBE_INOUT inout\n"
@@ -2557,6 +2574,7 @@ static const char lightprobe__glsl_shared[] =
     "    lightprobe_vec3 direction; // vector irradiance = strength * direction\n"
     "    float strength, luminance;\n"
     "    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean\n"
+    "    float half_width; // of the square that it spreads its light over\n"
     "    int face, level, x, y, cluster;\n"
     "};\n"
     "\n"
@@ -2579,7 +2597,8 @@ static const char lightprobe__glsl_shared[] =
     "    lightprobe_sum sum;\n"
     "    lightprobe_vec3 centre; // means\n"
     "    float tone;\n"
-    "    lightprobe_axis axis;\n"
+    "    lightprobe_axis axis, tone_axis;\n"
+    "    float error, gain; // behind edges; what the planned split takes off the cost\n"
     "    int planned, changed, id;\n"
     "    int first; // of sum.count leaves in order[]\n"
     "    int nearby[LIGHTPROBE_NEAR], near_count;\n"
@@ -2678,10 +2697,37 @@ static const char lightprobe__glsl_shared[] =
     "    return n;\n"
     "}\n"
     "\n"
-    "// What stats.error adds up: the variance of direction.\n"
+    "// Variance of direction: flux times half the mean square angle to the centre.\n"
     "LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)\n"
     "{\n"
     "    return s.luminance - LIGHTPROBE_FLOAT(lightprobe_length(s.vector));\n"
+    "}\n"
+    "\n"
+    "// How much a cluster with this share of the flux holds against a leaf of it: where this is least,\n"
+    "// the leaf belongs. The square of a distance with the flux as weight, since errors count squared:\n"
+    "// bright lights are kept small.\n"
+    "LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,\n"
+    "                                            const lightprobe_vec3 b, float tone_b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float apart = 1.0f - lightprobe_nearness(a, tone_a, b, tone_b);\n"
+    "    LIGHTPROBE_PRECISE float d = share * apart * apart;\n"
+    "    return apart > 0.0f ? d : 0.0f;\n"
+    "}\n"
+    "\n"
+    "// What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose\n"
+    "// share goes one way for all lights along an edge and is summed before it is squared.\n"
+    "struct lightprobe_errors {\n"
+    "    float squares, width;\n"
+    "};\n"
+    "\n"
+    "// lightprobe_stats.error. A half-space cuts off each place of a small light with probability 1/2 a\n"
+    "// radian; the cosine at receivers of all orientations has the mean 1/4 and the mean square 1/6.\n"
+    "LIGHTPROBE_SHARED float lightprobe_root_error(lightprobe_errors e, float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float width = e.width / total, squares = e.squares / total * 1.3333333f;\n"
+    "    width = 0.6f * width * (1.0f - 0.5f * width);\n"
+    "    squares = squares + width * width;\n"
+    "    return squares > 0.0f ? sqrtf(squares) : 0.0f;\n"
     "}\n"
     // [glsl text end]
     "";
@@ -2696,7 +2742,8 @@ static const char lightprobe__glsl_work[] =
     "    float weights[2 * HALF * HALF]; // of a quarter face: all omegas, then all weights\n"
     "    dvec3 sum_of_all;\n"
     "    double bright[LIGHTS];\n"
-    "    float total, mean, error_left, gains[LIGHTS], errors[LIGHTS];\n"
+    "    float total, mean, gains[LIGHTS], errors[LIGHTS];\n"
+    "    lightprobe_errors left;\n"
     "    int leaf_count, cluster_count, going_on, rank[LIGHTS], order[LEAVES];\n"
     "};\n"
     "// Arrays without a length: of those with one Mesa lists every member of every element,\n"
@@ -2793,6 +2840,9 @@ static const char lightprobe__glsl_cells[] =
     "    leaf.luminance = lightprobe_luminance(leaf.flux);\n"
     "    leaf.strength = lightprobe_normalize(leaf.direction);\n"
     "    leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, mean);\n"
+    "    LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;\n"
+    "    LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3\n"
+    "    leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;\n"
     "    return leaf;\n"
     "}\n"
     "\n"
@@ -3038,9 +3088,11 @@ static const char lightprobe__glsl_gather[] =
     "        vec3 centre = vec3(0.0);\n"
     "        float tone = 0.0;\n"
     "        int id = -1;\n"
+    "        float held = 0.0;\n"
     "        if (k < count) {\n"
     "            lightprobe_light light = lightprobe_lights[k];\n"
     "            float luminance = lightprobe_luminance(light.irradiance) * LIGHTPROBE_SCALE;\n"
+    "            held = luminance >= 0.0 && luminance < total ? luminance : total;\n"
     "            centre = light.direction;\n"
     "            lightprobe_normalize(centre);\n"
     "            tone = lightprobe_tone(luminance, light.solid_angle, mean);\n"
@@ -3048,6 +3100,7 @@ static const char lightprobe__glsl_gather[] =
     "        }\n"
     "        clusters[k].centre = centre;\n"
     "        clusters[k].tone = tone;\n"
+    "        clusters[k].sum.luminance = held;\n"
     "        clusters[k].id = id;\n"
     "    }\n"
     "    if (lane == 0) {\n"
@@ -3056,9 +3109,11 @@ static const char lightprobe__glsl_gather[] =
     "    }\n"
     "    sync();\n"
     "}\n"
-    "float nearness_to(int leaf, int k)\n"
+    "// added: luminance that the cluster would have besides its own.\n"
+    "float distance_to(int leaf, int k, float added)\n"
     "{\n"
-    "    return lightprobe_nearness(leaves[leaf].direction, leaves[leaf].tone,\n"
+    "    precise float share = (clusters[k].sum.luminance + added) / total;\n"
+    "    return lightprobe_distance(share, leaves[leaf].direction, leaves[leaf].tone,\n"
     "                               clusters[k].centre, clusters[k].tone);\n"
     "}\n"
     "// Every leaf goes to the nearest cluster: of all, or of its own one's neighbours.\n"
@@ -3066,13 +3121,14 @@ static const char lightprobe__glsl_gather[] =
     "{\n"
     "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
     "        int own = leaves[i].cluster, to = own;\n"
+    "        if (!of_all && 2.0 * leaves[i].luminance >= clusters[own].sum.luminance) continue;\n"
     "        int n = of_all ? cluster_count : clusters[own].near_count;\n"
-    "        float best = of_all ? -FLT_MAX : nearness_to(i, own);\n"
+    "        float best = of_all ? FLT_MAX : distance_to(i, own, 0.0);\n"
     "        for (int j = 0; j < n; j++) {\n"
     "            int k = of_all ? j : clusters[own].nearby[j];\n"
-    "            float s = nearness_to(i, k);\n"
-    "            if (s <= best) continue;\n"
-    "            best = s;\n"
+    "            float d = distance_to(i, k, leaves[i].luminance);\n"
+    "            if (d >= best) continue;\n"
+    "            best = d;\n"
     "            to = k;\n"
     "        }\n"
     "        leaves[i].cluster = to;\n"
@@ -3093,7 +3149,6 @@ static const char lightprobe__glsl_gather[] =
     "            order[at++] = i;\n"
     "        }\n"
     "        clusters[k].sum = sum;\n"
-    "        errors[k] = lightprobe_sum_error(sum);\n"
     "        vec3 v = sum.vector;\n"
     "        if (lightprobe_normalize(v) > 0.0) clusters[k].centre = v;\n"
     "        if (sum.luminance > LIGHTPROBE_BLACK) clusters[k].tone = sum.tones / sum.luminance;\n"
@@ -3132,26 +3187,28 @@ static const char lightprobe__glsl_gather[] =
 // lightprobe__plan_split for several clusters at once, each by as many lanes as there are bins.
 static const char lightprobe__glsl_plan[] =
     // [glsl text begin splits] made by "make glsl", do not edit
-    "\n"
-    "// Nothing can be gained by a split beyond the variance of direction and tone.\n"
-    "LIGHTPROBE_SHARED float lightprobe_gain_bound(lightprobe_sum s)\n"
+    "// What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the\n"
+    "// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a profile.\n"
+    "LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float mean2 =\n"
-    "        s.luminance > LIGHTPROBE_BLACK ? s.tones / s.luminance * s.tones : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float bound = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);\n"
-    "    return bound;\n"
+    "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float mean2 = s.tones / s.luminance * s.tones;\n"
+    "    LIGHTPROBE_PRECISE float spread = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);\n"
+    "    LIGHTPROBE_PRECISE float cost = s.luminance / total * spread;\n"
+    "    return cost > 0.0f ? cost : 0.0f;\n"
     "}\n"
     "\n"
-    "// Second moments of direction (xx yy zz xy yz zx) and tone around their means.\n"
+    "// Second moments of direction (xx yy zz xy yz zx) and tone around their means; variance of the\n"
+    "// leaves' own spread along any axis.\n"
     "struct lightprobe_spread {\n"
-    "    float m[6], tone2;\n"
+    "    float m[6], tone2, own;\n"
     "};\n"
     "\n"
     "LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)\n"
     "{\n"
     "    lightprobe_spread s;\n"
     "    for (int i = 0; i < 6; i++) s.m[i] = 0.0f;\n"
-    "    s.tone2 = 0.0f;\n"
+    "    s.tone2 = s.own = 0.0f;\n"
     "    return s;\n"
     "}\n"
     "\n"
@@ -3172,6 +3229,7 @@ static const char lightprobe__glsl_plan[] =
     "    s.m[4] += f * y * z;\n"
     "    s.m[5] += f * z * x;\n"
     "    s.tone2 += f * tone * tone;\n"
+    "    s.own += f * leaf.half_width * leaf.half_width * 0.33333333f;\n"
     "    return s;\n"
     "}\n"
     "\n"
@@ -3201,27 +3259,59 @@ static const char lightprobe__glsl_plan[] =
     "    if (!(lightprobe_normalize(v) > 0.0f)) v[1] = 1.0f;\n"
     "}\n"
     "\n"
-    "// The direction of the largest variance, or tone where that varies more. scale is 0 where nothing\n"
-    "// does.\n"
-    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_of(lightprobe_spread spread,\n"
-    "                                                     const lightprobe_vec3 mean, float mean_tone)\n"
+    "// Bins around a mean; scale is 0 where nothing varies.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_around(float middle, float variance)\n"
     "{\n"
     "    lightprobe_axis axis;\n"
-    "    lightprobe_eigenvector(spread.m, axis.direction);\n"
-    "    float x = axis.direction[0], y = axis.direction[1], z = axis.direction[2];\n"
-    "    LIGHTPROBE_PRECISE float squares =\n"
-    "        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];\n"
-    "    LIGHTPROBE_PRECISE float variance =\n"
-    "        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));\n"
-    "    axis.by_tone = spread.tone2 > variance ? 1 : 0;\n"
-    "    float middle = axis.by_tone != 0 ? mean_tone : lightprobe_dot(mean, axis.direction);\n"
-    "    float deviation = sqrtf(axis.by_tone != 0 ? spread.tone2 : variance);\n"
+    "    float deviation = variance > 0.0f ? sqrtf(variance) : 0.0f;\n"
     "    LIGHTPROBE_PRECISE float width = LIGHTPROBE_REACH * deviation;\n"
     "    LIGHTPROBE_PRECISE float low = middle - width;\n"
+    "    for (int i = 0; i < 3; i++) axis.direction[i] = 0.0f;\n"
+    "    axis.by_tone = 1;\n"
     "    axis.low = low;\n"
     "    axis.scale = deviation < 1e-7f ? 0.0f : LIGHTPROBE_FLOAT(LIGHTPROBE_BINS) / (2.0f * width);\n"
     "    axis.threshold = 0.0f;\n"
     "    return axis;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_along(const lightprobe_vec3 d,\n"
+    "                                                        lightprobe_spread spread,\n"
+    "                                                        const lightprobe_vec3 mean)\n"
+    "{\n"
+    "    float x = d[0], y = d[1], z = d[2];\n"
+    "    LIGHTPROBE_PRECISE float squares =\n"
+    "        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];\n"
+    "    LIGHTPROBE_PRECISE float variance =\n"
+    "        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));\n"
+    "    LIGHTPROBE_PRECISE float all = variance + spread.own;\n"
+    "    lightprobe_axis axis = lightprobe_axis_around(lightprobe_dot(mean, d), all);\n"
+    "    for (int i = 0; i < 3; i++) axis.direction[i] = d[i];\n"
+    "    axis.by_tone = 0;\n"
+    "    return axis;\n"
+    "}\n"
+    "\n"
+    "// Of the largest variance.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_longest_axis(lightprobe_spread spread,\n"
+    "                                                          const lightprobe_vec3 mean)\n"
+    "{\n"
+    "    lightprobe_vec3 d;\n"
+    "    lightprobe_eigenvector(spread.m, d);\n"
+    "    return lightprobe_axis_along(d, spread, mean);\n"
+    "}\n"
+    "\n"
+    "// Across it. Light from all around has no such axis: the same one once more.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_across(lightprobe_axis axis,\n"
+    "                                                         lightprobe_spread spread,\n"
+    "                                                         const lightprobe_vec3 mean)\n"
+    "{\n"
+    "    lightprobe_vec3 d;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
+    "        LIGHTPROBE_PRECISE float across = mean[j] * axis.direction[k] - mean[k] * axis.direction[j];\n"
+    "        d[i] = across;\n"
+    "    }\n"
+    "    if (!(lightprobe_normalize(d) > 1e-3f)) return axis;\n"
+    "    return lightprobe_axis_along(d, spread, mean);\n"
     "}\n"
     "\n"
     "// Where a leaf lies on an axis, and in which bin.\n"
@@ -3243,93 +3333,203 @@ static const char lightprobe__glsl_plan[] =
     "    return at;\n"
     "}\n"
     "\n"
-    "// What cutting off a part takes off half the variance of tone.\n"
-    "LIGHTPROBE_SHARED float lightprobe_tone_gain(lightprobe_sum whole, lightprobe_sum part)\n"
+    "// Where along the bins of an axis a leaf begins, and its luminance a bin.\n"
+    "struct lightprobe_streak {\n"
+    "    float low, density, luminance;\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_streak lightprobe_streak_of(lightprobe_axis axis, lightprobe_leaf leaf)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float rest = whole.luminance - part.luminance;\n"
-    "    if (!(part.luminance > LIGHTPROBE_BLACK) || !(rest > LIGHTPROBE_BLACK)) return 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float apart =\n"
-    "        part.tones / part.luminance - (whole.tones - part.tones) / rest;\n"
-    "    LIGHTPROBE_PRECISE float gain =\n"
-    "        0.5f * apart * apart * part.luminance * (rest / whole.luminance);\n"
-    "    return gain;\n"
+    "    lightprobe_streak s;\n"
+    "    LIGHTPROBE_PRECISE float middle = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;\n"
+    "    LIGHTPROBE_PRECISE float half_width = leaf.half_width * axis.scale + 1e-3f;\n"
+    "    LIGHTPROBE_PRECISE float low = middle - half_width;\n"
+    "    s.low = low;\n"
+    "    s.density = leaf.luminance / (2.0f * half_width);\n"
+    "    s.luminance = leaf.luminance;\n"
+    "    return s;\n"
     "}\n"
     "\n"
-    "// What a cut takes off the error. size: length of the whole's vector.\n"
-    "LIGHTPROBE_SHARED float lightprobe_split_gain(lightprobe_sum whole, double size,\n"
-    "                                              lightprobe_sum part)\n"
+    "// Luminance below the end of a bin.\n"
+    "LIGHTPROBE_SHARED float lightprobe_below(lightprobe_streak s, int bin)\n"
     "{\n"
-    "    lightprobe_vec3 rest;\n"
-    "    if (part.count == 0 || part.count == whole.count) return 0.0f;\n"
-    "    for (int i = 0; i < 3; i++) rest[i] = whole.vector[i] - part.vector[i];\n"
-    "    LIGHTPROBE_PRECISE double apart =\n"
-    "        lightprobe_length(part.vector) + lightprobe_length(rest) - size;\n"
-    "    LIGHTPROBE_PRECISE float gain = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(whole, part);\n"
-    "    return gain;\n"
+    "    LIGHTPROBE_PRECISE float part = (LIGHTPROBE_FLOAT(bin + 1) - s.low) * s.density;\n"
+    "    float most = part < s.luminance ? part : s.luminance;\n"
+    "    return most > 0.0f ? most : 0.0f;\n"
     "}\n"
     "\n"
-    "// What giving one light to two clusters adds to the error.\n"
-    "LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b)\n"
+    "// Cramer's distance between the light along an axis (luminance below the end of each bin) and that of\n"
+    "// a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of their\n"
+    "// squared difference. Its mean over all axes is the energy distance, but for a factor.\n"
+    "LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,\n"
+    "                                              const float below[LIGHTPROBE_BINS], float luminance)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_sum both = a;\n"
-    "    for (int i = 0; i < 3; i++) both.vector[i] += b.vector[i];\n"
-    "    both.luminance += b.luminance;\n"
-    "    both.tones += b.tones;\n"
-    "    LIGHTPROBE_PRECISE double apart =\n"
-    "        lightprobe_length(a.vector) + lightprobe_length(b.vector) - lightprobe_length(both.vector);\n"
-    "    LIGHTPROBE_PRECISE float cost = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(both, a);\n"
+    "    LIGHTPROBE_PRECISE float sum = 0.0f;\n"
+    "    if (!(axis.scale > 0.0f)) return 0.0f;\n"
+    "    for (int i = 0; i + 1 < LIGHTPROBE_BINS; i++) {\n"
+    "        float place = LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);\n"
+    "        LIGHTPROBE_PRECISE float even = 0.5f + 0.28867513f * LIGHTPROBE_REACH * place;\n"
+    "        LIGHTPROBE_PRECISE float off = below[i] / luminance - even;\n"
+    "        sum += off * off;\n"
+    "    }\n"
+    "    return sum / axis.scale;\n"
+    "}\n"
+    "\n"
+    "// Mean squared error behind a random straight edge of a light for this cluster, of the total's\n"
+    "// flux, but for a factor. unevenness: the mean of two axes.\n"
+    "LIGHTPROBE_SHARED float lightprobe_edge_error(lightprobe_sum s, float unevenness, float total)\n"
+    "{\n"
+    "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
+    "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
+    "    if (!(variance > 0.0f)) variance = 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float wide = variance * sqrtf(variance) * (1.0f - 0.5f * variance);\n"
+    "    LIGHTPROBE_PRECISE float e = unevenness + LIGHTPROBE_WIDTH * wide;\n"
+    "    e = s.luminance / total * (s.luminance * e);\n"
+    "    return e;\n"
+    "}\n"
+    "\n"
+    "// Of the two parts of a cut; FLT_MAX where one holds no light.\n"
+    "LIGHTPROBE_SHARED float lightprobe_cut_cost(lightprobe_sum below, lightprobe_sum above, float total)\n"
+    "{\n"
+    "    if (!(below.luminance > 0.0f) || !(above.luminance > 0.0f)) return FLT_MAX;\n"
+    "    LIGHTPROBE_PRECISE float cost = lightprobe_cost(below, total) + lightprobe_cost(above, total);\n"
     "    return cost;\n"
+    "}\n"
+    "\n"
+    "// What giving one light to two clusters adds to the cost.\n"
+    "LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b, float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float apart = lightprobe_cost(a, total) + lightprobe_cost(b, total);\n"
+    "    LIGHTPROBE_PRECISE float cost = lightprobe_cost(lightprobe_add_sum(a, b), total) - apart;\n"
+    "    return cost;\n"
+    "}\n"
+    "\n"
+    "// Errors once two clusters, with these squares, share a light: more than that, unless they are very\n"
+    "// uneven.\n"
+    "LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,\n"
+    "                                                      float a_squares, lightprobe_sum b,\n"
+    "                                                      float b_squares, float total)\n"
+    "{\n"
+    "    lightprobe_sum both = lightprobe_add_sum(a, b);\n"
+    "    if (!(both.luminance > 0.0f)) return all;\n"
+    "    LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;\n"
+    "    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;\n"
+    "    LIGHTPROBE_PRECISE lightprobe_errors e = all;\n"
+    "    LIGHTPROBE_PRECISE float apart = a_squares + b_squares;\n"
+    "    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);\n"
+    "    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);\n"
+    "    e.width = e.width - widths + lightprobe_sum_error(both);\n"
+    "    return e;\n"
     "}\n"
     "\n"
     "// For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:\n"
     "// the pair does not need it any more, 1: it gains four times what it costs, 0: no, since a light\n"
-    "// that changes hands jumps. enough: the error that is tolerated.\n"
-    "LIGHTPROBE_SHARED int lightprobe_pays(float error, float enough, float gain, float cost,\n"
+    "// that changes hands jumps. error: with the pair merged.\n"
+    "LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,\n"
     "                                      float total)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float more = error + cost, least = 1e-5f * total + 4.0f * cost;\n"
-    "    return more < 0.8f * enough ? 2 : gain < least ? 0 : 1;\n"
+    "    LIGHTPROBE_PRECISE float least = 1e-5f * total + 4.0f * cost;\n"
+    "    return error < 0.8f * tolerance ? 2 : gain < least ? 0 : 1;\n"
     "}\n"
     // [glsl text end]
     "layout(local_size_x = GROUP) in;\n"
-    "shared lightprobe_sum bins[GROUP];\n"
+    "shared lightprobe_sum bins[GROUP], tone_bins[GROUP];\n"
+    "shared vec2 profiles[GROUP];\n"
+    "shared float tone_values[GROUP];\n"
     "\n"
+    "// Cost of the cut behind this lane's bin; first: that of the lane of bin 0.\n"
+    "float cut_cost(bool by_tone, int first)\n"
+    "{\n"
+    "    lightprobe_sum below = lightprobe_nothing(), above = below;\n"
+    "    for (int i = first; i <= lane; i++) {\n"
+    "        lightprobe_sum bin = bins[i];\n"
+    "        if (by_tone) bin = tone_bins[i];\n"
+    "        below = lightprobe_add_sum(below, bin);\n"
+    "    }\n"
+    "    for (int i = first + LIGHTPROBE_BINS - 1; i > lane; i--) {\n"
+    "        lightprobe_sum bin = bins[i];\n"
+    "        if (by_tone) bin = tone_bins[i];\n"
+    "        above = lightprobe_add_sum(above, bin);\n"
+    "    }\n"
+    "    return lightprobe_cut_cost(below, above, total);\n"
+    "}\n"
     "// k: the cluster of these lanes, or -1: then they only keep step.\n"
     "void plan_split(int k)\n"
     "{\n"
-    "    int bin = lane % LIGHTPROBE_BINS;\n"
-    "    lightprobe_sum whole = lightprobe_nothing(), own = whole, left = whole;\n"
+    "    int bin = lane % LIGHTPROBE_BINS, zero = lane - bin;\n"
+    "    lightprobe_sum whole = lightprobe_nothing(), own = whole, own_tone = whole;\n"
     "    if (k >= 0) whole = clusters[k].sum;\n"
     "    int first = k >= 0 ? clusters[k].first : 0, end = first + whole.count;\n"
     "    float scale = whole.luminance > LIGHTPROBE_BLACK ? 1.0 / whole.luminance : 0.0;\n"
     "    precise float mean_tone = whole.tones * scale;\n"
-    "    precise vec3 mean = whole.vector * scale;\n"
+    "    precise vec3 mean_direction = whole.vector * scale;\n"
     "    lightprobe_spread spread = lightprobe_no_spread();\n"
     "    for (int at = first; at < end; at++)\n"
-    "        spread = lightprobe_add_spread(spread, leaves[order[at]], mean, mean_tone, scale);\n"
-    "    lightprobe_axis axis = lightprobe_axis_of(spread, mean, mean_tone);\n"
-    "    bool good = whole.count > 1 && axis.scale > 0.0;\n"
-    "    for (int at = first; good && at < end; at++) {\n"
+    "        spread = lightprobe_add_spread(spread, leaves[order[at]], mean_direction, mean_tone,\n"
+    "                                       scale);\n"
+    "    lightprobe_axis along = lightprobe_longest_axis(spread, mean_direction);\n"
+    "    lightprobe_axis across = lightprobe_axis_across(along, spread, mean_direction);\n"
+    "    lightprobe_axis tone = lightprobe_axis_around(mean_tone, spread.tone2);\n"
+    "    precise vec2 profile = vec2(0.0);\n"
+    "    for (int at = first; at < end; at++) {\n"
     "        lightprobe_leaf leaf = leaves[order[at]];\n"
-    "        if (lightprobe_bin(axis, leaf) == bin) own = lightprobe_add_leaf(own, leaf);\n"
+    "        profile += vec2(lightprobe_below(lightprobe_streak_of(along, leaf), bin),\n"
+    "                        lightprobe_below(lightprobe_streak_of(across, leaf), bin));\n"
+    "        if (lightprobe_bin(along, leaf) == bin) own = lightprobe_add_leaf(own, leaf);\n"
+    "        if (lightprobe_bin(tone, leaf) == bin) own_tone = lightprobe_add_leaf(own_tone, leaf);\n"
     "    }\n"
     "    bins[lane] = own;\n"
+    "    tone_bins[lane] = own_tone;\n"
+    "    profiles[lane] = profile;\n"
     "    sync();\n"
-    "    for (int i = lane - bin; i <= lane; i++) left = lightprobe_add_sum(left, bins[i]);\n"
-    "    double size = lightprobe_length(whole.vector);\n"
-    "    values[lane] = good ? lightprobe_split_gain(whole, size, left) : 0.0;\n"
+    "    values[lane] = along.scale > 0.0 ? cut_cost(false, zero) : FLT_MAX;\n"
+    "    tone_values[lane] = tone.scale > 0.0 ? cut_cost(true, zero) : FLT_MAX;\n"
     "    sync();\n"
-    "    float best = 0.0;\n"
-    "    for (int i = 0; bin == 0 && i < rolled(LIGHTPROBE_BINS - 1); i++) {\n"
-    "        if (values[lane + i] <= best) continue;\n"
-    "        best = values[lane + i];\n"
-    "        axis.threshold = lightprobe_threshold(axis, i);\n"
-    "    }\n"
     "    if (bin == 0 && k >= 0) {\n"
+    "        float least = FLT_MAX, below_u[LIGHTPROBE_BINS], below_v[LIGHTPROBE_BINS];\n"
+    "        lightprobe_axis axis = along;\n"
+    "        for (int i = 0; i < rolled(2 * LIGHTPROBE_BINS); i++) {\n"
+    "            int at = i % LIGHTPROBE_BINS;\n"
+    "            bool by_tone = i >= LIGHTPROBE_BINS;\n"
+    "            float cost = by_tone ? tone_values[lane + at] : values[lane + at];\n"
+    "            if (at == LIGHTPROBE_BINS - 1 || cost >= least) continue;\n"
+    "            least = cost;\n"
+    "            axis = along;\n"
+    "            if (by_tone) axis = tone;\n"
+    "            axis.threshold = lightprobe_threshold(axis, at);\n"
+    "        }\n"
+    "        for (int i = 0; i < LIGHTPROBE_BINS; i++) {\n"
+    "            below_u[i] = profiles[lane + i].x;\n"
+    "            below_v[i] = profiles[lane + i].y;\n"
+    "        }\n"
+    "        precise float uneven = lightprobe_unevenness(along, below_u, whole.luminance) +\n"
+    "                               lightprobe_unevenness(across, below_v, whole.luminance);\n"
+    "        precise float error = lightprobe_edge_error(whole, 0.5 * uneven, total);\n"
+    "        bool good = least < FLT_MAX;\n"
+    "        precise float gain = lightprobe_cost(whole, total) - least;\n"
     "        clusters[k].axis = axis;\n"
-    "        gains[k] = good ? min(best, lightprobe_gain_bound(whole)) : 0.0;\n"
+    "        clusters[k].gain = good ? gain : 0.0;\n"
+    "        errors[k] = error;\n"
+    "        gains[k] = good ? error : 0.0;\n"
     "    }\n"
     "    sync();\n"
+    "}\n"
+    "// Of count clusters; each by as many lanes as there are bins.\n"
+    "void plan_all(int count)\n"
+    "{\n"
+    "    for (int first = 0; first < count; first += GROUP / LIGHTPROBE_BINS) {\n"
+    "        int at = first + lane / LIGHTPROBE_BINS;\n"
+    "        plan_split(at < count ? at : -1);\n"
+    "    }\n"
+    "}\n"
+    "lightprobe_errors all_errors()\n"
+    "{\n"
+    "    precise lightprobe_errors all = lightprobe_errors(0.0, 0.0);\n"
+    "    for (int k = 0; k < cluster_count; k++) {\n"
+    "        all.squares += errors[k];\n"
+    "        all.width += lightprobe_sum_error(clusters[k].sum);\n"
+    "    }\n"
+    "    return all;\n"
     "}\n"
     "int largest_gain(int count, out float top)\n"
     "{\n"
@@ -3362,39 +3562,40 @@ static const char lightprobe__glsl_divide[] =
     "            order[end] = index;\n"
     "        }\n"
     "    }\n"
+    "    precise lightprobe_errors rest = left;\n"
+    "    rest.squares -= errors[k];\n"
+    "    rest.width -= lightprobe_sum_error(clusters[k].sum);\n"
+    "    left = rest;\n"
     "    clusters[k].sum = near_part;\n"
     "    clusters[fresh].sum = far_part;\n"
-    "    float a = lightprobe_sum_error(near_part), b = lightprobe_sum_error(far_part);\n"
-    "    precise float left = error_left - errors[k];\n"
-    "    error_left = left + (a + b);\n"
-    "    errors[k] = a;\n"
-    "    errors[fresh] = b;\n"
     "    clusters[fresh].first = i;\n"
     "}\n"
-    "// Plans all clusters, then the two parts of each split. The CPU plans as late as it can,\n"
-    "// but no plan gains more than its bound, so the same ones come first.\n"
+    "// Plans all clusters, then the two parts of each split. The CPU plans as late as it can; the\n"
+    "// same clusters come first. MEASURE: only finds the errors.\n"
     "void main()\n"
     "{\n"
     "    if (is_black()) return;\n"
-    "    int count = cluster_count, most = 0, todo = stage == 0 ? count : 0;\n"
-    "    if (lane == 0 && stage == 0) {\n"
-    "        precise float all = 0.0;\n"
-    "        for (int k = 0; k < count; k++) all += errors[k];\n"
-    "        error_left = all;\n"
-    "    }\n"
+    "    int count = cluster_count, most = 0;\n"
+    "    if (stage == 0 || stage == MEASURE) plan_all(count);\n"
+    "    if (lane == 0 && (stage == 0 || stage == MEASURE)) left = all_errors();\n"
     "    sync();\n"
-    "    for (int splits = 0; count < LIGHTS && error_left > TOLERANCE * total; splits++) {\n"
+    "    for (int splits = 0; splits < SPLITS && stage != MEASURE; splits++) {\n"
     "        float top;\n"
-    "        for (int first = 0; first < todo; first += GROUP / LIGHTPROBE_BINS) {\n"
-    "            int at = first + lane / LIGHTPROBE_BINS;\n"
-    "            plan_split(at >= todo ? -1 : splits == 0 ? at : at == 0 ? most : count - 1);\n"
-    "        }\n"
+    "        if (count >= LIGHTS || !(lightprobe_root_error(left, total) > TOLERANCE)) break;\n"
     "        most = largest_gain(count, top);\n"
-    "        if (splits == SPLITS || top <= 1e-7 * total) break;\n"
+    "        if (!(top > 0.0)) break;\n"
     "        if (lane == 0) split_cluster(most, count);\n"
     "        sync();\n"
+    "        plan_split(lane < LIGHTPROBE_BINS ? most : lane < 2 * LIGHTPROBE_BINS ? count : -1);\n"
+    "        if (lane == 0) {\n"
+    "            precise lightprobe_errors all = left;\n"
+    "            all.squares += errors[most] + errors[count];\n"
+    "            all.width += lightprobe_sum_error(clusters[most].sum) +\n"
+    "                         lightprobe_sum_error(clusters[count].sum);\n"
+    "            left = all;\n"
+    "        }\n"
+    "        sync();\n"
     "        count++;\n"
-    "        todo = 2;\n"
     "    }\n"
     "    if (lane == 0) cluster_count = count;\n"
     "}\n";
@@ -3414,7 +3615,7 @@ static const char lightprobe__glsl_respend[] =
     "            int b = clusters[a].nearby[n];\n"
     "            if (clusters[b].changed != 0 || b == not_this) continue;\n"
     "            lightprobe_sum other = clusters[b].sum;\n"
-    "            float cost = lightprobe_merge_cost(sum, other);\n"
+    "            float cost = lightprobe_merge_cost(sum, other, total);\n"
     "            if (cost >= least) continue;\n"
     "            least = cost;\n"
     "            at = a;\n"
@@ -3440,25 +3641,32 @@ static const char lightprobe__glsl_respend[] =
     "void main()\n"
     "{\n"
     "    if (is_black() || going_on == 0) return;\n"
-    "    precise float error = 0.0;\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP) clusters[k].changed = 0;\n"
-    "    for (int first = 0; first < cluster_count; first += GROUP / LIGHTPROBE_BINS) {\n"
-    "        int at = first + lane / LIGHTPROBE_BINS;\n"
-    "        plan_split(at < cluster_count ? at : -1);\n"
+    "    plan_all(cluster_count);\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        clusters[k].changed = 0;\n"
+    "        gains[k] = clusters[k].gain;\n"
     "    }\n"
-    "    for (int k = 0; k < cluster_count; k++) error += errors[k];\n"
+    "    lightprobe_errors e = all_errors();\n"
+    "    sync();\n"
     "    for (int swaps = cluster_count / 4; swaps >= 0; swaps--) {\n"
     "        float gain, top, least;\n"
     "        int most = largest_gain(cluster_count, gain);\n"
     "        int at = cheapest_merge(most, least);\n"
     "        sync();\n"
     "        int first = largest(-least, at, top);\n"
-    "        int pays = lightprobe_pays(error, TOLERANCE * total, gain, -top, total);\n"
-    "        if (first < 0 || pays == 0) break;\n"
-    "        error -= top;\n"
+    "        if (first < 0) break;\n"
+    "        ivec2 pair = pairs[first % GROUP];\n"
+    "        lightprobe_errors merged =\n"
+    "            lightprobe_merged(e, clusters[pair.x].sum, errors[pair.x], clusters[pair.y].sum,\n"
+    "                              errors[pair.y], total);\n"
+    "        int pays = lightprobe_pays(lightprobe_root_error(merged, total), TOLERANCE, gain, -top,\n"
+    "                                   total);\n"
+    "        if (pays == 0) break;\n"
+    "        e = merged;\n"
+    "        sync();\n"
     "        if (lane == 0) {\n"
     "            if (pays == 2) clusters[most].sum.count = 0;\n"
-    "            swap_clusters(pairs[first % GROUP], most);\n"
+    "            swap_clusters(pair, most);\n"
     "        }\n"
     "        sync();\n"
     "    }\n"
@@ -3658,12 +3866,9 @@ static const char lightprobe__glsl_write[] =
     "    sync();\n"
     "    if (!is_black()) write_lights();\n"
     "    if (lane != 0) return;\n"
-    "    precise float left = 0.0;\n"
     "    precise dvec3 carried = dvec3(0.0);\n"
-    "    int clusters_lit = is_black() ? 0 : cluster_count;\n"
-    "    for (int k = 0; k < clusters_lit; k++) left += errors[k];\n"
     "    for (int i = 0; i < made.count; i++) carried += made.lights[i].irradiance;\n"
-    "    made.error = left > 0.0 ? left / total : 0.0;\n"
+    "    made.error = is_black() ? 0.0 : lightprobe_root_error(left, total);\n"
     "    made.residual = rgb_of(sum_of_all - carried * LIGHTPROBE_SCALE);\n"
     "}\n";
 // clang-format on
@@ -3875,7 +4080,7 @@ static size_t lightprobe__size_parts(lightprobe_gl *gl)
     const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
     const size_t leaves = LIGHTPROBE__LEAVES(lights) + LIGHTPROBE_MORE_LEAVES;
     const size_t bytes[] = {128 + 8 * half * half + (8 + 3 * 4) * lights + 4 * leaves, 64 * leaves,
-                            128 * lights, 32 * (size_t)gl->cells};
+                            176 * lights, 32 * (size_t)gl->cells};
     size_t sum = 0;
     for (int i = 0; i < LIGHTPROBE__PARTS; i++)
         sum += gl->part_bytes[i] = lightprobe__aligned(bytes[i]);
@@ -4147,6 +4352,7 @@ static void lightprobe__run(const lightprobe_gl *gl, int mip)
     if (gl->again) lightprobe__dispatch(gl, LIGHTPROBE__RESPEND, 0, 1, 1);
     for (int round = 0; round < LIGHTPROBE_ROUNDS; round++)
         lightprobe__dispatch(gl, LIGHTPROBE__GATHER, LIGHTPROBE__RELAX + round, 1, 1);
+    lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, LIGHTPROBE__MEASURE, 1, 1);
     lightprobe__dispatch(gl, LIGHTPROBE__WRITE, 0, 1, 1);
 }
 
