@@ -82,7 +82,7 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_SIDE,     // side below 1 or above LIGHTPROBE_MAX_SIDE
     LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4
     LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, or above the largest number
-    LIGHTPROBE_ERROR_SETTINGS, // tolerance or min_share negative or not finite, or an unknown mode
+    LIGHTPROBE_ERROR_SETTINGS, // tolerance, min_share or min_shadow negative or not finite, bad mode
     LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
     LIGHTPROBE_ERROR_MEMORY,   // LIGHTPROBE_MALLOC gave none
     LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
@@ -127,10 +127,14 @@ typedef enum lightprobe_mode {
 // Zero means default everywhere.
 typedef struct lightprobe_settings {
     int max_lights;  // 0: as many as the probe needs, at most LIGHTPROBE_DEFAULT_LIGHTS
-    float tolerance; // no more lights once stats.error is at most this; 0: use all of max_lights
-                     // or, where that is 0 too, LIGHTPROBE_DEFAULT_TOLERANCE
+    float tolerance; // no more lights once their error (lightprobe_stats) is at most this; 0: use
+                     // all of max_lights or, where that is 0 too, LIGHTPROBE_DEFAULT_TOLERANCE
     int mode;        // lightprobe_mode
     float min_share; // what has a smaller share of the probe's luminance is left to the residual
+    // The weakest lights, dim or wide, are left to the residual too while the shadows lost by that
+    // change irradiance behind a random edge by at most this, in the parts of tolerance: a map less
+    // for each. 0: none.
+    float min_shadow;
     // Lights of the previous frame, for a probe that moves: the new lights go on from them, keep
     // their places in the array and their ids, and change in number or region only where that pays.
     // May be the array that receives the new lights. NULL: start afresh, brightest light first.
@@ -143,9 +147,13 @@ typedef struct lightprobe_settings {
 
 typedef struct lightprobe_stats {
     float total[3];      // irradiance[] of the whole probe, bad channels counting as 0
-    float residual[3];   // what the lights do not carry, total - their sum: shade it as ambient
-    float error;         // how wide the lights are: mean over the flux of half the square angle to
-                         // the light's centre (exactly: sum of flux (1 - R) over sum of flux)
+    float residual[3];   // what the lights do not carry, total - their sum
+    float residual_sh[9][3]; // of it, for lightprobe_residual_irradiance
+    // Estimate of what the choice of lights costs: root mean square error of the irradiance of receivers
+    // of all orientations behind a random half-space (its border any great circle), in parts of the
+    // mean irradiance when nothing stands in between. Within 25% from 4 lights on. Of
+    // LIGHTPROBE_MEDIAN_CUT: the mean of half the square angle to the light's centre.
+    float error;
     int lights;          // how many were written
     int repaired_texels; // with a negative, NaN or infinite channel; that channel counts as 0
 } lightprobe_stats;
@@ -185,6 +193,10 @@ void lightprobe_texel_direction(int face, float s, float t, float direction[3]);
 // [0,1], error below 1e-6. Arguments outside [-1,1] count as the nearest number inside.
 float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
 
+// Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
+// to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
+void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3], float rgb[3]);
+
 // GLSL 4.50 text that defines the same lightprobe_disc_irradiance. Goes behind #version; static
 // memory.
 const char *lightprobe_glsl_math(void);
@@ -215,9 +227,10 @@ typedef struct lightprobe_gl lightprobe_gl;
 typedef struct lightprobe_gl_desc {
     lightprobe_gl_loader load;
     int side;       // of the faces; 0: 128. A texture is read at the mip level of this side
-    int max_lights; // these three as in lightprobe_settings, but at most LIGHTPROBE_GL_MAX_LIGHTS
+    int max_lights; // these four as in lightprobe_settings, but at most LIGHTPROBE_GL_MAX_LIGHTS
     float tolerance;
     float min_share;
+    float min_shadow;
     int first_texture_unit;   // this one, and six shader storage bindings from first_buffer_binding
     int first_buffer_binding; // on, are used inside lightprobe_gl_update and then put back
     void (*log)(void *user, const char *message); // told why a call failed, shader logs; or NULL
@@ -257,6 +270,7 @@ lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl, int as_read);
 // lightprobe_count, lightprobe_lights[] (members as in C), lightprobe_error, lightprobe_total and
 // lightprobe_residual, at binding LIGHTPROBE_BINDING (0 unless defined before), and
 //     vec3 lightprobe_irradiance(int light, vec3 normal)  // times visibility; nothing in between
+//     vec3 lightprobe_residual_irradiance(vec3 normal)    // what the lights do not carry
 const char *lightprobe_glsl_lights(void);
 
 #ifdef __cplusplus
@@ -370,6 +384,39 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
     return e > 0.0f ? e : 0.0f; // at most 0.65
 }
 // [glsl end]
+
+// [glsl begin harmonics]
+
+// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1 and
+// 2 at a unit vector, without their constants.
+LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)
+{
+    if (i < 4) return i == 0 ? 1.0f : i == 1 ? y : i == 2 ? z : x;
+    if (i == 6) return 3.0f * z * z - 1.0f;
+    return i == 4 ? x * y : i == 5 ? y * z : i == 7 ? z * x : x * x - y * y;
+}
+
+// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine
+// is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.
+LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y, float z)
+{
+    float half_sum = 0.5f * (1.0f + cos_alpha);
+    float weight = i == 6 ? 0.078125f : i == 8 ? 0.234375f : 0.9375f;
+    if (i == 0) return 0.25f;
+    weight = i < 4 ? 0.5f * half_sum : weight * cos_alpha * half_sum;
+    return weight * lightprobe_harmonic(i, x, y, z);
+}
+// [glsl end]
+
+void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3], float rgb[3])
+{
+    float sum[3] = {0, 0, 0};
+    for (int i = 0; i < 9; i++) {
+        const float y = lightprobe_harmonic(i, normal[0], normal[1], normal[2]);
+        for (int c = 0; c < 3; c++) sum[c] += y * stats->residual_sh[i][c];
+    }
+    for (int c = 0; c < 3; c++) rgb[c] = sum[c] > 0 ? sum[c] : 0;
+}
 
 // ------------------------------------------------------------------------------------------------
 // Directions and solid angles
@@ -495,7 +542,8 @@ typedef struct lightprobe_cluster {
     lightprobe_axis axis, tone_axis;
     float error, gain; // behind edges; what the planned split takes off the cost
     int planned, changed, id;
-    int first; // of sum.count leaves in order[]
+    int brightest; // leaf
+    int first;     // of sum.count leaves in order[]
     int nearby[LIGHTPROBE_NEAR], near_count;
 } lightprobe_cluster;
 // [glsl end]
@@ -1238,10 +1286,15 @@ LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
 // Sums of all clusters from the leaves' numbers.
 static void lightprobe__sum_clusters(lightprobe__work *w)
 {
-    for (int k = 0; k < w->cluster_count; k++) w->clusters[k].sum = lightprobe_nothing();
+    for (int k = 0; k < w->cluster_count; k++) {
+        w->clusters[k].sum = lightprobe_nothing();
+        w->clusters[k].brightest = -1;
+    }
     for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe_sum *sum = &w->clusters[w->leaves[i].cluster].sum;
-        *sum = lightprobe_add_leaf(*sum, w->leaves[i]);
+        lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
+        const float most = c->brightest < 0 ? 0 : w->leaves[c->brightest].luminance;
+        if (w->leaves[i].luminance > most) c->brightest = i;
+        c->sum = lightprobe_add_leaf(c->sum, w->leaves[i]);
     }
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
@@ -1668,8 +1721,8 @@ static void lightprobe__find_near(lightprobe__work *w)
 }
 
 // Lloyd's iteration on the sphere: each leaf goes to the cluster among its own one's neighbours that
-// holds least against it, without heed of cuts and faces. One that is half of its cluster stays, so
-// that no cluster runs empty.
+// holds least against it, without heed of cuts and faces. The brightest stays, so that no cluster runs
+// empty.
 static void lightprobe__relax(lightprobe__work *w, int rounds)
 {
     const float total = w->total_luminance;
@@ -1678,7 +1731,7 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
         for (int i = 0; i < w->leaf_count; i++) {
             lightprobe_leaf *leaf = w->leaves + i;
             const lightprobe_cluster *own = w->clusters + leaf->cluster;
-            if (2 * leaf->luminance >= own->sum.luminance) continue;
+            if (own->brightest == i) continue;
             float best = lightprobe_distance(own->sum.luminance / total, leaf->direction,
                                              leaf->tone, own->centre, own->tone);
             for (int k = 0; k < own->near_count; k++) {
@@ -1809,6 +1862,19 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
 // ------------------------------------------------------------------------------------------------
 
 // [glsl begin lights]
+// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,
+// which is the shadow that is lost without a map: share of the flux times the root of
+// 8/3 (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).
+LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)
+{
+    float variance = lightprobe_sum_error(s) / s.luminance;
+    float root = variance > 0.0f ? sqrtf(variance) : 0.0f;
+    LIGHTPROBE_PRECISE float angle = root * (1.81f - 0.24f * root);
+    LIGHTPROBE_PRECISE float square = 0.66666667f - 0.42441318f * angle;
+    LIGHTPROBE_PRECISE float shadow = s.luminance / total * (square > 0.0f ? sqrtf(square) : 0.0f);
+    return shadow;
+}
+
 LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)
 {
     lightprobe_region r;
@@ -2049,10 +2115,46 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
 // Extraction
 // ------------------------------------------------------------------------------------------------
 
-// Lights of clusters that are bright enough, brightest first unless they carry on from a previous
-// frame. Returns how many.
-static int lightprobe__write_lights(lightprobe__work *w, int animated, float least,
-                                    lightprobe_light *out)
+// What a light that is not written leaves to the residual.
+static void lightprobe__leave(const lightprobe_light *light, float residual_sh[9][3])
+{
+    const float *d = light->direction;
+    for (int i = 0; i < 9; i++) {
+        const float weight = lightprobe_harmonic_weight(i, light->cos_alpha, d[0], d[1], d[2]);
+        for (int c = 0; c < 3; c++)
+            residual_sh[i][c] = lightprobe_clamp(
+                (double)residual_sh[i][c] + (double)(weight * light->irradiance[c]));
+    }
+}
+
+// Marks the clusters (as changed) that are no lights: too dim, or the weakest.
+static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings *settings)
+{
+    const double least = (double)(settings->min_share * w->total_luminance);
+    int count = 0;
+    float lost = 0;
+    for (int k = 0; k < w->cluster_count; k++) {
+        const double luminance = w->regions[k].luminance;
+        w->clusters[k].changed = luminance < least;
+        if (!(luminance > 0) || luminance < least || !(settings->min_shadow > 0)) continue;
+        w->gains[k] = lightprobe_shadow(w->clusters[k].sum, w->total_luminance);
+        int at = count++;
+        for (; at > 0 && w->gains[w->order[at - 1]] > w->gains[k]; at--)
+            w->order[at] = w->order[at - 1];
+        w->order[at] = k;
+    }
+    for (int i = 0; i < count; i++) {
+        lost += w->gains[w->order[i]];
+        if (lost > settings->min_shadow) break;
+        w->clusters[w->order[i]].changed = 1;
+    }
+}
+
+// Lights of clusters that are not weak, brightest first unless they carry on from a previous frame.
+// Returns how many.
+static int lightprobe__write_lights(lightprobe__work *w, int animated,
+                                    const lightprobe_settings *settings, lightprobe_light *out,
+                                    float residual_sh[9][3])
 {
     int count = 0, next_id = 0;
     for (int k = 0; k < w->cluster_count; k++) w->regions[k] = lightprobe_no_region();
@@ -2060,8 +2162,14 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated, float lea
         lightprobe_region *region = w->regions + w->leaves[i].cluster;
         *region = lightprobe_add_region(*region, w->leaves[i]);
     }
+    lightprobe__find_weak(w, settings);
     for (int k = 0; k < w->cluster_count; k++) {
-        if (!(w->regions[k].luminance > 0) || w->regions[k].luminance < (double)least) continue;
+        if (!(w->regions[k].luminance > 0)) continue;
+        if (w->clusters[k].changed) {
+            const lightprobe_light light = lightprobe_light_of(w->regions[k]);
+            lightprobe__leave(&light, residual_sh);
+            continue;
+        }
         int at = count++;
         for (; at > 0 && !animated; at--) {
             if (w->regions[w->order[at - 1]].luminance >= w->regions[k].luminance) break;
@@ -2082,7 +2190,7 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated, float lea
 
 // Everything but the checks of arguments.
 static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *settings, float total,
-                            lightprobe_light *lights, float *error)
+                            lightprobe_light *lights, float *error, float residual_sh[9][3])
 {
     const int animated = settings->previous && settings->previous_count > 0;
     lightprobe__make_leaves(w, total);
@@ -2095,15 +2203,16 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
         lightprobe__respend(w, settings->tolerance);
     else
         lightprobe__relax(w, LIGHTPROBE_ROUNDS);
+    lightprobe__sort_leaves(w);
+    if (settings->tolerance > 0) lightprobe__divide(w, settings->tolerance); // if it is not met any more
     if (error) {
-        lightprobe__sort_leaves(w);
         *error = lightprobe_root_error(lightprobe__measure_all(w), total);
     }
-    return lightprobe__write_lights(w, animated, settings->min_share * total, lights);
+    return lightprobe__write_lights(w, animated, settings, lights, residual_sh);
 }
 
 static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *settings, float total,
-                             lightprobe_light *lights, float *error)
+                             lightprobe_light *lights, float *error, float residual_sh[9][3])
 {
     // The memory of the leaves (64 bytes each, more than one per light) holds the ring, that of the
     // band (over 100 bytes per row of texels) the profile.
@@ -2117,8 +2226,11 @@ static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *set
         lightprobe_light light;
         double luminance;
         sum += lightprobe__paper_light(w, ring + (first + i) % capacity, &light, &luminance);
-        if (!(luminance > 0) || luminance < (double)(settings->min_share * total)) continue;
-        if (written == w->max_lights) continue;
+        if (!(luminance > 0)) continue;
+        if (luminance < (double)(settings->min_share * total) || written == w->max_lights) {
+            lightprobe__leave(&light, residual_sh);
+            continue;
+        }
         light.id = written;
         lights[written++] = light;
     }
@@ -2146,6 +2258,7 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube,
         return LIGHTPROBE_ERROR_LIGHTS;
     if (!lightprobe__is_number(s->tolerance) || s->tolerance < 0) return LIGHTPROBE_ERROR_SETTINGS;
     if (!lightprobe__is_number(s->min_share) || s->min_share < 0) return LIGHTPROBE_ERROR_SETTINGS;
+    if (!lightprobe__is_number(s->min_shadow) || s->min_shadow < 0) return LIGHTPROBE_ERROR_SETTINGS;
     if (s->mode != LIGHTPROBE_BEST && s->mode != LIGHTPROBE_MEDIAN_CUT)
         return LIGHTPROBE_ERROR_SETTINGS;
     return LIGHTPROBE_OK;
@@ -2180,11 +2293,12 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     lightprobe__sum_tiles(&work);
     lightprobe__make_pyramid(&work);
     const float total = lightprobe__find_total(&work);
-    float error = 0;
+    float error = 0, residual_sh[9][3];
     int count = 0; // a black probe has no lights
+    memset(residual_sh, 0, sizeof residual_sh);
     if (total >= LIGHTPROBE_BLACK) {
         count = (s.mode == LIGHTPROBE_MEDIAN_CUT ? lightprobe__paper : lightprobe__best)(
-            &work, &s, total, lights, stats ? &error : NULL);
+            &work, &s, total, lights, stats ? &error : NULL, residual_sh);
     }
     *light_count = count;
     if (!stats) return LIGHTPROBE_OK;
@@ -2194,7 +2308,9 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
         for (int k = 0; k < count; k++) carried += (double)lights[k].irradiance[i];
         stats->total[i] = lightprobe_clamp(all);
         stats->residual[i] = lightprobe_clamp(all - carried);
+        residual_sh[0][i] = 0.25f * stats->residual[i]; // to the last digit
     }
+    memcpy(stats->residual_sh, residual_sh, sizeof residual_sh);
     stats->error = error > 0 ? error : 0;
     stats->lights = count;
     stats->repaired_texels = work.repaired;
@@ -2215,7 +2331,8 @@ const char *lightprobe_result_string(lightprobe_result result)
     case LIGHTPROBE_ERROR_LIGHTS:
         return "lightprobe: max_lights and previous_count must be 0 to 4096, in OpenGL 0 to 1024";
     case LIGHTPROBE_ERROR_SETTINGS:
-        return "lightprobe: tolerance and min_share must be 0 or more, mode one of lightprobe_mode";
+        return "lightprobe: tolerance, min_share and min_shadow must be 0 or more, mode one of "
+               "lightprobe_mode";
     case LIGHTPROBE_ERROR_SCRATCH:
         return "lightprobe: less scratch memory than lightprobe_scratch_bytes() asks for";
     case LIGHTPROBE_ERROR_MEMORY:
@@ -2301,6 +2418,27 @@ static const char lightprobe__glsl_text[] =
     "    float e = (arc + n * n * chord * c / sin_theta2) / size;\n"
     "    e = 0.15915494f * (e + (1.0f + c) * n * lightprobe_angle(chord, -c * n));\n"
     "    return e > 0.0f ? e : 0.0f; // at most 0.65\n"
+    "}\n"
+    // [glsl text end]
+    // [glsl text begin harmonics] made by "make glsl", do not edit
+    "// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1 and\n"
+    "// 2 at a unit vector, without their constants.\n"
+    "LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)\n"
+    "{\n"
+    "    if (i < 4) return i == 0 ? 1.0f : i == 1 ? y : i == 2 ? z : x;\n"
+    "    if (i == 6) return 3.0f * z * z - 1.0f;\n"
+    "    return i == 4 ? x * y : i == 5 ? y * z : i == 7 ? z * x : x * x - y * y;\n"
+    "}\n"
+    "\n"
+    "// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine\n"
+    "// is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.\n"
+    "LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y, float z)\n"
+    "{\n"
+    "    float half_sum = 0.5f * (1.0f + cos_alpha);\n"
+    "    float weight = i == 6 ? 0.078125f : i == 8 ? 0.234375f : 0.9375f;\n"
+    "    if (i == 0) return 0.25f;\n"
+    "    weight = i < 4 ? 0.5f * half_sum : weight * cos_alpha * half_sum;\n"
+    "    return weight * lightprobe_harmonic(i, x, y, z);\n"
     "}\n"
     // [glsl text end]
     "#undef LIGHTPROBE_SHARED\n"
@@ -2477,7 +2615,7 @@ typedef struct lightprobe__gl_light {
 
 typedef struct lightprobe__gl_header {
     int count, repaired_texels;
-    float error, unused, total[4], residual[4];
+    float error, unused, total[4], residual[4], residual_sh[9][4];
 } lightprobe__gl_header;
 
 struct lightprobe_gl {
@@ -2516,7 +2654,7 @@ static const char lightprobe__glsl_lights[] =
     "    int lightprobe_repaired_texels;\n"
     "    float lightprobe_error;\n"
     "    vec4 lightprobe_total; // RGB\n"
-    "    vec4 lightprobe_residual;\n"
+    "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n"
     "    lightprobe_light lightprobe_lights[];\n"
     "};\n"
     "\n"
@@ -2527,6 +2665,14 @@ static const char lightprobe__glsl_lights[] =
     "    lightprobe_light l = lightprobe_lights[light];\n"
     "    float cos_theta = dot(l.direction, normal);\n"
     "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
+    "}\n"
+    "// From what the lights do not carry, in no shadow.\n"
+    "vec3 lightprobe_residual_irradiance(vec3 normal)\n"
+    "{\n"
+    "    vec3 sum = vec3(0.0);\n"
+    "    for (int i = 0; i < 9; i++)\n"
+    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, normal.z);\n"
+    "    return max(sum, vec3(0.0));\n"
     "}\n"
     "#endif\n";
 
@@ -2601,7 +2747,8 @@ static const char lightprobe__glsl_shared[] =
     "    lightprobe_axis axis, tone_axis;\n"
     "    float error, gain; // behind edges; what the planned split takes off the cost\n"
     "    int planned, changed, id;\n"
-    "    int first; // of sum.count leaves in order[]\n"
+    "    int brightest; // leaf\n"
+    "    int first;     // of sum.count leaves in order[]\n"
     "    int nearby[LIGHTPROBE_NEAR], near_count;\n"
     "};\n"
     "\n"
@@ -3122,7 +3269,7 @@ static const char lightprobe__glsl_gather[] =
     "{\n"
     "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
     "        int own = leaves[i].cluster, to = own;\n"
-    "        if (!of_all && 2.0 * leaves[i].luminance >= clusters[own].sum.luminance) continue;\n"
+    "        if (!of_all && clusters[own].brightest == i) continue;\n"
     "        int n = of_all ? cluster_count : clusters[own].near_count;\n"
     "        float best = of_all ? FLT_MAX : distance_to(i, own, 0.0);\n"
     "        for (int j = 0; j < n; j++) {\n"
@@ -3141,14 +3288,18 @@ static const char lightprobe__glsl_gather[] =
     "{\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
     "        lightprobe_sum sum = lightprobe_nothing();\n"
-    "        int at = 0;\n"
+    "        int at = 0, brightest = -1;\n"
+    "        float most = 0.0;\n"
     "        for (int i = 0; i < leaf_count; i++) at += leaves[i].cluster < k ? 1 : 0;\n"
     "        clusters[k].first = at;\n"
     "        for (int i = 0; i < leaf_count; i++) {\n"
     "            if (leaves[i].cluster != k) continue;\n"
     "            sum = lightprobe_add_leaf(sum, leaves[i]);\n"
+    "            if (leaves[i].luminance > most) brightest = i;\n"
+    "            most = max(most, leaves[i].luminance);\n"
     "            order[at++] = i;\n"
     "        }\n"
+    "        clusters[k].brightest = brightest;\n"
     "        clusters[k].sum = sum;\n"
     "        vec3 v = sum.vector;\n"
     "        if (lightprobe_normalize(v) > 0.0) clusters[k].centre = v;\n"
@@ -3682,6 +3833,19 @@ static const char lightprobe__glsl_write[] =
     "    double second[6]; // luminance times d d^T: xx yy zz xy yz zx\n"
     "};\n"
     "\n"
+    "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,\n"
+    "// which is the shadow that is lost without a map: share of the flux times the root of\n"
+    "// 8/3 (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).\n"
+    "LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)\n"
+    "{\n"
+    "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
+    "    float root = variance > 0.0f ? sqrtf(variance) : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float angle = root * (1.81f - 0.24f * root);\n"
+    "    LIGHTPROBE_PRECISE float square = 0.66666667f - 0.42441318f * angle;\n"
+    "    LIGHTPROBE_PRECISE float shadow = s.luminance / total * (square > 0.0f ? sqrtf(square) : 0.0f);\n"
+    "    return shadow;\n"
+    "}\n"
+    "\n"
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)\n"
     "{\n"
     "    lightprobe_region r;\n"
@@ -3796,7 +3960,7 @@ static const char lightprobe__glsl_write[] =
     "layout(std430, binding = LIGHTPROBE_BINDING + 5) coherent buffer result {\n"
     "    int count, repaired_texels;\n"
     "    float error;\n"
-    "    vec4 total, residual;\n"
+    "    vec4 total, residual, residual_sh[9];\n"
     "    lightprobe_light lights[];\n"
     "} made;\n"
     "\n"
@@ -3817,13 +3981,36 @@ static const char lightprobe__glsl_write[] =
     "    light.id = id;\n"
     "    made.lights[i] = light;\n"
     "}\n"
-    "// Luminance of those that are bright enough, else 0.\n"
+    "// Luminance; below 0 of those that are too dim, 0 of black ones.\n"
     "void find_bright(int k)\n"
     "{\n"
     "    double luminance = 0.0;\n"
     "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
     "    for (int at = first; at < end; at++) luminance += leaves[order[at]].luminance;\n"
-    "    bright[k] = luminance >= double(MIN_SHARE * total) ? luminance : 0.0;\n"
+    "    bright[k] = luminance < double(MIN_SHARE * total) ? -luminance : luminance;\n"
+    "    gains[k] = luminance > 0.0 ? lightprobe_shadow(clusters[k].sum, total) : 0.0;\n"
+    "}\n"
+    "// The weakest shadows first; then lane 0 leaves out the first ones.\n"
+    "void leave_weak()\n"
+    "{\n"
+    "    int count = 0;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        int at = 0;\n"
+    "        for (int j = 0; j < cluster_count; j++) {\n"
+    "            bool before = gains[j] == gains[k] ? j < k : gains[j] < gains[k];\n"
+    "            at += bright[j] > 0.0 && before ? 1 : 0;\n"
+    "        }\n"
+    "        if (bright[k] > 0.0) rank[at] = k;\n"
+    "    }\n"
+    "    for (int k = 0; k < cluster_count; k++) count += bright[k] > 0.0 ? 1 : 0;\n"
+    "    sync();\n"
+    "    precise float lost = 0.0;\n"
+    "    for (int i = 0; lane == 0 && i < count; i++) {\n"
+    "        lost += gains[rank[i]];\n"
+    "        if (lost > MIN_SHADOW) break;\n"
+    "        bright[rank[i]] = -bright[rank[i]];\n"
+    "    }\n"
+    "    sync();\n"
     "}\n"
     "// Brightest first unless they go on from previous ones.\n"
     "void find_rank(int k)\n"
@@ -3835,12 +4022,17 @@ static const char lightprobe__glsl_write[] =
     "        at += bright[j] > 0.0 && before ? 1 : 0;\n"
     "    }\n"
     "    if (bright[k] > 0.0) rank[at] = k;\n"
+    "    if (bright[k] >= 0.0) return;\n"
+    "    at = LIGHTS - 1; // what is left out comes last, from behind\n"
+    "    for (int j = 0; j < k; j++) at -= bright[j] < 0.0 ? 1 : 0;\n"
+    "    rank[at] = k;\n"
     "}\n"
     "void write_lights()\n"
     "{\n"
     "    int count = 0, next_id = 0;\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) find_bright(k);\n"
     "    sync();\n"
+    "    if (MIN_SHADOW > 0.0) leave_weak();\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) find_rank(k);\n"
     "    for (int k = 0; k < cluster_count; k++) {\n"
     "        count += bright[k] > 0.0 ? 1 : 0;\n"
@@ -3853,11 +4045,24 @@ static const char lightprobe__glsl_write[] =
     "        for (int j = 0; j < i; j++) fresh += clusters[rank[j]].id < 0 ? 1 : 0;\n"
     "        write_light(i, k, clusters[k].id < 0 ? next_id + fresh : clusters[k].id);\n"
     "    }\n"
+    "    int weak = 0;\n"
+    "    for (int k = 0; k < cluster_count; k++) weak += bright[k] < 0.0 ? 1 : 0;\n"
+    "    for (int i = LIGHTS - weak + lane; i < LIGHTS; i += GROUP) write_light(i, rank[i], -1);\n"
     "    if (lane == 0) made.count = count;\n"
     "    sync();\n"
+    "    for (int n = lane; n < 9; n += GROUP) {\n"
+    "        precise vec3 sum = vec3(0.0);\n"
+    "        for (int i = LIGHTS - 1; i >= LIGHTS - weak; i--) {\n"
+    "            vec3 d = made.lights[i].direction;\n"
+    "            sum += lightprobe_harmonic_weight(n, made.lights[i].cos_alpha, d.x, d.y, d.z) *\n"
+    "                   made.lights[i].irradiance;\n"
+    "        }\n"
+    "        made.residual_sh[n] = vec4(min(sum, vec3(FLT_MAX)), 0.0);\n"
+    "    }\n"
     "}\n"
     "void main()\n"
     "{\n"
+    "    if (lane < 9) made.residual_sh[lane] = vec4(0.0);\n"
     "    if (lane == 0) {\n"
     "        made.count = 0;\n"
     "        made.repaired_texels = repaired;\n"
@@ -3871,6 +4076,7 @@ static const char lightprobe__glsl_write[] =
     "    for (int i = 0; i < made.count; i++) carried += made.lights[i].irradiance;\n"
     "    made.error = is_black() ? 0.0 : lightprobe_root_error(left, total);\n"
     "    made.residual = rgb_of(sum_of_all - carried * LIGHTPROBE_SCALE);\n"
+    "    made.residual_sh[0] = 0.25 * made.residual;\n"
     "}\n";
 // clang-format on
 #if defined __GNUC__
@@ -3966,6 +4172,7 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
     const int plans = which == LIGHTPROBE__DIVIDE || which == LIGHTPROBE__RESPEND;
     const char *const text[] = {"#version 450 core\n",
                                 defines,
+                                which == LIGHTPROBE__WRITE ? lightprobe__glsl_text : "",
                                 lightprobe__glsl_lights,
                                 lightprobe__glsl_shared,
                                 lightprobe__glsl_work,
@@ -3982,7 +4189,7 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
         lightprobe__log(gl, "no shader or program object for ", names[which]);
         return LIGHTPROBE_ERROR_GL;
     }
-    f->ShaderSource(shader, 7, text, NULL);
+    f->ShaderSource(shader, 8, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
     if (good) {
@@ -4020,10 +4227,11 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
              "#define SIDE %d\n#define HALF %d\n#define TILES %d\n#define TOP %d\n"
              "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
              "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
+             "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
              "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
              d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
              gl->top, d->max_lights, leaves, gl->splits, lightprobe__bits_of(d->tolerance),
-             lightprobe__bits_of(d->min_share), d->first_buffer_binding, d->first_texture_unit);
+             lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow), d->first_buffer_binding, d->first_texture_unit);
     for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++) {
         const lightprobe_result r = lightprobe__build_program(gl, i, defines);
         if (r) return r;
@@ -4133,6 +4341,7 @@ static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
     cube.side = d->side;
     s.max_lights = d->max_lights;
     s.min_share = d->min_share;
+    s.min_shadow = d->min_shadow;
     lightprobe_result r = lightprobe__check(&cube, &s);
     if (!r && d->max_lights > LIGHTPROBE_GL_MAX_LIGHTS) r = LIGHTPROBE_ERROR_LIGHTS;
     if (!r && (d->first_texture_unit < 0 || d->first_buffer_binding < 0))
@@ -4339,6 +4548,12 @@ static void lightprobe__bind(const lightprobe_gl *gl, int mip)
                        lightprobe__slot(gl, gl->updates), bytes);
 }
 
+static void lightprobe__divide_all(const lightprobe_gl *gl)
+{
+    for (int part = 0; part == 0 || part * gl->splits < gl->desc.max_lights - 1; part++)
+        lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, part, 1, 1);
+}
+
 // The steps of lightprobe__best, and sums over texels before them.
 static void lightprobe__run(const lightprobe_gl *gl, int mip)
 {
@@ -4347,13 +4562,15 @@ static void lightprobe__run(const lightprobe_gl *gl, int mip)
     lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE_FACES, mip, 1, 1);
     lightprobe__dispatch(gl, LIGHTPROBE__GATHER,
                          gl->again ? LIGHTPROBE__START_AGAIN : LIGHTPROBE__START, 1, 1);
-    for (int part = 0; part == 0 || part * gl->splits < gl->desc.max_lights - 1; part++)
-        lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, part, 1, 1);
+    lightprobe__divide_all(gl);
     lightprobe__dispatch(gl, LIGHTPROBE__GATHER, LIGHTPROBE__FIND_NEAR, 1, 1);
     if (gl->again) lightprobe__dispatch(gl, LIGHTPROBE__RESPEND, 0, 1, 1);
     for (int round = 0; round < LIGHTPROBE_ROUNDS; round++)
         lightprobe__dispatch(gl, LIGHTPROBE__GATHER, LIGHTPROBE__RELAX + round, 1, 1);
-    lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, LIGHTPROBE__MEASURE, 1, 1);
+    if (gl->desc.tolerance > 0) // it may not be met any more
+        lightprobe__divide_all(gl);
+    else
+        lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, LIGHTPROBE__MEASURE, 1, 1);
     lightprobe__dispatch(gl, LIGHTPROBE__WRITE, 0, 1, 1);
 }
 
@@ -4445,6 +4662,8 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
     if (!stats) return LIGHTPROBE_OK;
     memcpy(stats->total, h.total, sizeof stats->total);
     memcpy(stats->residual, h.residual, sizeof stats->residual);
+    for (int i = 0; i < 9; i++)
+        memcpy(stats->residual_sh[i], h.residual_sh[i], sizeof stats->residual_sh[i]);
     stats->error = h.error;
     stats->lights = h.count;
     stats->repaired_texels = h.repaired_texels;

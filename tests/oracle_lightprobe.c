@@ -437,9 +437,17 @@ double oracle_edge_error(const oracle_edges *e, const lightprobe_light *lights, 
                          int paper, const lightprobe_stats *residual)
 {
     double squares = 0;
-    (void)residual;
     for (int k = 0; k < e->count; k++) {
+        const double *n = e->normal[k];
+        const double harmonic[9] = {1,           n[1],        n[2],
+                                    n[0],        n[0] * n[1], n[1] * n[2],
+                                    3 * n[2] * n[2] - 1, n[2] * n[0], n[0] * n[0] - n[1] * n[1]};
         double sum = 0;
+        for (int i = 0; residual && i < 9; i++) {
+            double rgb[3];
+            for (int c = 0; c < 3; c++) rgb[c] = (double)residual->residual_sh[i][c];
+            sum += harmonic[i] * luminance(rgb);
+        }
         for (int i = 0; i < count; i++) {
             const lightprobe_light *l = lights + i;
             double d[3], rgb[3];

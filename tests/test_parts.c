@@ -7,6 +7,7 @@
 #define lightprobe_texel_direction parts_texel_direction
 #define lightprobe_disc_irradiance parts_disc_irradiance
 #define lightprobe_glsl_math parts_glsl_math
+#define lightprobe_residual_irradiance parts_residual_irradiance
 #ifndef LIGHTPROBE_NO_GL
 #define LIGHTPROBE_NO_GL
 #endif
