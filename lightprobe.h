@@ -1547,12 +1547,12 @@ LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lig
 }
 
 // For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:
-// the pair does not need it any more, 1: it gains four times what it costs, 0: no, since a light
-// that changes hands jumps. error: with the pair merged.
+// the pair does not need it any more, 1: it gains 16 times what it costs (errors squared), 0: no,
+// since a light that changes hands jumps. error: with the pair merged.
 LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,
                                       float total)
 {
-    LIGHTPROBE_PRECISE float least = 1e-5f * total + 4.0f * cost;
+    LIGHTPROBE_PRECISE float least = 1e-5f * total + 16.0f * cost;
     return error < 0.8f * tolerance ? 2 : gain < least ? 0 : 1;
 }
 // [glsl end]
@@ -3575,12 +3575,12 @@ static const char lightprobe__glsl_plan[] =
     "}\n"
     "\n"
     "// For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:\n"
-    "// the pair does not need it any more, 1: it gains four times what it costs, 0: no, since a light\n"
-    "// that changes hands jumps. error: with the pair merged.\n"
+    "// the pair does not need it any more, 1: it gains 16 times what it costs (errors squared), 0: no,\n"
+    "// since a light that changes hands jumps. error: with the pair merged.\n"
     "LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,\n"
     "                                      float total)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float least = 1e-5f * total + 4.0f * cost;\n"
+    "    LIGHTPROBE_PRECISE float least = 1e-5f * total + 16.0f * cost;\n"
     "    return error < 0.8f * tolerance ? 2 : gain < least ? 0 : 1;\n"
     "}\n"
     // [glsl text end]

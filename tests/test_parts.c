@@ -221,12 +221,12 @@ static void unevenness_is_cramers_distance(void)
     test_note("seven places of the distribution instead of its integral: %.0f%% off", 100 * worst);
 }
 
-static void swaps_pay_when_the_gain_is_four_times_the_cost(void)
+static void swaps_pay_when_the_gain_is_16_times_the_cost(void)
 {
     CHECK(lightprobe_pays(0.79f, 1, 0, 1, 10) == 2, "what the tolerance spares by a margin is kept");
     CHECK(lightprobe_pays(0.81f, 1, 0, 1, 10) == 0, "a swap without gain");
-    CHECK(lightprobe_pays(5, 1, 0.41f, 0.1f, 10) == 1, "four times the cost do not do");
-    CHECK(lightprobe_pays(5, 1, 0.39f, 0.1f, 10) == 0, "less than four times the cost does");
+    CHECK(lightprobe_pays(5, 1, 1.61f, 0.1f, 10) == 1, "16 times the cost do not do");
+    CHECK(lightprobe_pays(5, 1, 1.59f, 0.1f, 10) == 0, "less than 16 times the cost does");
     CHECK(lightprobe_pays(5, 1, 0.9e-4f, 0, 10) == 0 && lightprobe_pays(5, 1, 1.1e-4f, 0, 10) == 1,
           "gains below 1e-5 of all count");
 }
@@ -730,8 +730,8 @@ const test_case parts_tests[] = {
     {"parts: logarithms and tones are exact", logarithms_and_tones_are_exact},
     {"parts: costs and gains are those of the leaves", costs_and_gains_are_those_of_the_leaves},
     {"parts: unevenness is Cramer's distance to a uniform light", unevenness_is_cramers_distance},
-    {"parts: swaps pay when the gain is four times the cost",
-     swaps_pay_when_the_gain_is_four_times_the_cost},
+    {"parts: swaps pay when the gain is 16 times the cost",
+     swaps_pay_when_the_gain_is_16_times_the_cost},
     {"parts: eigenvectors belong to the largest eigenvalue",
      eigenvectors_belong_to_the_largest_eigenvalue},
     {"parts: axes hold two deviations to each side", axes_hold_two_deviations_to_each_side},

@@ -10,7 +10,8 @@ const char options_help[] =
     "  --probe FILE      .hdr (lat-long) or .pfm (lat-long or a strip of six cube faces)\n"
     "  --mesh FILE.obj   takes the place of the knot in the middle\n"
     "  --lights N        at most so many lights, 1..1024 (64)\n"
-    "  --tolerance T     stop adding lights at this estimated error, 0..1 (0.01)\n"
+    "  --tolerance T     stop adding lights at this error behind edges, 0..1 (0.02)\n"
+    "  --min-shadow S    weak lights lose their maps while that changes at most S of the light (0)\n"
     "  --estimator NAME  layered, lower or upper (layered)\n"
     "  --moments N       4, 6, or 0: 4 to search for blockers, 6 to weigh them (0)\n"
     "  --faces WHICH     front or both: what the depth maps are made of (front)\n"
@@ -88,6 +89,7 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
     if (!value) value = "";
     if (!strcmp(name, "--lights")) return parse_int(value, 1, 1024, &o->lights);
     if (!strcmp(name, "--tolerance")) return parse_float(value, 0, 1, &o->tolerance);
+    if (!strcmp(name, "--min-shadow")) return parse_float(value, 0, 1, &o->min_shadow);
     if (!strcmp(name, "--estimator")) return parse_estimator(value, &o->estimator);
     if (!strcmp(name, "--faces")) return parse_faces(value, &o->back_faces);
     if (!strcmp(name, "--size")) return parse_size(value, &o->width, &o->height);
@@ -102,7 +104,7 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
 bool options_parse(options *o, int argc, char **argv, message *why)
 {
     *o = (options){
-        .out = "build/demo.png", .lights = 64, .tolerance = 0.01f, .width = 960, .height = 540};
+        .out = "build/demo.png", .lights = 64, .tolerance = 0.02f, .width = 960, .height = 540};
     for (int i = 1; i < argc; i++) {
         const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
         if (value && !strncmp(value, "--", 2)) value = NULL;
