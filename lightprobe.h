@@ -1,8 +1,9 @@
 // lightprobe.h - v0.1 - area lights from a light probe - MIT or public domain (see the end)
 //
 // Turns an environment cube map into a few area lights: direction, rectangle, colour, and the
-// opening angle of a disc for shading. The lights hold all the energy of the probe, none is spent
-// where the scene does not need it, they do not care where the faces of the cube meet, and they
+// opening angle of a disc for shading. They are chosen for the shadows that they cast: a sun is told
+// from its haze with 8 lights. They hold all the energy of the probe, none is spent where the scene
+// does not need it, they do not care where the faces of the cube meet, and they
 // follow a moving probe without jumping. The header holds the extraction, the irradiance of a disc
 // light that is cut by the receiver's horizon, that same function as GLSL text, and the extraction
 // in OpenGL 4.5 compute shaders. No dependency but the C standard library.
@@ -159,15 +160,15 @@ typedef struct lightprobe_stats {
 } lightprobe_stats;
 
 // Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default):
-// about 19 side^2, 320 a light and 24,000. 0 where side or max_lights is out of range.
+// about 19 side^2, 350 a light and 24,000. 0 where side or max_lights is out of range.
 size_t lightprobe_scratch_bytes(int side, int max_lights);
 
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
 // defaults), stats too; scratch may have any alignment, and what it holds afterwards is of no use.
 //
 // The lights carry all of the probe: each texel belongs to exactly one, and the residual is
-// rounding (1e-7 of total, of either sign) unless min_share, or LIGHTPROBE_MEDIAN_CUT with fewer
-// than its six first regions, left something out. There may be fewer lights than asked for: where
+// rounding (1e-7 of total, of either sign) unless min_share, min_shadow, or LIGHTPROBE_MEDIAN_CUT
+// with fewer than its six first regions, left something out. There may be fewer lights than asked for: where
 // texels run out, where the tolerance is met, and for black regions: none for a black probe.
 //
 // Deterministic. Scaling the radiance by a power of two scales irradiance, total and residual and

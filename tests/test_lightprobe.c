@@ -1191,6 +1191,9 @@ static void bad_arguments_are_refused(void)
         s = ok;
         s.min_share = wrong[i];
         REFUSED(LIGHTPROBE_ERROR_SETTINGS, &good, &s, scratch, bytes, lights, &count);
+        s = ok;
+        s.min_shadow = wrong[i];
+        REFUSED(LIGHTPROBE_ERROR_SETTINGS, &good, &s, scratch, bytes, lights, &count);
     }
     s = ok;
     s.mode = 7;
