@@ -1869,10 +1869,10 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
 LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)
 {
     float variance = lightprobe_sum_error(s) / s.luminance;
-    float root = variance > 0.0f ? sqrtf(variance) : 0.0f;
+    float root = sqrtf(fabsf(variance)); // rounding may be negative
     LIGHTPROBE_PRECISE float angle = root * (1.81f - 0.24f * root);
     LIGHTPROBE_PRECISE float square = 0.66666667f - 0.42441318f * angle;
-    LIGHTPROBE_PRECISE float shadow = s.luminance / total * (square > 0.0f ? sqrtf(square) : 0.0f);
+    LIGHTPROBE_PRECISE float shadow = s.luminance / total * sqrtf(fabsf(square));
     return shadow;
 }
 
@@ -3840,10 +3840,10 @@ static const char lightprobe__glsl_write[] =
     "LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)\n"
     "{\n"
     "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
-    "    float root = variance > 0.0f ? sqrtf(variance) : 0.0f;\n"
+    "    float root = sqrtf(fabsf(variance)); // rounding may be negative\n"
     "    LIGHTPROBE_PRECISE float angle = root * (1.81f - 0.24f * root);\n"
     "    LIGHTPROBE_PRECISE float square = 0.66666667f - 0.42441318f * angle;\n"
-    "    LIGHTPROBE_PRECISE float shadow = s.luminance / total * (square > 0.0f ? sqrtf(square) : 0.0f);\n"
+    "    LIGHTPROBE_PRECISE float shadow = s.luminance / total * sqrtf(fabsf(square));\n"
     "    return shadow;\n"
     "}\n"
     "\n"
