@@ -254,7 +254,6 @@ static bool study_count(const study *s, int kind, int count, message *why)
     if (!open_lighting(&l, s, count, mode, 0, why)) return false;
     const bool done = extract(&l, s, kind, &ms, why) && lighting_draw_maps(&l, s->s, why);
     if (done) {
-        if (kind != LARGEST_ERROR) memset(l.stats.residual_sh, 0, sizeof l.stats.residual_sh);
         put_edges(s, kind_names[kind], count, &l, kind != LARGEST_ERROR);
         oracle_irradiance_of_lights(l.light, l.lights, kind != LARGEST_ERROR, &by_lights);
         put_lights(s, kind, count, "irradiance_rms", oracle_error(&s->truth, &by_lights));
