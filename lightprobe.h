@@ -196,7 +196,8 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
 
 // Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
 // to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
-void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3], float rgb[3]);
+void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3],
+                                    float rgb[3]);
 
 // GLSL 4.50 text that defines the same lightprobe_disc_irradiance. Goes behind #version; static
 // memory.
@@ -399,7 +400,8 @@ LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)
 
 // What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine
 // is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.
-LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y, float z)
+LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y,
+                                                   float z)
 {
     float half_sum = 0.5f * (1.0f + cos_alpha);
     float weight = i == 6 ? 0.078125f : i == 8 ? 0.234375f : 0.9375f;
@@ -409,7 +411,8 @@ LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float
 }
 // [glsl end]
 
-void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3], float rgb[3])
+void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3],
+                                    float rgb[3])
 {
     float sum[3] = {0, 0, 0};
     for (int i = 0; i < 9; i++) {
@@ -1492,7 +1495,8 @@ LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,
     LIGHTPROBE_PRECISE float sum = 0.0f;
     if (!(axis.scale > 0.0f)) return 0.0f;
     for (int i = 0; i + 1 < LIGHTPROBE_BINS; i++) {
-        float place = LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);
+        float place =
+            LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);
         LIGHTPROBE_PRECISE float even = 0.5f + 0.28867513f * LIGHTPROBE_REACH * place;
         LIGHTPROBE_PRECISE float off = below[i] / luminance - even;
         sum += off * off;
@@ -1580,8 +1584,8 @@ static void lightprobe__measure(lightprobe__work *w, lightprobe_cluster *c)
             v[bin] += lightprobe_below(b, bin);
         }
     }
-    LIGHTPROBE_PRECISE float uneven = lightprobe_unevenness(along, u, luminance) +
-                                      lightprobe_unevenness(across, v, luminance);
+    LIGHTPROBE_PRECISE float uneven =
+        lightprobe_unevenness(along, u, luminance) + lightprobe_unevenness(across, v, luminance);
     c->error = lightprobe_edge_error(c->sum, 0.5f * uneven, w->total_luminance);
     c->axis = along;
     c->tone_axis = lightprobe_axis_around(mean_tone, spread.tone2);
@@ -1738,8 +1742,8 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
             for (int k = 0; k < own->near_count; k++) {
                 const lightprobe_cluster *c = w->clusters + own->nearby[k];
                 const float share = (c->sum.luminance + leaf->luminance) / total;
-                const float d = lightprobe_distance(share, leaf->direction, leaf->tone, c->centre,
-                                                    c->tone);
+                const float d =
+                    lightprobe_distance(share, leaf->direction, leaf->tone, c->centre, c->tone);
                 if (d >= best) continue;
                 best = d;
                 leaf->cluster = own->nearby[k];
@@ -1848,7 +1852,8 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         for (int k = 0; k < w->cluster_count; k++) {
             const lightprobe_cluster *c = w->clusters + k;
             const float share = (c->sum.luminance + leaf->luminance) / total;
-            const float d = lightprobe_distance(share, leaf->direction, leaf->tone, c->centre, c->tone);
+            const float d =
+                lightprobe_distance(share, leaf->direction, leaf->tone, c->centre, c->tone);
             if (d >= best) continue;
             best = d;
             leaf->cluster = k;
@@ -2123,8 +2128,8 @@ static void lightprobe__leave(const lightprobe_light *light, float residual_sh[9
     for (int i = 0; i < 9; i++) {
         const float weight = lightprobe_harmonic_weight(i, light->cos_alpha, d[0], d[1], d[2]);
         for (int c = 0; c < 3; c++)
-            residual_sh[i][c] = lightprobe_clamp(
-                (double)residual_sh[i][c] + (double)(weight * light->irradiance[c]));
+            residual_sh[i][c] = lightprobe_clamp((double)residual_sh[i][c] +
+                                                 (double)(weight * light->irradiance[c]));
     }
 }
 
@@ -2205,7 +2210,8 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
     else
         lightprobe__relax(w, LIGHTPROBE_ROUNDS);
     lightprobe__sort_leaves(w);
-    if (settings->tolerance > 0) lightprobe__divide(w, settings->tolerance); // if it is not met any more
+    if (settings->tolerance > 0)
+        lightprobe__divide(w, settings->tolerance); // if it is not met any more
     if (error) {
         *error = lightprobe_root_error(lightprobe__measure_all(w), total);
     }
@@ -2259,7 +2265,8 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube,
         return LIGHTPROBE_ERROR_LIGHTS;
     if (!lightprobe__is_number(s->tolerance) || s->tolerance < 0) return LIGHTPROBE_ERROR_SETTINGS;
     if (!lightprobe__is_number(s->min_share) || s->min_share < 0) return LIGHTPROBE_ERROR_SETTINGS;
-    if (!lightprobe__is_number(s->min_shadow) || s->min_shadow < 0) return LIGHTPROBE_ERROR_SETTINGS;
+    if (!lightprobe__is_number(s->min_shadow) || s->min_shadow < 0)
+        return LIGHTPROBE_ERROR_SETTINGS;
     if (s->mode != LIGHTPROBE_BEST && s->mode != LIGHTPROBE_MEDIAN_CUT)
         return LIGHTPROBE_ERROR_SETTINGS;
     return LIGHTPROBE_OK;
@@ -2433,7 +2440,8 @@ static const char lightprobe__glsl_text[] =
     "\n"
     "// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine\n"
     "// is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.\n"
-    "LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y, float z)\n"
+    "LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y,\n"
+    "                                                   float z)\n"
     "{\n"
     "    float half_sum = 0.5f * (1.0f + cos_alpha);\n"
     "    float weight = i == 6 ? 0.078125f : i == 8 ? 0.234375f : 0.9375f;\n"
@@ -2672,7 +2680,8 @@ static const char lightprobe__glsl_lights[] =
     "{\n"
     "    vec3 sum = vec3(0.0);\n"
     "    for (int i = 0; i < 9; i++)\n"
-    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, normal.z);\n"
+    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, "
+    "normal.z);\n"
     "    return max(sum, vec3(0.0));\n"
     "}\n"
     "#endif\n";
@@ -3520,7 +3529,8 @@ static const char lightprobe__glsl_plan[] =
     "    LIGHTPROBE_PRECISE float sum = 0.0f;\n"
     "    if (!(axis.scale > 0.0f)) return 0.0f;\n"
     "    for (int i = 0; i + 1 < LIGHTPROBE_BINS; i++) {\n"
-    "        float place = LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);\n"
+    "        float place =\n"
+    "            LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);\n"
     "        LIGHTPROBE_PRECISE float even = 0.5f + 0.28867513f * LIGHTPROBE_REACH * place;\n"
     "        LIGHTPROBE_PRECISE float off = below[i] / luminance - even;\n"
     "        sum += off * off;\n"
@@ -4232,7 +4242,8 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
              "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
              d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
              gl->top, d->max_lights, leaves, gl->splits, lightprobe__bits_of(d->tolerance),
-             lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow), d->first_buffer_binding, d->first_texture_unit);
+             lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
+             d->first_buffer_binding, d->first_texture_unit);
     for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++) {
         const lightprobe_result r = lightprobe__build_program(gl, i, defines);
         if (r) return r;

@@ -386,7 +386,8 @@ static void draw_direction(const double *d, const double *flux, void *user)
     const double l = luminance(flux);
     s->sum += l;
     for (int k = 0; k < s->count && l > 0; k++)
-        if (test_uniform(&s->random) * s->sum < l) memcpy(s->direction[k], d, sizeof s->direction[k]);
+        if (test_uniform(&s->random) * s->sum < l)
+            memcpy(s->direction[k], d, sizeof s->direction[k]);
 }
 
 void oracle_edges_near_light(const test_probe *probe, int count, uint64_t seed, oracle_edges *out)
@@ -426,8 +427,8 @@ static double seen_part(const oracle_edges *e, int k, const lightprobe_light *l)
         const double scale = 1 / sqrt(1 + u * u + v * v);
         double d[3];
         for (int c = 0; c < 3; c++)
-            d[c] = scale * ((double)l->direction[c] + u * (double)l->axis_u[c] +
-                            v * (double)l->axis_v[c]);
+            d[c] = scale *
+                   ((double)l->direction[c] + u * (double)l->axis_u[c] + v * (double)l->axis_v[c]);
         sum += 1 - hidden(e, k, d, 1e-9);
     }
     return sum / (N * N);
@@ -439,9 +440,15 @@ double oracle_edge_error(const oracle_edges *e, const lightprobe_light *lights, 
     double squares = 0;
     for (int k = 0; k < e->count; k++) {
         const double *n = e->normal[k];
-        const double harmonic[9] = {1,           n[1],        n[2],
-                                    n[0],        n[0] * n[1], n[1] * n[2],
-                                    3 * n[2] * n[2] - 1, n[2] * n[0], n[0] * n[0] - n[1] * n[1]};
+        const double harmonic[9] = {1,
+                                    n[1],
+                                    n[2],
+                                    n[0],
+                                    n[0] * n[1],
+                                    n[1] * n[2],
+                                    3 * n[2] * n[2] - 1,
+                                    n[2] * n[0],
+                                    n[0] * n[0] - n[1] * n[1]};
         double sum = 0;
         for (int i = 0; residual && i < 9; i++) {
             double rgb[3];
@@ -455,9 +462,11 @@ double oracle_edge_error(const oracle_edges *e, const lightprobe_light *lights, 
                 d[c] = (double)l->direction[c];
                 rgb[c] = (double)l->irradiance[c];
             }
-            const double cosine = dot(d, e->normal[k]), eq18 = 0.5 * (1 + (double)l->cos_alpha) * cosine;
-            const double part = paper ? (cosine > 0 ? eq18 : 0)
-                                      : (double)lightprobe_disc_irradiance(l->cos_alpha, (float)cosine);
+            const double cosine = dot(d, e->normal[k]),
+                         eq18 = 0.5 * (1 + (double)l->cos_alpha) * cosine;
+            const double part =
+                paper ? (cosine > 0 ? eq18 : 0)
+                      : (double)lightprobe_disc_irradiance(l->cos_alpha, (float)cosine);
             if (part > 0) sum += part * luminance(rgb) * seen_part(e, k, l);
         }
         squares += (sum - e->seen[k]) * (sum - e->seen[k]);

@@ -55,7 +55,6 @@ void oracle_irradiance_of_lights(const lightprobe_light *lights, int count, int 
 // Root mean square difference of luminance, in percent of the mean of the first.
 double oracle_error(const oracle_irradiance *truth, const oracle_irradiance *other);
 
-
 // Receivers of random orientation behind random straight edges. Anywhere: half-spaces whose border is
 // any great circle, receivers facing any way. Near the light: within 0.02 or 0.25 radians of a
 // direction drawn by its light, half of them strips of 0.1, receivers facing it.

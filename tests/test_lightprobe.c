@@ -407,7 +407,8 @@ static void check_error(const test_probe *p, const char *name)
         const double exact = oracle_edge_error(&edges, lights, count, 0, NULL);
         const double ratio = (double)stats.error / exact;
         CHECK(most < 4 ? ratio > 0.7 && ratio < 1.7 : ratio > 0.66 && ratio < 1.35,
-              "%s, %d lights: error %.4f, %.4f by brute force", name, most, (double)stats.error, exact);
+              "%s, %d lights: error %.4f, %.4f by brute force", name, most, (double)stats.error,
+              exact);
         if (most >= 4 && fabs(log(ratio)) > fabs(log(worst))) worst = ratio;
     }
     test_note("%-13s estimate over brute force, 4 to 64 lights: %.2f at worst", name, worst);
@@ -481,12 +482,14 @@ static void check_residual(const test_probe *p, const char *name)
         double worst = 0, sums[3] = {0};
         for (int i = 0; i < count; i++) {
             int same = 0;
-            for (int j = 0; j < every; j++) same += !memcmp(lights[i].direction, all[j].direction, 12);
+            for (int j = 0; j < every; j++)
+                same += !memcmp(lights[i].direction, all[j].direction, 12);
             CHECK(same == 1, "%s: light %d is none of before", name, i);
             for (int c = 0; c < 3; c++) sums[c] += (double)lights[i].irradiance[c];
         }
         for (int c = 0; c < 3; c++) {
-            const double off = (sums[c] + 4 * (double)stats.residual_sh[0][c]) / (double)stats.total[c] - 1;
+            const double off =
+                (sums[c] + 4 * (double)stats.residual_sh[0][c]) / (double)stats.total[c] - 1;
             CHECK(fabs(off) < 1e-6, "%s: energy off by %g", name, off);
         }
         // The residual is what the discs that are missing give, but for the third order on.
@@ -498,18 +501,21 @@ static void check_residual(const test_probe *p, const char *name)
             lightprobe_residual_irradiance(&stats, n, rgb);
             for (int j = 0; j < every + count; j++) {
                 const lightprobe_light *l = j < every ? all + j : lights + j - every;
-                sum += (j < every ? 1 : -1) * (double)l->irradiance[1] *
-                       (double)lightprobe_disc_irradiance(l->cos_alpha, (float)dot(l->direction, n));
+                sum +=
+                    (j < every ? 1 : -1) * (double)l->irradiance[1] *
+                    (double)lightprobe_disc_irradiance(l->cos_alpha, (float)dot(l->direction, n));
             }
             worst = fmax(worst, fabs((double)rgb[1] - sum));
         }
         CHECK(worst <= 0.04 * (double)stats.residual[1] + 1e-6 * (double)stats.total[1],
-              "%s: the residual's irradiance is %g off, of %g", name, worst, (double)stats.residual[1]);
+              "%s: the residual's irradiance is %g off, of %g", name, worst,
+              (double)stats.residual[1]);
         // The lost shadows: between the lights behind edges with and without a map, whose mean is lost
         // as well: so against half of what is left out.
         const double with = oracle_edge_error(&edges, lights, count, 0, &stats);
         const double without = oracle_edge_error(&edges, all, every, 0, NULL);
-        CHECK(with <= without * 1.0001 + 2.2 * (double)s.min_shadow, "%s: error %g, was %g", name, with, without);
+        CHECK(with <= without * 1.0001 + 2.2 * (double)s.min_shadow, "%s: error %g, was %g", name,
+              with, without);
         saved += every - count;
     }
     test_note("%-13s %.0f of 40 lights need no map at 0.03 to 0.09", name, saved / 3);
@@ -551,7 +557,8 @@ static void residual_harmonics_are_those_of_discs(void)
         const float normal[3] = {(float)n[0], (float)n[1], (float)n[2]};
         float rgb[3];
         lightprobe_residual_irradiance(&stats, normal, rgb);
-        const double want = oracle_disc_irradiance((double)light.cos_alpha, dot(light.direction, normal));
+        const double want =
+            oracle_disc_irradiance((double)light.cos_alpha, dot(light.direction, normal));
         const double off = fabs((double)(rgb[1] / light.irradiance[1]) - want);
         CHECK(off < 0.08, "%g, not %g", (double)(rgb[1] / light.irradiance[1]), want);
         worst = fmax(worst, off);

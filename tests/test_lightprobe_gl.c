@@ -175,8 +175,8 @@ static void compare(subject *s, const char *what)
     CHECK(apart(a->stats.total, b->stats.total, all) < 1e-6, "%s: total", what);
     CHECK(apart(a->stats.residual, b->stats.residual, all) < 1e-6, "%s: residual", what);
     for (int i = 0; i < 9 && rounds_alike(); i++)
-        CHECK(apart(a->stats.residual_sh[i], b->stats.residual_sh[i], all) < 1e-6, "%s: harmonic %d", what,
-              i);
+        CHECK(apart(a->stats.residual_sh[i], b->stats.residual_sh[i], all) < 1e-6,
+              "%s: harmonic %d", what, i);
     CHECK(a->stats.repaired_texels == b->stats.repaired_texels, "%s: %d texels repaired, not %d",
           what, b->stats.repaired_texels, a->stats.repaired_texels);
     CHECK(b->stats.lights == b->count, "%s: %d lights in stats", what, b->stats.lights);

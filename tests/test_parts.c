@@ -142,7 +142,8 @@ static void costs_and_gains_are_those_of_the_leaves(void)
     CHECK(lightprobe_cost(nothing, 1) == 0 && lightprobe_edge_error(nothing, 1, 1) == 0 &&
               lightprobe_merged(few, nothing, 0, nothing, 0, 1).squares == 0.5f,
           "nothing costs");
-    CHECK(lightprobe_cut_cost(nothing, some, 1) > 1e30f && lightprobe_cut_cost(some, nothing, 1) > 1e30f,
+    CHECK(lightprobe_cut_cost(nothing, some, 1) > 1e30f &&
+              lightprobe_cut_cost(some, nothing, 1) > 1e30f,
           "a cut of nothing");
     const float far_away[3] = {0, 1, 0};
     CHECK(lightprobe_distance(1, far_away, 1, far_away, 1) == 0, "no distance to itself");
@@ -223,7 +224,8 @@ static void unevenness_is_cramers_distance(void)
 
 static void swaps_pay_when_the_gain_is_16_times_the_cost(void)
 {
-    CHECK(lightprobe_pays(0.79f, 1, 0, 1, 10) == 2, "what the tolerance spares by a margin is kept");
+    CHECK(lightprobe_pays(0.79f, 1, 0, 1, 10) == 2,
+          "what the tolerance spares by a margin is kept");
     CHECK(lightprobe_pays(0.81f, 1, 0, 1, 10) == 0, "a swap without gain");
     CHECK(lightprobe_pays(5, 1, 1.61f, 0.1f, 10) == 1, "16 times the cost do not do");
     CHECK(lightprobe_pays(5, 1, 1.59f, 0.1f, 10) == 0, "less than 16 times the cost does");
@@ -352,9 +354,11 @@ static void axes_hold_two_deviations_to_each_side(void)
     const lightprobe_spread none = lightprobe_no_spread();
     const lightprobe_axis no_axis = lightprobe_longest_axis(none, nowhere);
     const float flat[LIGHTPROBE_BINS] = {0};
-    CHECK(no_axis.scale == 0 && lightprobe_axis_around(1, 0).scale == 0, "what does not vary has an axis");
+    CHECK(no_axis.scale == 0 && lightprobe_axis_around(1, 0).scale == 0,
+          "what does not vary has an axis");
     CHECK(lightprobe_unevenness(no_axis, flat, 1) == 0, "a point is uneven");
-    CHECK(lightprobe_axis_across(no_axis, none, nowhere).direction[1] == 1, "light from all around");
+    CHECK(lightprobe_axis_across(no_axis, none, nowhere).direction[1] == 1,
+          "light from all around");
 }
 
 // ---- Texels, tiles, cells ----
@@ -586,10 +590,10 @@ static void planned_cuts_are_the_best_of_fourteen(void)
                 near_border |= fabsf(place - at) < 1e-5f;
             }
             const cost a = cost_of(w->leaves, in, 0, count), b = cost_of(w->leaves, in, 1, count);
-            const double gain = (all.luminance * (all.direction + all.tone) -
-                                 a.luminance * (a.direction + a.tone) -
-                                 b.luminance * (b.direction + b.tone)) /
-                                (double)w->total_luminance;
+            const double gain =
+                (all.luminance * (all.direction + all.tone) - a.luminance * (a.direction + a.tone) -
+                 b.luminance * (b.direction + b.tone)) /
+                (double)w->total_luminance;
             if (k == 14)
                 planned = gain;
             else if (!near_border && gain > best)
@@ -639,8 +643,7 @@ static void neighbours_are_the_nearest_clusters(void)
                 const lightprobe_cluster *d = w->clusters + c->nearby[i];
                 if (d->changed || c->nearby[i] == not_this) continue;
                 CHECK(lightprobe_merge_cost(c->sum, d->sum, w->total_luminance) >= least,
-                      "%d and %d cost less", a,
-                      c->nearby[i]);
+                      "%d and %d cost less", a, c->nearby[i]);
             }
         }
         const lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];

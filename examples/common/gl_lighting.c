@@ -26,7 +26,7 @@ static const char light_buffer[] =
 static const char shading_lights[] =
     "uniform int first_light, light_count;\n"
     "uniform vec3 residual_sh[9];\n" // irradiance that the lights do not carry
-    "uniform float little;\n" // luminance of irradiance that is not worth a shadow
+    "uniform float little;\n"        // luminance of irradiance that is not worth a shadow
     // The next light whose share is worth a shadow. So a pixel goes on to its own next light, and
     // does not wait for neighbours that others shine on.
     "int next_light(int i, vec3 normal, out vec3 arriving)\n"

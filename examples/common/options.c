@@ -11,7 +11,7 @@ const char options_help[] =
     "  --mesh FILE.obj   takes the place of the knot in the middle\n"
     "  --lights N        at most so many lights, 1..1024 (64)\n"
     "  --tolerance T     stop adding lights at this error behind edges, 0..1 (0.02)\n"
-    "  --min-shadow S    weak lights lose their maps while that changes at most S of the light (0)\n"
+    "  --min-shadow S    weak lights lose their maps while that changes at most S (0)\n"
     "  --estimator NAME  layered, lower or upper (layered)\n"
     "  --moments N       4, 6, or 0: 4 to search for blockers, 6 to weigh them (0)\n"
     "  --faces WHICH     front or both: what the depth maps are made of (front)\n"

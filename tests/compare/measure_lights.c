@@ -215,11 +215,17 @@ static bool study_one_sun(const study *s, message *why)
     for (int i = 0; i < l.lights && done; i++) {
         const float *d = l.light[i].direction, c = l.light[i].cos_alpha, h = 0.5f * (1 + c);
         const float a = 0.5f * h, b = 0.15625f * c * h;
-        const float weight[9] = {0.25f,          a * d[1],       a * d[2],
-                                 a * d[0],       6 * b * d[0] * d[1], 6 * b * d[1] * d[2],
-                                 0.5f * b * (3 * d[2] * d[2] - 1), 6 * b * d[2] * d[0],
+        const float weight[9] = {0.25f,
+                                 a * d[1],
+                                 a * d[2],
+                                 a * d[0],
+                                 6 * b * d[0] * d[1],
+                                 6 * b * d[1] * d[2],
+                                 0.5f * b * (3 * d[2] * d[2] - 1),
+                                 6 * b * d[2] * d[0],
                                  1.5f * b * (d[0] * d[0] - d[1] * d[1])};
-        for (int k = 0; k < 27 && i != sun; k++) sh[k] += weight[k / 3] * l.light[i].irradiance[k % 3];
+        for (int k = 0; k < 27 && i != sun; k++)
+            sh[k] += weight[k / 3] * l.light[i].irradiance[k % 3];
     }
     l.light[0] = l.light[sun];
     l.lights = done ? 1 : 0;
