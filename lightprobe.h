@@ -4704,6 +4704,7 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
 //       Eq. 8 (exponent -3/2), 4.1.2 (the variance is d^2/3), Eq. 18 (only above the horizon).
 //   Debevec: A Median Cut Algorithm for Light Probe Sampling, SIGGRAPH 2005 posters.
 //   van Oosterom, Strackee: The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30, 1983.
+//   Szekely, Rizzo: Energy Statistics, J. Stat. Plan. Inference 143, 2013.
 //   Lloyd: Least Squares Quantization in PCM, IEEE Trans. Inf. Theory 28, 1982.
 //   Hastings: Approximations for Digital Computers, Princeton 1955, sheet 13.
 //
