@@ -1,8 +1,9 @@
 // lightprobe.h - v0.1 - area lights from a light probe - MIT or public domain (see the end)
 //
 // Turns an environment cube map into a few area lights: direction, rectangle, colour, and the
-// opening angle of a disc for shading. The lights hold all the energy of the probe, none is spent
-// where the scene does not need it, they do not care where the faces of the cube meet, and they
+// opening angle of a disc for shading. They are chosen for the shadows that they cast: a sun is told
+// from its haze with 8 lights. They hold all the energy of the probe, none is spent where the scene
+// does not need it, they do not care where the faces of the cube meet, and they
 // follow a moving probe without jumping. The header holds the extraction, the irradiance of a disc
 // light that is cut by the receiver's horizon, that same function as GLSL text, and the extraction
 // in OpenGL 4.5 compute shaders. No dependency but the C standard library.
@@ -82,8 +83,8 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_SIDE,     // side below 1 or above LIGHTPROBE_MAX_SIDE
     LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4
     LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, or above the largest number
-    LIGHTPROBE_ERROR_SETTINGS, // tolerance or min_share negative or not finite, an unknown mode, or a
-                               // texture unit or buffer binding that the driver does not have
+    LIGHTPROBE_ERROR_SETTINGS, // tolerance, min_share or min_shadow negative or not finite, an unknown
+                               // mode, or a texture unit or buffer binding that the driver does not have
     LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
     LIGHTPROBE_ERROR_MEMORY,   // LIGHTPROBE_MALLOC gave none
     LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
@@ -101,7 +102,7 @@ const char *lightprobe_result_string(lightprobe_result result);
 #define LIGHTPROBE_MAX_LIGHTS 4096
 #define LIGHTPROBE_GL_MAX_LIGHTS 1024 // as many as one work group divides on every driver
 #define LIGHTPROBE_DEFAULT_LIGHTS 32
-#define LIGHTPROBE_DEFAULT_TOLERANCE 0.01f // one disc of 11 degrees around its centre
+#define LIGHTPROBE_DEFAULT_TOLERANCE 0.02f // one disc of 12 degrees around its centre
 
 // The probe. The caller keeps the texels; they are read only.
 typedef struct lightprobe_cube {
@@ -130,10 +131,14 @@ typedef enum lightprobe_mode {
 // Zero means default everywhere.
 typedef struct lightprobe_settings {
     int max_lights;  // 0: as many as the probe needs, at most LIGHTPROBE_DEFAULT_LIGHTS
-    float tolerance; // no more lights once stats.error is at most this; 0: use all of max_lights
-                     // or, where that is 0 too, LIGHTPROBE_DEFAULT_TOLERANCE
+    float tolerance; // no more lights once their error (lightprobe_stats) is at most this; 0: use
+                     // all of max_lights or, where that is 0 too, LIGHTPROBE_DEFAULT_TOLERANCE
     int mode;        // lightprobe_mode
     float min_share; // what has a smaller share of the probe's luminance is left to the residual
+    // The weakest lights, dim or wide, are left to the residual too while the shadows lost by that
+    // change irradiance behind a random edge by at most this, in the parts of tolerance: a map less
+    // for each. 0: none.
+    float min_shadow;
     // Lights of the previous frame, for a probe that moves: the new lights go on from them, keep
     // their places in the array and their ids, and change in number or region only where that pays.
     // May be the array that receives the new lights. NULL: start afresh, brightest light first.
@@ -146,23 +151,27 @@ typedef struct lightprobe_settings {
 
 typedef struct lightprobe_stats {
     float total[3];      // irradiance[] of the whole probe, bad channels counting as 0
-    float residual[3];   // what the lights do not carry, total - their sum: shade it as ambient
-    float error;         // how wide the lights are: mean over the flux of half the square angle to
-                         // the light's centre (exactly: sum of flux (1 - R) over sum of flux)
+    float residual[3];   // what the lights do not carry, total - their sum
+    float residual_sh[9][3]; // of it, for lightprobe_residual_irradiance
+    // Estimate of what the choice of lights costs: root mean square error of the irradiance of receivers
+    // of all orientations behind a random half-space (its border any great circle), in parts of the
+    // mean irradiance when nothing stands in between. Within 25% from 4 lights on. Of
+    // LIGHTPROBE_MEDIAN_CUT: the mean of half the square angle to the light's centre.
+    float error;
     int lights;          // how many were written
     int repaired_texels; // with a negative, NaN or infinite channel; that channel counts as 0
 } lightprobe_stats;
 
 // Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default):
-// about 19 side^2, 320 a light and 24,000. 0 where side or max_lights is out of range.
+// about 19 side^2, 350 a light and 24,000. 0 where side or max_lights is out of range.
 size_t lightprobe_scratch_bytes(int side, int max_lights);
 
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
 // defaults), stats too; scratch may have any alignment, and what it holds afterwards is of no use.
 //
 // The lights carry all of the probe: each texel belongs to exactly one, and the residual is
-// rounding (1e-7 of total, of either sign) unless min_share, or LIGHTPROBE_MEDIAN_CUT with fewer
-// than its six first regions, left something out. There may be fewer lights than asked for: where
+// rounding (1e-7 of total, of either sign) unless min_share, min_shadow, or LIGHTPROBE_MEDIAN_CUT
+// with fewer than its six first regions, left something out. There may be fewer lights than asked for: where
 // texels run out, where the tolerance is met, and for black regions: none for a black probe.
 //
 // Deterministic. Scaling the radiance by a power of two scales irradiance, total and residual and
@@ -187,6 +196,11 @@ void lightprobe_texel_direction(int face, float s, float t, float direction[3]);
 // than a hemisphere; above the horizon it is cos(theta) cos^2(alpha/2), the paper's Eq. 18. In
 // [0,1], error below 1e-6. Arguments outside [-1,1] count as the nearest number inside.
 float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
+
+// Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
+// to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
+void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3],
+                                    float rgb[3]);
 
 // GLSL 4.50 text that defines the same lightprobe_disc_irradiance. Goes behind #version; static
 // memory.
@@ -220,9 +234,10 @@ typedef struct lightprobe_gl lightprobe_gl;
 typedef struct lightprobe_gl_desc {
     lightprobe_gl_loader load;
     int side;       // of the faces; 0: 128. A texture is read at the mip level of this side
-    int max_lights; // these three as in lightprobe_settings, but at most LIGHTPROBE_GL_MAX_LIGHTS
+    int max_lights; // these four as in lightprobe_settings, but at most LIGHTPROBE_GL_MAX_LIGHTS
     float tolerance;
     float min_share;
+    float min_shadow;
     int first_texture_unit;   // this one, and six shader storage bindings from first_buffer_binding
     int first_buffer_binding; // on, are used inside lightprobe_gl_update and then put back
     void (*log)(void *user, const char *message); // told why a call failed, shader logs; or NULL
@@ -263,6 +278,7 @@ lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl, int as_read);
 // lightprobe_count, lightprobe_lights[] (members as in C), lightprobe_error, lightprobe_total and
 // lightprobe_residual, at binding LIGHTPROBE_BINDING (0 unless defined before), and
 //     vec3 lightprobe_irradiance(int light, vec3 normal)  // times visibility; nothing in between
+//     vec3 lightprobe_residual_irradiance(vec3 normal)    // what the lights do not carry
 const char *lightprobe_glsl_lights(void);
 
 // ---- Pictures of probes: from panoramas, crosses and strips to cubes; cubes without lights ----
@@ -424,6 +440,41 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
 }
 // [glsl end]
 
+// [glsl begin harmonics]
+
+// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1 and
+// 2 at a unit vector, without their constants.
+LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)
+{
+    if (i < 4) return i == 0 ? 1.0f : i == 1 ? y : i == 2 ? z : x;
+    if (i == 6) return 3.0f * z * z - 1.0f;
+    return i == 4 ? x * y : i == 5 ? y * z : i == 7 ? z * x : x * x - y * y;
+}
+
+// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine
+// is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.
+LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y,
+                                                   float z)
+{
+    float half_sum = 0.5f * (1.0f + cos_alpha);
+    float weight = i == 6 ? 0.078125f : i == 8 ? 0.234375f : 0.9375f;
+    if (i == 0) return 0.25f;
+    weight = i < 4 ? 0.5f * half_sum : weight * cos_alpha * half_sum;
+    return weight * lightprobe_harmonic(i, x, y, z);
+}
+// [glsl end]
+
+void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3],
+                                    float rgb[3])
+{
+    float sum[3] = {0, 0, 0};
+    for (int i = 0; i < 9; i++) {
+        const float y = lightprobe_harmonic(i, normal[0], normal[1], normal[2]);
+        for (int c = 0; c < 3; c++) sum[c] += y * stats->residual_sh[i][c];
+    }
+    for (int c = 0; c < 3; c++) rgb[c] = sum[c] > 0 ? sum[c] : 0;
+}
+
 // ------------------------------------------------------------------------------------------------
 // Directions and solid angles
 // ------------------------------------------------------------------------------------------------
@@ -496,10 +547,13 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE__LEAVES(lights) ((lights) + 200)
 // Room to divide all cells of the same error or none, so that a turned probe gives the same leaves.
 #define LIGHTPROBE_MORE_LEAVES 96
-#define LIGHTPROBE_ROUNDS 2 // of Lloyd's iteration; more change the error of 32 lights by 2%
-// One e-fold of radiance counts as much as so many radians. Without it (0) a small sun comes out
-// with the haze around it: 3.9 degrees wide instead of 0.9 at 32 lights in city_sun.
-#define LIGHTPROBE_TONE 0.1f
+#define LIGHTPROBE_ROUNDS 3 // of relaxation: a fourth takes 2% off the error of 8 lights
+// One e-fold of radiance counts as much as so many radians: what keeps a sun out of its haze. From
+// 0.15 to 0.25 no probe changes much; with half of that city_sun's sun is lost at 4 lights.
+#define LIGHTPROBE_TONE 0.2f
+// Weight of a light's width next to its unevenness: its shadow is shaded as if the receiver saw all
+// of it at one cosine. 0.1 to 0.35 do alike; without it a night sky's 8 lights err twice as much.
+#define LIGHTPROBE_WIDTH 0.2f
 #define LIGHTPROBE_BINS 8     // places for a cut, over so many standard deviations to both sides
 #define LIGHTPROBE_REACH 2.0f // of the mean
 #define LIGHTPROBE_NEAR 6     // clusters that a leaf may move to
@@ -519,6 +573,7 @@ typedef struct lightprobe_leaf {
     lightprobe_vec3 direction; // vector irradiance = strength * direction
     float strength, luminance;
     float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean
+    float half_width; // of the square that it spreads its light over
     int face, level, x, y, cluster;
 } lightprobe_leaf;
 
@@ -541,9 +596,11 @@ typedef struct lightprobe_cluster {
     lightprobe_sum sum;
     lightprobe_vec3 centre; // means
     float tone;
-    lightprobe_axis axis;
+    lightprobe_axis axis, tone_axis;
+    float error, gain; // behind edges; what the planned split takes off the cost
     int planned, changed, id;
-    int first; // of sum.count leaves in order[]
+    int brightest; // leaf
+    int first;     // of sum.count leaves in order[]
     int nearby[LIGHTPROBE_NEAR], near_count;
 } lightprobe_cluster;
 // [glsl end]
@@ -566,11 +623,11 @@ typedef struct lightprobe__work {
     lightprobe_leaf *leaves;
     int *heap, *order;
     lightprobe_cluster *clusters;
-    float *gains; // what the best split of each cluster takes off the error, or a bound on it
+    float *gains; // errors of the clusters that can be split, or what that gains; else 0
     lightprobe_region *regions;
     int heap_count, leaf_count, cluster_count, repaired;
     double total[3];
-    float mean; // luminance of 1 sr
+    float total_luminance, mean; // mean: of 1 sr
 } lightprobe__work;
 
 static void *lightprobe__take(char *base, size_t *used, size_t bytes)
@@ -1132,6 +1189,9 @@ LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
     leaf.luminance = lightprobe_luminance(leaf.flux);
     leaf.strength = lightprobe_normalize(leaf.direction);
     leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, mean);
+    LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;
+    LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3
+    leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;
     return leaf;
 }
 
@@ -1168,6 +1228,7 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
     const int enough = w->max_leaves - LIGHTPROBE_MORE_LEAVES;
     float last = 0;
     w->heap_count = 0;
+    w->total_luminance = total;
     w->mean = total / 12.5663706f;
     for (int face = 0; face < 6; face++) lightprobe__set_leaf(w, face, face, w->top, 0, 0);
     w->leaf_count = 6;
@@ -1231,33 +1292,66 @@ LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_
     return n;
 }
 
-// What stats.error adds up: the variance of direction.
+// Variance of direction: flux times half the mean square angle to the centre.
 LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)
 {
     return s.luminance - LIGHTPROBE_FLOAT(lightprobe_length(s.vector));
 }
 
+// How much a cluster with this share of the flux holds against a leaf of it: where this is least,
+// the leaf belongs. The square of a distance with the flux as weight, since errors count squared:
+// bright lights are kept small.
+LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,
+                                            const lightprobe_vec3 b, float tone_b)
+{
+    LIGHTPROBE_PRECISE float apart = 1.0f - lightprobe_nearness(a, tone_a, b, tone_b);
+    LIGHTPROBE_PRECISE float d = share * apart * apart;
+    return apart > 0.0f ? d : 0.0f;
+}
+
+// What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose
+// share goes one way for all lights along an edge and is summed before it is squared.
+typedef struct lightprobe_errors {
+    float squares, width;
+} lightprobe_errors;
+
+// lightprobe_stats.error. A half-space cuts off each place of a small light with probability 1/2 a
+// radian; the cosine at receivers of all orientations has the mean 1/4 and the mean square 1/6.
+LIGHTPROBE_SHARED float lightprobe_root_error(lightprobe_errors e, float total)
+{
+    LIGHTPROBE_PRECISE float width = e.width / total, squares = e.squares / total * 1.3333333f;
+    width = 0.6f * width * (1.0f - 0.5f * width);
+    squares = squares + width * width;
+    return squares > 0.0f ? sqrtf(squares) : 0.0f;
+}
 // [glsl end]
 
 // [glsl begin splits]
 
-// Nothing can be gained by a split beyond the variance of direction and tone.
-LIGHTPROBE_SHARED float lightprobe_gain_bound(lightprobe_sum s)
+// What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the
+// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a profile.
+LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
 {
-    LIGHTPROBE_PRECISE float mean2 =
-        s.luminance > LIGHTPROBE_BLACK ? s.tones / s.luminance * s.tones : 0.0f;
-    LIGHTPROBE_PRECISE float bound = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);
-    return bound;
+    if (!(s.luminance > 0.0f)) return 0.0f;
+    LIGHTPROBE_PRECISE float mean2 = s.tones / s.luminance * s.tones;
+    LIGHTPROBE_PRECISE float spread = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);
+    LIGHTPROBE_PRECISE float cost = s.luminance / total * spread;
+    return cost > 0.0f ? cost : 0.0f;
 }
 // [glsl end]
 
 // Sums of all clusters from the leaves' numbers.
 static void lightprobe__sum_clusters(lightprobe__work *w)
 {
-    for (int k = 0; k < w->cluster_count; k++) w->clusters[k].sum = lightprobe_nothing();
+    for (int k = 0; k < w->cluster_count; k++) {
+        w->clusters[k].sum = lightprobe_nothing();
+        w->clusters[k].brightest = -1;
+    }
     for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe_sum *sum = &w->clusters[w->leaves[i].cluster].sum;
-        *sum = lightprobe_add_leaf(*sum, w->leaves[i]);
+        lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
+        const float most = c->brightest < 0 ? 0 : w->leaves[c->brightest].luminance;
+        if (w->leaves[i].luminance > most) c->brightest = i;
+        c->sum = lightprobe_add_leaf(c->sum, w->leaves[i]);
     }
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
@@ -1285,16 +1379,17 @@ static void lightprobe__sort_leaves(lightprobe__work *w)
 
 // [glsl begin splits]
 
-// Second moments of direction (xx yy zz xy yz zx) and tone around their means.
+// Second moments of direction (xx yy zz xy yz zx) and tone around their means; variance of the
+// leaves' own spread along any axis.
 typedef struct lightprobe_spread {
-    float m[6], tone2;
+    float m[6], tone2, own;
 } lightprobe_spread;
 
 LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)
 {
     lightprobe_spread s;
     for (int i = 0; i < 6; i++) s.m[i] = 0.0f;
-    s.tone2 = 0.0f;
+    s.tone2 = s.own = 0.0f;
     return s;
 }
 
@@ -1315,6 +1410,7 @@ LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,
     s.m[4] += f * y * z;
     s.m[5] += f * z * x;
     s.tone2 += f * tone * tone;
+    s.own += f * leaf.half_width * leaf.half_width * 0.33333333f;
     return s;
 }
 
@@ -1344,27 +1440,59 @@ LIGHTPROBE_SHARED void lightprobe_eigenvector(const float matrix[6],
     if (!(lightprobe_normalize(v) > 0.0f)) v[1] = 1.0f;
 }
 
-// The direction of the largest variance, or tone where that varies more. scale is 0 where nothing
-// does.
-LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_of(lightprobe_spread spread,
-                                                     const lightprobe_vec3 mean, float mean_tone)
+// Bins around a mean; scale is 0 where nothing varies.
+LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_around(float middle, float variance)
 {
     lightprobe_axis axis;
-    lightprobe_eigenvector(spread.m, axis.direction);
-    float x = axis.direction[0], y = axis.direction[1], z = axis.direction[2];
-    LIGHTPROBE_PRECISE float squares =
-        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];
-    LIGHTPROBE_PRECISE float variance =
-        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));
-    axis.by_tone = spread.tone2 > variance ? 1 : 0;
-    float middle = axis.by_tone != 0 ? mean_tone : lightprobe_dot(mean, axis.direction);
-    float deviation = sqrtf(axis.by_tone != 0 ? spread.tone2 : variance);
+    float deviation = variance > 0.0f ? sqrtf(variance) : 0.0f;
     LIGHTPROBE_PRECISE float width = LIGHTPROBE_REACH * deviation;
     LIGHTPROBE_PRECISE float low = middle - width;
+    for (int i = 0; i < 3; i++) axis.direction[i] = 0.0f;
+    axis.by_tone = 1;
     axis.low = low;
     axis.scale = deviation < 1e-7f ? 0.0f : LIGHTPROBE_FLOAT(LIGHTPROBE_BINS) / (2.0f * width);
     axis.threshold = 0.0f;
     return axis;
+}
+
+LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_along(const lightprobe_vec3 d,
+                                                        lightprobe_spread spread,
+                                                        const lightprobe_vec3 mean)
+{
+    float x = d[0], y = d[1], z = d[2];
+    LIGHTPROBE_PRECISE float squares =
+        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];
+    LIGHTPROBE_PRECISE float variance =
+        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));
+    LIGHTPROBE_PRECISE float all = variance + spread.own;
+    lightprobe_axis axis = lightprobe_axis_around(lightprobe_dot(mean, d), all);
+    for (int i = 0; i < 3; i++) axis.direction[i] = d[i];
+    axis.by_tone = 0;
+    return axis;
+}
+
+// Of the largest variance.
+LIGHTPROBE_SHARED lightprobe_axis lightprobe_longest_axis(lightprobe_spread spread,
+                                                          const lightprobe_vec3 mean)
+{
+    lightprobe_vec3 d;
+    lightprobe_eigenvector(spread.m, d);
+    return lightprobe_axis_along(d, spread, mean);
+}
+
+// Across it. Light from all around has no such axis: the same one once more.
+LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_across(lightprobe_axis axis,
+                                                         lightprobe_spread spread,
+                                                         const lightprobe_vec3 mean)
+{
+    lightprobe_vec3 d;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        LIGHTPROBE_PRECISE float across = mean[j] * axis.direction[k] - mean[k] * axis.direction[j];
+        d[i] = across;
+    }
+    if (!(lightprobe_normalize(d) > 1e-3f)) return axis;
+    return lightprobe_axis_along(d, spread, mean);
 }
 
 // Where a leaf lies on an axis, and in which bin.
@@ -1386,89 +1514,173 @@ LIGHTPROBE_SHARED float lightprobe_threshold(lightprobe_axis axis, int bin)
     return at;
 }
 
-// What cutting off a part takes off half the variance of tone.
-LIGHTPROBE_SHARED float lightprobe_tone_gain(lightprobe_sum whole, lightprobe_sum part)
+// Where along the bins of an axis a leaf begins, and its luminance a bin.
+typedef struct lightprobe_streak {
+    float low, density, luminance;
+} lightprobe_streak;
+
+LIGHTPROBE_SHARED lightprobe_streak lightprobe_streak_of(lightprobe_axis axis, lightprobe_leaf leaf)
 {
-    LIGHTPROBE_PRECISE float rest = whole.luminance - part.luminance;
-    if (!(part.luminance > LIGHTPROBE_BLACK) || !(rest > LIGHTPROBE_BLACK)) return 0.0f;
-    LIGHTPROBE_PRECISE float apart =
-        part.tones / part.luminance - (whole.tones - part.tones) / rest;
-    LIGHTPROBE_PRECISE float gain =
-        0.5f * apart * apart * part.luminance * (rest / whole.luminance);
-    return gain;
+    lightprobe_streak s;
+    LIGHTPROBE_PRECISE float middle = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;
+    LIGHTPROBE_PRECISE float half_width = leaf.half_width * axis.scale + 1e-3f;
+    LIGHTPROBE_PRECISE float low = middle - half_width;
+    s.low = low;
+    s.density = leaf.luminance / (2.0f * half_width);
+    s.luminance = leaf.luminance;
+    return s;
 }
 
-// What a cut takes off the error. size: length of the whole's vector.
-LIGHTPROBE_SHARED float lightprobe_split_gain(lightprobe_sum whole, double size,
-                                              lightprobe_sum part)
+// Luminance below the end of a bin.
+LIGHTPROBE_SHARED float lightprobe_below(lightprobe_streak s, int bin)
 {
-    lightprobe_vec3 rest;
-    if (part.count == 0 || part.count == whole.count) return 0.0f;
-    for (int i = 0; i < 3; i++) rest[i] = whole.vector[i] - part.vector[i];
-    LIGHTPROBE_PRECISE double apart =
-        lightprobe_length(part.vector) + lightprobe_length(rest) - size;
-    LIGHTPROBE_PRECISE float gain = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(whole, part);
-    return gain;
+    LIGHTPROBE_PRECISE float part = (LIGHTPROBE_FLOAT(bin + 1) - s.low) * s.density;
+    float most = part < s.luminance ? part : s.luminance;
+    return most > 0.0f ? most : 0.0f;
 }
 
-// What giving one light to two clusters adds to the error.
-LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b)
+// Cramer's distance between the light along an axis (luminance below the end of each bin) and that of
+// a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of their
+// squared difference. Its mean over all axes is the energy distance, but for a factor.
+LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,
+                                              const float below[LIGHTPROBE_BINS], float luminance)
 {
-    LIGHTPROBE_PRECISE lightprobe_sum both = a;
-    for (int i = 0; i < 3; i++) both.vector[i] += b.vector[i];
-    both.luminance += b.luminance;
-    both.tones += b.tones;
-    LIGHTPROBE_PRECISE double apart =
-        lightprobe_length(a.vector) + lightprobe_length(b.vector) - lightprobe_length(both.vector);
-    LIGHTPROBE_PRECISE float cost = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(both, a);
+    LIGHTPROBE_PRECISE float sum = 0.0f;
+    if (!(axis.scale > 0.0f)) return 0.0f;
+    for (int i = 0; i + 1 < LIGHTPROBE_BINS; i++) {
+        float place =
+            LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);
+        LIGHTPROBE_PRECISE float even = 0.5f + 0.28867513f * LIGHTPROBE_REACH * place;
+        LIGHTPROBE_PRECISE float off = below[i] / luminance - even;
+        sum += off * off;
+    }
+    return sum / axis.scale;
+}
+
+// Mean squared error behind a random straight edge of a light for this cluster, of the total's
+// flux, but for a factor. unevenness: the mean of two axes.
+LIGHTPROBE_SHARED float lightprobe_edge_error(lightprobe_sum s, float unevenness, float total)
+{
+    if (!(s.luminance > 0.0f)) return 0.0f;
+    float variance = lightprobe_sum_error(s) / s.luminance;
+    if (!(variance > 0.0f)) variance = 0.0f;
+    LIGHTPROBE_PRECISE float wide = variance * sqrtf(variance) * (1.0f - 0.5f * variance);
+    LIGHTPROBE_PRECISE float e = unevenness + LIGHTPROBE_WIDTH * wide;
+    e = s.luminance / total * (s.luminance * e);
+    return e;
+}
+
+// Of the two parts of a cut; FLT_MAX where one holds no light.
+LIGHTPROBE_SHARED float lightprobe_cut_cost(lightprobe_sum below, lightprobe_sum above, float total)
+{
+    if (!(below.luminance > 0.0f) || !(above.luminance > 0.0f)) return FLT_MAX;
+    LIGHTPROBE_PRECISE float cost = lightprobe_cost(below, total) + lightprobe_cost(above, total);
     return cost;
 }
 
+// What giving one light to two clusters adds to the cost.
+LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b, float total)
+{
+    LIGHTPROBE_PRECISE float apart = lightprobe_cost(a, total) + lightprobe_cost(b, total);
+    LIGHTPROBE_PRECISE float cost = lightprobe_cost(lightprobe_add_sum(a, b), total) - apart;
+    return cost;
+}
+
+// Errors once two clusters, with these squares, share a light: more than that, unless they are very
+// uneven.
+LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,
+                                                      float a_squares, lightprobe_sum b,
+                                                      float b_squares, float total)
+{
+    lightprobe_sum both = lightprobe_add_sum(a, b);
+    if (!(both.luminance > 0.0f)) return all;
+    LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;
+    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;
+    LIGHTPROBE_PRECISE lightprobe_errors e = all;
+    LIGHTPROBE_PRECISE float apart = a_squares + b_squares;
+    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);
+    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);
+    e.width = e.width - widths + lightprobe_sum_error(both);
+    return e;
+}
+
 // For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:
-// the pair does not need it any more, 1: it gains four times what it costs, 0: no, since a light
-// that changes hands jumps. enough: the error that is tolerated.
-LIGHTPROBE_SHARED int lightprobe_pays(float error, float enough, float gain, float cost,
+// the pair does not need it any more, 1: it gains 16 times what it costs (errors squared), 0: no,
+// since a light that changes hands jumps. error: with the pair merged.
+LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,
                                       float total)
 {
-    LIGHTPROBE_PRECISE float more = error + cost, least = 1e-5f * total + 4.0f * cost;
-    return more < 0.8f * enough ? 2 : gain < least ? 0 : 1;
+    LIGHTPROBE_PRECISE float least = 1e-5f * total + 16.0f * cost;
+    return error < 0.8f * tolerance ? 2 : gain < least ? 0 : 1;
 }
 // [glsl end]
 
-// Finds where on the axis a cut takes most off the error: of BINS - 1 places, which is enough since
-// the clusters are relaxed afterwards.
-static void lightprobe__plan_split(lightprobe__work *w, lightprobe_cluster *c)
+// Finds the error of a cluster, and the axes for a split.
+static void lightprobe__measure(lightprobe__work *w, lightprobe_cluster *c)
 {
-    lightprobe_sum bins[LIGHTPROBE_BINS], left = lightprobe_nothing();
     lightprobe_spread spread = lightprobe_no_spread();
-    float *best = w->gains + (c - w->clusters), mean[3];
-    const float scale = c->sum.luminance > LIGHTPROBE_BLACK ? 1 / c->sum.luminance : 0;
+    float mean[3], u[LIGHTPROBE_BINS] = {0}, v[LIGHTPROBE_BINS] = {0};
+    const float luminance = c->sum.luminance;
+    const float scale = luminance > LIGHTPROBE_BLACK ? 1 / luminance : 0;
     const float mean_tone = c->sum.tones * scale;
     const int *order = w->order + c->first;
-    *best = 0;
-    c->planned = 1;
-    if (c->sum.count < 2) return;
     for (int i = 0; i < 3; i++) mean[i] = c->sum.vector[i] * scale;
     for (int k = 0; k < c->sum.count; k++)
         spread = lightprobe_add_spread(spread, w->leaves[order[k]], mean, mean_tone, scale);
-    const lightprobe_axis axis = c->axis = lightprobe_axis_of(spread, mean, mean_tone);
-    if (!(axis.scale > 0)) return;
-    for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) bins[bin] = left;
+    const lightprobe_axis along = lightprobe_longest_axis(spread, mean);
+    const lightprobe_axis across = lightprobe_axis_across(along, spread, mean);
     for (int k = 0; k < c->sum.count; k++) {
-        lightprobe_sum *bin = bins + lightprobe_bin(axis, w->leaves[order[k]]);
-        *bin = lightprobe_add_leaf(*bin, w->leaves[order[k]]);
+        const lightprobe_streak a = lightprobe_streak_of(along, w->leaves[order[k]]);
+        const lightprobe_streak b = lightprobe_streak_of(across, w->leaves[order[k]]);
+        for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) {
+            u[bin] += lightprobe_below(a, bin);
+            v[bin] += lightprobe_below(b, bin);
+        }
     }
-    const double size = lightprobe_length(c->sum.vector);
-    for (int bin = 0; bin + 1 < LIGHTPROBE_BINS; bin++) {
-        left = lightprobe_add_sum(left, bins[bin]);
-        const float gain = lightprobe_split_gain(c->sum, size, left);
-        if (gain <= *best) continue;
-        *best = gain;
-        c->axis.threshold = lightprobe_threshold(axis, bin);
+    LIGHTPROBE_PRECISE float uneven =
+        lightprobe_unevenness(along, u, luminance) + lightprobe_unevenness(across, v, luminance);
+    c->error = lightprobe_edge_error(c->sum, 0.5f * uneven, w->total_luminance);
+    c->axis = along;
+    c->tone_axis = lightprobe_axis_around(mean_tone, spread.tone2);
+    c->planned = 0;
+    w->gains[c - w->clusters] = c->error;
+}
+
+// The cheapest of BINS - 1 cuts across an axis, which are enough since the clusters are relaxed
+// afterwards.
+static void lightprobe__find_cut(const lightprobe__work *w, lightprobe_cluster *c,
+                                 lightprobe_axis axis, float *least)
+{
+    lightprobe_sum bins[LIGHTPROBE_BINS], above[LIGHTPROBE_BINS], below = lightprobe_nothing();
+    if (!(axis.scale > 0)) return;
+    for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) bins[bin] = above[bin] = below;
+    for (int k = 0; k < c->sum.count; k++) {
+        const lightprobe_leaf *leaf = w->leaves + w->order[c->first + k];
+        lightprobe_sum *bin = bins + lightprobe_bin(axis, *leaf);
+        *bin = lightprobe_add_leaf(*bin, *leaf);
     }
-    // But for rounding. So the order in which clusters are planned does not matter.
-    const float most = lightprobe_gain_bound(c->sum);
-    if (*best > most) *best = most;
+    for (int bin = LIGHTPROBE_BINS - 1; bin > 0; bin--)
+        above[bin - 1] = lightprobe_add_sum(above[bin], bins[bin]);
+    for (int cut = 0; cut + 1 < LIGHTPROBE_BINS; cut++) {
+        if (!bins[cut].count) continue;
+        below = lightprobe_add_sum(below, bins[cut]);
+        const float cost = lightprobe_cut_cost(below, above[cut], w->total_luminance);
+        if (cost >= *least) continue;
+        *least = cost;
+        c->axis = axis;
+        c->axis.threshold = lightprobe_threshold(axis, cut);
+    }
+}
+
+// Finds the best split of a measured cluster, by place or by tone; its gain is 0 if there is none.
+static void lightprobe__plan_split(lightprobe__work *w, lightprobe_cluster *c)
+{
+    float least = FLT_MAX;
+    lightprobe__find_cut(w, c, c->axis, &least);
+    lightprobe__find_cut(w, c, c->tone_axis, &least);
+    c->gain = least < FLT_MAX ? lightprobe_cost(c->sum, w->total_luminance) - least : 0;
+    if (!(least < FLT_MAX)) w->gains[c - w->clusters] = 0;
+    c->planned = 1;
 }
 
 // Moves the leaves behind the planned plane from one cluster to another, empty one, and sums both.
@@ -1491,9 +1703,6 @@ static void lightprobe__split(lightprobe__work *w, lightprobe_cluster *c, lightp
         }
     }
     d->first = i;
-    w->gains[c - w->clusters] = lightprobe_gain_bound(c->sum);
-    w->gains[number] = lightprobe_gain_bound(d->sum);
-    c->planned = d->planned = 0;
 }
 
 static int lightprobe__largest_gain(const lightprobe__work *w)
@@ -1508,29 +1717,40 @@ static int lightprobe__largest_gain(const lightprobe__work *w)
     return most;
 }
 
-// Splits whatever gains most until there are enough clusters or the error is small enough.
-static void lightprobe__divide(lightprobe__work *w, float total, float tolerance)
+static lightprobe_errors lightprobe__measure_all(lightprobe__work *w)
 {
-    float error = 0;
+    LIGHTPROBE_PRECISE lightprobe_errors e = {0, 0};
     for (int k = 0; k < w->cluster_count; k++) {
-        w->clusters[k].planned = 0;
-        w->gains[k] = lightprobe_gain_bound(w->clusters[k].sum);
-        error += lightprobe_sum_error(w->clusters[k].sum);
+        lightprobe__measure(w, w->clusters + k);
+        e.squares += w->clusters[k].error;
+        e.width += lightprobe_sum_error(w->clusters[k].sum);
     }
-    while (w->cluster_count < w->max_lights && error > tolerance * total) {
+    return e;
+}
+
+// Splits the cluster with the largest error until there are enough or the error is small enough.
+static void lightprobe__divide(lightprobe__work *w, float tolerance)
+{
+    lightprobe_errors e = lightprobe__measure_all(w);
+    while (w->cluster_count < w->max_lights &&
+           lightprobe_root_error(e, w->total_luminance) > tolerance) {
         const int most = lightprobe__largest_gain(w);
-        if (w->gains[most] <= 1e-7f * total) break;
-        lightprobe_cluster *best = w->clusters + most, *fresh = w->clusters + w->cluster_count;
-        if (!best->planned) { // most small clusters never come to this, which saves half the time
-            lightprobe__plan_split(w, best);
+        lightprobe_cluster *parent = w->clusters + most, *fresh = w->clusters + w->cluster_count;
+        if (!(w->gains[most] > 0)) break;
+        if (!parent->planned) { // most small clusters never come to this
+            lightprobe__plan_split(w, parent);
             continue;
         }
-        error -= lightprobe_sum_error(best->sum);
+        e.squares -= parent->error;
+        e.width -= lightprobe_sum_error(parent->sum);
         w->cluster_count++;
         memset(fresh, 0, sizeof *fresh);
         fresh->id = -1;
-        lightprobe__split(w, best, fresh);
-        error += lightprobe_sum_error(best->sum) + lightprobe_sum_error(fresh->sum);
+        lightprobe__split(w, parent, fresh);
+        lightprobe__measure(w, parent);
+        lightprobe__measure(w, fresh);
+        e.squares += parent->error + fresh->error;
+        e.width += lightprobe_sum_error(parent->sum) + lightprobe_sum_error(fresh->sum);
     }
 }
 
@@ -1558,22 +1778,27 @@ static void lightprobe__find_near(lightprobe__work *w)
     }
 }
 
-// Lloyd's iteration on the sphere: each leaf goes to the nearest centre among its cluster's
-// neighbours, which never raises the error, and takes no heed of cuts and faces.
+// Lloyd's iteration on the sphere: each leaf goes to the cluster among its own one's neighbours that
+// holds least against it, without heed of cuts and faces. The brightest stays, so that no cluster runs
+// empty.
 static void lightprobe__relax(lightprobe__work *w, int rounds)
 {
+    const float total = w->total_luminance;
     for (int round = 0; round < rounds; round++) {
         int moved = 0;
         for (int i = 0; i < w->leaf_count; i++) {
             lightprobe_leaf *leaf = w->leaves + i;
             const lightprobe_cluster *own = w->clusters + leaf->cluster;
-            float best = lightprobe_nearness(leaf->direction, leaf->tone, own->centre, own->tone);
+            if (own->brightest == i) continue;
+            float best = lightprobe_distance(own->sum.luminance / total, leaf->direction,
+                                             leaf->tone, own->centre, own->tone);
             for (int k = 0; k < own->near_count; k++) {
                 const lightprobe_cluster *c = w->clusters + own->nearby[k];
-                const float s =
-                    lightprobe_nearness(leaf->direction, leaf->tone, c->centre, c->tone);
-                if (s <= best) continue;
-                best = s;
+                const float share = (c->sum.luminance + leaf->luminance) / total;
+                const float d =
+                    lightprobe_distance(share, leaf->direction, leaf->tone, c->centre, c->tone);
+                if (d >= best) continue;
+                best = d;
                 leaf->cluster = own->nearby[k];
                 moved = 1;
             }
@@ -1594,7 +1819,7 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
         for (int k = 0; k < c->near_count; k++) {
             const lightprobe_cluster *d = w->clusters + c->nearby[k];
             if (d->changed || c->nearby[k] == not_this) continue;
-            const float cost = lightprobe_merge_cost(c->sum, d->sum);
+            const float cost = lightprobe_merge_cost(c->sum, d->sum, w->total_luminance);
             if (cost >= least) continue;
             least = cost;
             const int brighter = c->sum.luminance >= d->sum.luminance; // keeps its id
@@ -1623,23 +1848,28 @@ static void lightprobe__swap(lightprobe__work *w, const int pair[2], int from)
 
 // For a moving probe: takes lights from where two do little more than one does, and spends them
 // where one is not enough. A light that the tolerance can spare by a margin is not spent again.
-static void lightprobe__respend(lightprobe__work *w, float total, float tolerance)
+static void lightprobe__respend(lightprobe__work *w, float tolerance)
 {
-    float error = 0;
+    const float total = w->total_luminance;
     lightprobe__sort_leaves(w);
+    lightprobe_errors e = lightprobe__measure_all(w);
     for (int k = 0; k < w->cluster_count; k++) {
         w->clusters[k].changed = 0;
         lightprobe__plan_split(w, w->clusters + k);
-        error += lightprobe_sum_error(w->clusters[k].sum);
+        w->gains[k] = w->clusters[k].gain;
     }
     for (int swaps = w->cluster_count / 4; swaps >= 0; swaps--) {
         const int most = lightprobe__largest_gain(w);
         int pair[2] = {0, 0};
         const float cost = lightprobe__cheapest_merge(w, most, pair);
-        const int pays = lightprobe_pays(error, tolerance * total, w->gains[most], cost, total);
+        const lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
+        const lightprobe_errors merged =
+            lightprobe_merged(e, a->sum, a->error, b->sum, b->error, total);
+        const int pays = lightprobe_pays(lightprobe_root_error(merged, total), tolerance,
+                                         w->gains[most], cost, total);
         if (cost >= FLT_MAX || !pays) break;
         if (pays == 2) w->clusters[most].sum.count = 0; // nothing to split off
-        error += cost; // at most: what the swap gains is not counted
+        e = merged; // at most: what the swap gains is not counted
         lightprobe__swap(w, pair, most);
     }
     lightprobe__sum_clusters(w);
@@ -1649,6 +1879,7 @@ static void lightprobe__respend(lightprobe__work *w, float total, float toleranc
 // One cluster of everything, or those of the previous frame's lights.
 static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previous, int count)
 {
+    const float total = w->total_luminance;
     w->cluster_count = 0;
     for (int i = 0; i < count && w->cluster_count < w->max_lights; i++) {
         lightprobe_cluster *c = w->clusters + w->cluster_count;
@@ -1659,6 +1890,7 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         if (!(lightprobe_normalize(c->centre) > 0)) continue;
         const float luminance = lightprobe_luminance(previous[i].irradiance) * LIGHTPROBE_SCALE;
         c->tone = lightprobe_tone(luminance, previous[i].solid_angle, w->mean);
+        c->sum.luminance = luminance >= 0 && luminance < total ? luminance : total;
         c->id = previous[i].id;
         w->cluster_count++;
     }
@@ -1669,12 +1901,14 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
     }
     for (int i = 0; i < w->leaf_count; i++) {
         lightprobe_leaf *leaf = w->leaves + i;
-        float best = -FLT_MAX;
+        float best = FLT_MAX;
         for (int k = 0; k < w->cluster_count; k++) {
             const lightprobe_cluster *c = w->clusters + k;
-            const float s = lightprobe_nearness(leaf->direction, leaf->tone, c->centre, c->tone);
-            if (s <= best) continue;
-            best = s;
+            const float share = (c->sum.luminance + leaf->luminance) / total;
+            const float d =
+                lightprobe_distance(share, leaf->direction, leaf->tone, c->centre, c->tone);
+            if (d >= best) continue;
+            best = d;
             leaf->cluster = k;
         }
     }
@@ -1687,6 +1921,19 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
 // ------------------------------------------------------------------------------------------------
 
 // [glsl begin lights]
+// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,
+// which is the shadow that is lost without a map: share of the flux times the root of
+// 8/3 (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).
+LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)
+{
+    float variance = lightprobe_sum_error(s) / s.luminance;
+    float root = sqrtf(fabsf(variance)); // rounding may be negative
+    LIGHTPROBE_PRECISE float angle = root * (1.81f - 0.24f * root);
+    LIGHTPROBE_PRECISE float square = 0.66666667f - 0.42441318f * angle;
+    LIGHTPROBE_PRECISE float shadow = s.luminance / total * sqrtf(fabsf(square));
+    return shadow;
+}
+
 LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)
 {
     lightprobe_region r;
@@ -1927,10 +2174,46 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
 // Extraction
 // ------------------------------------------------------------------------------------------------
 
-// Lights of clusters that are bright enough, brightest first unless they carry on from a previous
-// frame. Returns how many.
-static int lightprobe__write_lights(lightprobe__work *w, int animated, float least,
-                                    lightprobe_light *out)
+// What a light that is not written leaves to the residual.
+static void lightprobe__leave(const lightprobe_light *light, float residual_sh[9][3])
+{
+    const float *d = light->direction;
+    for (int i = 0; i < 9; i++) {
+        const float weight = lightprobe_harmonic_weight(i, light->cos_alpha, d[0], d[1], d[2]);
+        for (int c = 0; c < 3; c++)
+            residual_sh[i][c] = lightprobe_clamp((double)residual_sh[i][c] +
+                                                 (double)(weight * light->irradiance[c]));
+    }
+}
+
+// Marks the clusters (as changed) that are no lights: too dim, or the weakest.
+static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings *settings)
+{
+    const double least = (double)(settings->min_share * w->total_luminance);
+    int count = 0;
+    float lost = 0;
+    for (int k = 0; k < w->cluster_count; k++) {
+        const double luminance = w->regions[k].luminance;
+        w->clusters[k].changed = luminance < least;
+        if (!(luminance > 0) || luminance < least || !(settings->min_shadow > 0)) continue;
+        w->gains[k] = lightprobe_shadow(w->clusters[k].sum, w->total_luminance);
+        int at = count++;
+        for (; at > 0 && w->gains[w->order[at - 1]] > w->gains[k]; at--)
+            w->order[at] = w->order[at - 1];
+        w->order[at] = k;
+    }
+    for (int i = 0; i < count; i++) {
+        lost += w->gains[w->order[i]];
+        if (lost > settings->min_shadow) break;
+        w->clusters[w->order[i]].changed = 1;
+    }
+}
+
+// Lights of clusters that are not weak, brightest first unless they carry on from a previous frame.
+// Returns how many.
+static int lightprobe__write_lights(lightprobe__work *w, int animated,
+                                    const lightprobe_settings *settings, lightprobe_light *out,
+                                    float residual_sh[9][3])
 {
     int count = 0, next_id = 0;
     for (int k = 0; k < w->cluster_count; k++) w->regions[k] = lightprobe_no_region();
@@ -1938,8 +2221,14 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated, float lea
         lightprobe_region *region = w->regions + w->leaves[i].cluster;
         *region = lightprobe_add_region(*region, w->leaves[i]);
     }
+    lightprobe__find_weak(w, settings);
     for (int k = 0; k < w->cluster_count; k++) {
-        if (!(w->regions[k].luminance > 0) || w->regions[k].luminance < (double)least) continue;
+        if (!(w->regions[k].luminance > 0)) continue;
+        if (w->clusters[k].changed) {
+            const lightprobe_light light = lightprobe_light_of(w->regions[k]);
+            lightprobe__leave(&light, residual_sh);
+            continue;
+        }
         int at = count++;
         for (; at > 0 && !animated; at--) {
             if (w->regions[w->order[at - 1]].luminance >= w->regions[k].luminance) break;
@@ -1960,27 +2249,30 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated, float lea
 
 // Everything but the checks of arguments.
 static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *settings, float total,
-                            lightprobe_light *lights, float *error)
+                            lightprobe_light *lights, float *error, float residual_sh[9][3])
 {
     const int animated = settings->previous && settings->previous_count > 0;
     lightprobe__make_leaves(w, total);
     lightprobe__start(w, settings->previous, animated ? settings->previous_count : 0);
-    lightprobe__divide(w, total, settings->tolerance);
+    lightprobe__divide(w, settings->tolerance);
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
     // The start from previous lights was a round already; one a frame keeps the steps small.
     if (animated)
-        lightprobe__respend(w, total, settings->tolerance);
+        lightprobe__respend(w, settings->tolerance);
     else
         lightprobe__relax(w, LIGHTPROBE_ROUNDS);
-    *error = 0;
-    for (int k = 0; k < w->cluster_count; k++) *error += lightprobe_sum_error(w->clusters[k].sum);
-    *error /= total;
-    return lightprobe__write_lights(w, animated, settings->min_share * total, lights);
+    lightprobe__sort_leaves(w);
+    if (settings->tolerance > 0)
+        lightprobe__divide(w, settings->tolerance); // if it is not met any more
+    if (error) {
+        *error = lightprobe_root_error(lightprobe__measure_all(w), total);
+    }
+    return lightprobe__write_lights(w, animated, settings, lights, residual_sh);
 }
 
 static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *settings, float total,
-                             lightprobe_light *lights, float *error)
+                             lightprobe_light *lights, float *error, float residual_sh[9][3])
 {
     // The memory of the leaves (64 bytes each, more than one per light) holds the ring, that of the
     // band (over 100 bytes per row of texels) the profile.
@@ -1994,12 +2286,15 @@ static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *set
         lightprobe_light light;
         double luminance;
         sum += lightprobe__paper_light(w, ring + (first + i) % capacity, &light, &luminance);
-        if (!(luminance > 0) || luminance < (double)(settings->min_share * total)) continue;
-        if (written == w->max_lights) continue;
+        if (!(luminance > 0)) continue;
+        if (luminance < (double)(settings->min_share * total) || written == w->max_lights) {
+            lightprobe__leave(&light, residual_sh);
+            continue;
+        }
         light.id = written;
         lights[written++] = light;
     }
-    *error = (float)(sum / (double)total);
+    if (error) *error = (float)(sum / (double)total);
     return written;
 }
 
@@ -2042,6 +2337,7 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube, const li
         {"previous_count", (double)s->previous_count, 0, LIGHTPROBE_MAX_LIGHTS, LIGHTPROBE_ERROR_LIGHTS},
         {"tolerance", (double)s->tolerance, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
         {"min_share", (double)s->min_share, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
+        {"min_shadow", (double)s->min_shadow, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
         {"mode", (double)s->mode, LIGHTPROBE_BEST, LIGHTPROBE_MEDIAN_CUT, LIGHTPROBE_ERROR_SETTINGS}};
     return lightprobe__check_ranges(s, ranges, (int)(sizeof ranges / sizeof *ranges));
 }
@@ -2079,11 +2375,12 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     lightprobe__sum_tiles(&work);
     lightprobe__make_pyramid(&work);
     const float total = lightprobe__find_total(&work);
-    float error = 0;
+    float error = 0, residual_sh[9][3];
     int count = 0; // a black probe has no lights
+    memset(residual_sh, 0, sizeof residual_sh);
     if (total >= LIGHTPROBE_BLACK) {
         count = (s.mode == LIGHTPROBE_MEDIAN_CUT ? lightprobe__paper : lightprobe__best)(
-            &work, &s, total, lights, &error);
+            &work, &s, total, lights, stats ? &error : NULL, residual_sh);
     }
     *light_count = count;
     if (!stats) return LIGHTPROBE_OK;
@@ -2093,7 +2390,9 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
         for (int k = 0; k < count; k++) carried += (double)lights[k].irradiance[i];
         stats->total[i] = lightprobe_clamp(all);
         stats->residual[i] = lightprobe_clamp(all - carried);
+        residual_sh[0][i] = 0.25f * stats->residual[i]; // to the last digit
     }
+    memcpy(stats->residual_sh, residual_sh, sizeof residual_sh);
     stats->error = error > 0 ? error : 0;
     stats->lights = count;
     stats->repaired_texels = work.repaired;
@@ -2114,7 +2413,8 @@ const char *lightprobe_result_string(lightprobe_result result)
     case LIGHTPROBE_ERROR_LIGHTS:
         return "lightprobe: max_lights and previous_count must be 0 to 4096, in OpenGL 0 to 1024";
     case LIGHTPROBE_ERROR_SETTINGS:
-        return "lightprobe: tolerance and min_share must be 0 or more, mode one of lightprobe_mode";
+        return "lightprobe: tolerance, min_share and min_shadow must be 0 or more, mode one of "
+               "lightprobe_mode";
     case LIGHTPROBE_ERROR_SCRATCH:
         return "lightprobe: less scratch memory than lightprobe_scratch_bytes() asks for";
     case LIGHTPROBE_ERROR_MEMORY:
@@ -2204,6 +2504,28 @@ static const char lightprobe__glsl_text[] =
     "    float e = (arc + n * n * chord * c / sin_theta2) / size;\n"
     "    e = 0.15915494f * (e + (1.0f + c) * n * lightprobe_angle(chord, -c * n));\n"
     "    return e > 0.0f ? e : 0.0f; // at most 0.65\n"
+    "}\n"
+    // [glsl text end]
+    // [glsl text begin harmonics] made by "make glsl", do not edit
+    "// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1 and\n"
+    "// 2 at a unit vector, without their constants.\n"
+    "LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)\n"
+    "{\n"
+    "    if (i < 4) return i == 0 ? 1.0f : i == 1 ? y : i == 2 ? z : x;\n"
+    "    if (i == 6) return 3.0f * z * z - 1.0f;\n"
+    "    return i == 4 ? x * y : i == 5 ? y * z : i == 7 ? z * x : x * x - y * y;\n"
+    "}\n"
+    "\n"
+    "// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine\n"
+    "// is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.\n"
+    "LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y,\n"
+    "                                                   float z)\n"
+    "{\n"
+    "    float half_sum = 0.5f * (1.0f + cos_alpha);\n"
+    "    float weight = i == 6 ? 0.078125f : i == 8 ? 0.234375f : 0.9375f;\n"
+    "    if (i == 0) return 0.25f;\n"
+    "    weight = i < 4 ? 0.5f * half_sum : weight * cos_alpha * half_sum;\n"
+    "    return weight * lightprobe_harmonic(i, x, y, z);\n"
     "}\n"
     // [glsl text end]
     "#undef LIGHTPROBE_SHARED\n"
@@ -2767,6 +3089,8 @@ enum {
 };
 // Stages of LIGHTPROBE__GATHER. Behind them come further rounds of relaxation.
 enum { LIGHTPROBE__START, LIGHTPROBE__START_AGAIN, LIGHTPROBE__FIND_NEAR, LIGHTPROBE__RELAX };
+// Stage of LIGHTPROBE__DIVIDE that only finds the errors; the others are parts of the division.
+enum { LIGHTPROBE__MEASURE = 1000000 };
 enum {
     LIGHTPROBE__LIGHTS, // of so many updates
     LIGHTPROBE__WORK,
@@ -2791,7 +3115,7 @@ typedef struct lightprobe__gl_light {
 
 typedef struct lightprobe__gl_header {
     int count, repaired_texels;
-    float error, unused, total[4], residual[4];
+    float error, unused, total[4], residual[4], residual_sh[9][4];
 } lightprobe__gl_header;
 
 struct lightprobe_gl {
@@ -2838,7 +3162,7 @@ static const char lightprobe__glsl_lights[] =
     "    int lightprobe_repaired_texels;\n"
     "    float lightprobe_error;\n"
     "    vec4 lightprobe_total; // RGB\n"
-    "    vec4 lightprobe_residual;\n"
+    "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n"
     "    lightprobe_light lightprobe_lights[];\n"
     "};\n"
     "\n"
@@ -2849,6 +3173,15 @@ static const char lightprobe__glsl_lights[] =
     "    lightprobe_light l = lightprobe_lights[light];\n"
     "    float cos_theta = dot(l.direction, normal);\n"
     "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
+    "}\n"
+    "// From what the lights do not carry, in no shadow.\n"
+    "vec3 lightprobe_residual_irradiance(vec3 normal)\n"
+    "{\n"
+    "    vec3 sum = vec3(0.0);\n"
+    "    for (int i = 0; i < 9; i++)\n"
+    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, "
+    "normal.z);\n"
+    "    return max(sum, vec3(0.0));\n"
     "}\n"
     "#endif\n"
     "#line 1\n";
@@ -2863,13 +3196,14 @@ static const char lightprobe__glsl_shared[] =
     LIGHTPROBE__DEFINE(LIGHTPROBE_BLACK)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MORE_LEAVES)
     LIGHTPROBE__DEFINE(LIGHTPROBE_TONE)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_WIDTH)
     LIGHTPROBE__DEFINE(LIGHTPROBE_BINS)
     LIGHTPROBE__DEFINE(LIGHTPROBE_REACH)
     LIGHTPROBE__DEFINE(LIGHTPROBE_NEAR)
     LIGHTPROBE__DEFINE(LIGHTPROBE_TILE_LEVEL)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MAX_LIGHTS)
     "#define GROUP " LIGHTPROBE__TEXT(LIGHTPROBE__GROUP) "\n"
-    "const int START = 0, START_AGAIN = 1, NEAR = 2, RELAX = 3;\n"
+    "const int START = 0, START_AGAIN = 1, NEAR = 2, RELAX = 3, MEASURE = 1000000;\n"
     "#define LIGHTPROBE_SHARED\n"
     "#define LIGHTPROBE_PRECISE precise\n"
     "#define LIGHTPROBE_INOUT inout\n"
@@ -2897,6 +3231,7 @@ static const char lightprobe__glsl_shared[] =
     "    lightprobe_vec3 direction; // vector irradiance = strength * direction\n"
     "    float strength, luminance;\n"
     "    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean\n"
+    "    float half_width; // of the square that it spreads its light over\n"
     "    int face, level, x, y, cluster;\n"
     "};\n"
     "\n"
@@ -2919,9 +3254,11 @@ static const char lightprobe__glsl_shared[] =
     "    lightprobe_sum sum;\n"
     "    lightprobe_vec3 centre; // means\n"
     "    float tone;\n"
-    "    lightprobe_axis axis;\n"
+    "    lightprobe_axis axis, tone_axis;\n"
+    "    float error, gain; // behind edges; what the planned split takes off the cost\n"
     "    int planned, changed, id;\n"
-    "    int first; // of sum.count leaves in order[]\n"
+    "    int brightest; // leaf\n"
+    "    int first;     // of sum.count leaves in order[]\n"
     "    int nearby[LIGHTPROBE_NEAR], near_count;\n"
     "};\n"
     "\n"
@@ -3018,10 +3355,37 @@ static const char lightprobe__glsl_shared[] =
     "    return n;\n"
     "}\n"
     "\n"
-    "// What stats.error adds up: the variance of direction.\n"
+    "// Variance of direction: flux times half the mean square angle to the centre.\n"
     "LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)\n"
     "{\n"
     "    return s.luminance - LIGHTPROBE_FLOAT(lightprobe_length(s.vector));\n"
+    "}\n"
+    "\n"
+    "// How much a cluster with this share of the flux holds against a leaf of it: where this is least,\n"
+    "// the leaf belongs. The square of a distance with the flux as weight, since errors count squared:\n"
+    "// bright lights are kept small.\n"
+    "LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,\n"
+    "                                            const lightprobe_vec3 b, float tone_b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float apart = 1.0f - lightprobe_nearness(a, tone_a, b, tone_b);\n"
+    "    LIGHTPROBE_PRECISE float d = share * apart * apart;\n"
+    "    return apart > 0.0f ? d : 0.0f;\n"
+    "}\n"
+    "\n"
+    "// What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose\n"
+    "// share goes one way for all lights along an edge and is summed before it is squared.\n"
+    "struct lightprobe_errors {\n"
+    "    float squares, width;\n"
+    "};\n"
+    "\n"
+    "// lightprobe_stats.error. A half-space cuts off each place of a small light with probability 1/2 a\n"
+    "// radian; the cosine at receivers of all orientations has the mean 1/4 and the mean square 1/6.\n"
+    "LIGHTPROBE_SHARED float lightprobe_root_error(lightprobe_errors e, float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float width = e.width / total, squares = e.squares / total * 1.3333333f;\n"
+    "    width = 0.6f * width * (1.0f - 0.5f * width);\n"
+    "    squares = squares + width * width;\n"
+    "    return squares > 0.0f ? sqrtf(squares) : 0.0f;\n"
     "}\n"
     // [glsl text end]
     "";
@@ -3036,7 +3400,8 @@ static const char lightprobe__glsl_work[] =
     "    float weights[2 * HALF * HALF]; // of a quarter face: all omegas, then all weights\n"
     "    dvec3 sum_of_all;\n"
     "    double bright[LIGHTS];\n"
-    "    float total, mean, error_left, gains[LIGHTS], errors[LIGHTS];\n"
+    "    float total, mean, gains[LIGHTS], errors[LIGHTS];\n"
+    "    lightprobe_errors left;\n"
     "    int leaf_count, cluster_count, going_on, rank[LIGHTS], order[LEAVES];\n"
     "};\n"
     "// Arrays without a length: of those with one Mesa lists every member of every element,\n"
@@ -3133,6 +3498,9 @@ static const char lightprobe__glsl_cells[] =
     "    leaf.luminance = lightprobe_luminance(leaf.flux);\n"
     "    leaf.strength = lightprobe_normalize(leaf.direction);\n"
     "    leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, mean);\n"
+    "    LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;\n"
+    "    LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3\n"
+    "    leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;\n"
     "    return leaf;\n"
     "}\n"
     "\n"
@@ -3378,9 +3746,11 @@ static const char lightprobe__glsl_gather[] =
     "        vec3 centre = vec3(0.0);\n"
     "        float tone = 0.0;\n"
     "        int id = -1;\n"
+    "        float held = 0.0;\n"
     "        if (k < count) {\n"
     "            lightprobe_light light = lightprobe_lights[k];\n"
     "            float luminance = lightprobe_luminance(light.irradiance) * LIGHTPROBE_SCALE;\n"
+    "            held = luminance >= 0.0 && luminance < total ? luminance : total;\n"
     "            centre = light.direction;\n"
     "            lightprobe_normalize(centre);\n"
     "            tone = lightprobe_tone(luminance, light.solid_angle, mean);\n"
@@ -3388,6 +3758,7 @@ static const char lightprobe__glsl_gather[] =
     "        }\n"
     "        clusters[k].centre = centre;\n"
     "        clusters[k].tone = tone;\n"
+    "        clusters[k].sum.luminance = held;\n"
     "        clusters[k].id = id;\n"
     "    }\n"
     "    if (lane == 0) {\n"
@@ -3396,9 +3767,11 @@ static const char lightprobe__glsl_gather[] =
     "    }\n"
     "    sync();\n"
     "}\n"
-    "float nearness_to(int leaf, int k)\n"
+    "// added: luminance that the cluster would have besides its own.\n"
+    "float distance_to(int leaf, int k, float added)\n"
     "{\n"
-    "    return lightprobe_nearness(leaves[leaf].direction, leaves[leaf].tone,\n"
+    "    precise float share = (clusters[k].sum.luminance + added) / total;\n"
+    "    return lightprobe_distance(share, leaves[leaf].direction, leaves[leaf].tone,\n"
     "                               clusters[k].centre, clusters[k].tone);\n"
     "}\n"
     "// Every leaf goes to the nearest cluster: of all, or of its own one's neighbours.\n"
@@ -3406,13 +3779,14 @@ static const char lightprobe__glsl_gather[] =
     "{\n"
     "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
     "        int own = leaves[i].cluster, to = own;\n"
+    "        if (!of_all && clusters[own].brightest == i) continue;\n"
     "        int n = of_all ? cluster_count : clusters[own].near_count;\n"
-    "        float best = of_all ? -FLT_MAX : nearness_to(i, own);\n"
+    "        float best = of_all ? FLT_MAX : distance_to(i, own, 0.0);\n"
     "        for (int j = 0; j < n; j++) {\n"
     "            int k = of_all ? j : clusters[own].nearby[j];\n"
-    "            float s = nearness_to(i, k);\n"
-    "            if (s <= best) continue;\n"
-    "            best = s;\n"
+    "            float d = distance_to(i, k, leaves[i].luminance);\n"
+    "            if (d >= best) continue;\n"
+    "            best = d;\n"
     "            to = k;\n"
     "        }\n"
     "        leaves[i].cluster = to;\n"
@@ -3424,16 +3798,19 @@ static const char lightprobe__glsl_gather[] =
     "{\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
     "        lightprobe_sum sum = lightprobe_nothing();\n"
-    "        int at = 0;\n"
+    "        int at = 0, brightest = -1;\n"
+    "        float most = 0.0;\n"
     "        for (int i = 0; i < leaf_count; i++) at += leaves[i].cluster < k ? 1 : 0;\n"
     "        clusters[k].first = at;\n"
     "        for (int i = 0; i < leaf_count; i++) {\n"
     "            if (leaves[i].cluster != k) continue;\n"
     "            sum = lightprobe_add_leaf(sum, leaves[i]);\n"
+    "            if (leaves[i].luminance > most) brightest = i;\n"
+    "            most = max(most, leaves[i].luminance);\n"
     "            order[at++] = i;\n"
     "        }\n"
+    "        clusters[k].brightest = brightest;\n"
     "        clusters[k].sum = sum;\n"
-    "        errors[k] = lightprobe_sum_error(sum);\n"
     "        vec3 v = sum.vector;\n"
     "        if (lightprobe_normalize(v) > 0.0) clusters[k].centre = v;\n"
     "        if (sum.luminance > LIGHTPROBE_BLACK) clusters[k].tone = sum.tones / sum.luminance;\n"
@@ -3472,26 +3849,28 @@ static const char lightprobe__glsl_gather[] =
 // lightprobe__plan_split for several clusters at once, each by as many lanes as there are bins.
 static const char lightprobe__glsl_plan[] =
     // [glsl text begin splits] made by "make glsl", do not edit
-    "\n"
-    "// Nothing can be gained by a split beyond the variance of direction and tone.\n"
-    "LIGHTPROBE_SHARED float lightprobe_gain_bound(lightprobe_sum s)\n"
+    "// What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the\n"
+    "// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a profile.\n"
+    "LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float mean2 =\n"
-    "        s.luminance > LIGHTPROBE_BLACK ? s.tones / s.luminance * s.tones : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float bound = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);\n"
-    "    return bound;\n"
+    "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float mean2 = s.tones / s.luminance * s.tones;\n"
+    "    LIGHTPROBE_PRECISE float spread = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);\n"
+    "    LIGHTPROBE_PRECISE float cost = s.luminance / total * spread;\n"
+    "    return cost > 0.0f ? cost : 0.0f;\n"
     "}\n"
     "\n"
-    "// Second moments of direction (xx yy zz xy yz zx) and tone around their means.\n"
+    "// Second moments of direction (xx yy zz xy yz zx) and tone around their means; variance of the\n"
+    "// leaves' own spread along any axis.\n"
     "struct lightprobe_spread {\n"
-    "    float m[6], tone2;\n"
+    "    float m[6], tone2, own;\n"
     "};\n"
     "\n"
     "LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)\n"
     "{\n"
     "    lightprobe_spread s;\n"
     "    for (int i = 0; i < 6; i++) s.m[i] = 0.0f;\n"
-    "    s.tone2 = 0.0f;\n"
+    "    s.tone2 = s.own = 0.0f;\n"
     "    return s;\n"
     "}\n"
     "\n"
@@ -3512,6 +3891,7 @@ static const char lightprobe__glsl_plan[] =
     "    s.m[4] += f * y * z;\n"
     "    s.m[5] += f * z * x;\n"
     "    s.tone2 += f * tone * tone;\n"
+    "    s.own += f * leaf.half_width * leaf.half_width * 0.33333333f;\n"
     "    return s;\n"
     "}\n"
     "\n"
@@ -3541,27 +3921,59 @@ static const char lightprobe__glsl_plan[] =
     "    if (!(lightprobe_normalize(v) > 0.0f)) v[1] = 1.0f;\n"
     "}\n"
     "\n"
-    "// The direction of the largest variance, or tone where that varies more. scale is 0 where nothing\n"
-    "// does.\n"
-    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_of(lightprobe_spread spread,\n"
-    "                                                     const lightprobe_vec3 mean, float mean_tone)\n"
+    "// Bins around a mean; scale is 0 where nothing varies.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_around(float middle, float variance)\n"
     "{\n"
     "    lightprobe_axis axis;\n"
-    "    lightprobe_eigenvector(spread.m, axis.direction);\n"
-    "    float x = axis.direction[0], y = axis.direction[1], z = axis.direction[2];\n"
-    "    LIGHTPROBE_PRECISE float squares =\n"
-    "        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];\n"
-    "    LIGHTPROBE_PRECISE float variance =\n"
-    "        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));\n"
-    "    axis.by_tone = spread.tone2 > variance ? 1 : 0;\n"
-    "    float middle = axis.by_tone != 0 ? mean_tone : lightprobe_dot(mean, axis.direction);\n"
-    "    float deviation = sqrtf(axis.by_tone != 0 ? spread.tone2 : variance);\n"
+    "    float deviation = variance > 0.0f ? sqrtf(variance) : 0.0f;\n"
     "    LIGHTPROBE_PRECISE float width = LIGHTPROBE_REACH * deviation;\n"
     "    LIGHTPROBE_PRECISE float low = middle - width;\n"
+    "    for (int i = 0; i < 3; i++) axis.direction[i] = 0.0f;\n"
+    "    axis.by_tone = 1;\n"
     "    axis.low = low;\n"
     "    axis.scale = deviation < 1e-7f ? 0.0f : LIGHTPROBE_FLOAT(LIGHTPROBE_BINS) / (2.0f * width);\n"
     "    axis.threshold = 0.0f;\n"
     "    return axis;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_along(const lightprobe_vec3 d,\n"
+    "                                                        lightprobe_spread spread,\n"
+    "                                                        const lightprobe_vec3 mean)\n"
+    "{\n"
+    "    float x = d[0], y = d[1], z = d[2];\n"
+    "    LIGHTPROBE_PRECISE float squares =\n"
+    "        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];\n"
+    "    LIGHTPROBE_PRECISE float variance =\n"
+    "        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));\n"
+    "    LIGHTPROBE_PRECISE float all = variance + spread.own;\n"
+    "    lightprobe_axis axis = lightprobe_axis_around(lightprobe_dot(mean, d), all);\n"
+    "    for (int i = 0; i < 3; i++) axis.direction[i] = d[i];\n"
+    "    axis.by_tone = 0;\n"
+    "    return axis;\n"
+    "}\n"
+    "\n"
+    "// Of the largest variance.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_longest_axis(lightprobe_spread spread,\n"
+    "                                                          const lightprobe_vec3 mean)\n"
+    "{\n"
+    "    lightprobe_vec3 d;\n"
+    "    lightprobe_eigenvector(spread.m, d);\n"
+    "    return lightprobe_axis_along(d, spread, mean);\n"
+    "}\n"
+    "\n"
+    "// Across it. Light from all around has no such axis: the same one once more.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_across(lightprobe_axis axis,\n"
+    "                                                         lightprobe_spread spread,\n"
+    "                                                         const lightprobe_vec3 mean)\n"
+    "{\n"
+    "    lightprobe_vec3 d;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
+    "        LIGHTPROBE_PRECISE float across = mean[j] * axis.direction[k] - mean[k] * axis.direction[j];\n"
+    "        d[i] = across;\n"
+    "    }\n"
+    "    if (!(lightprobe_normalize(d) > 1e-3f)) return axis;\n"
+    "    return lightprobe_axis_along(d, spread, mean);\n"
     "}\n"
     "\n"
     "// Where a leaf lies on an axis, and in which bin.\n"
@@ -3583,93 +3995,204 @@ static const char lightprobe__glsl_plan[] =
     "    return at;\n"
     "}\n"
     "\n"
-    "// What cutting off a part takes off half the variance of tone.\n"
-    "LIGHTPROBE_SHARED float lightprobe_tone_gain(lightprobe_sum whole, lightprobe_sum part)\n"
+    "// Where along the bins of an axis a leaf begins, and its luminance a bin.\n"
+    "struct lightprobe_streak {\n"
+    "    float low, density, luminance;\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_streak lightprobe_streak_of(lightprobe_axis axis, lightprobe_leaf leaf)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float rest = whole.luminance - part.luminance;\n"
-    "    if (!(part.luminance > LIGHTPROBE_BLACK) || !(rest > LIGHTPROBE_BLACK)) return 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float apart =\n"
-    "        part.tones / part.luminance - (whole.tones - part.tones) / rest;\n"
-    "    LIGHTPROBE_PRECISE float gain =\n"
-    "        0.5f * apart * apart * part.luminance * (rest / whole.luminance);\n"
-    "    return gain;\n"
+    "    lightprobe_streak s;\n"
+    "    LIGHTPROBE_PRECISE float middle = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;\n"
+    "    LIGHTPROBE_PRECISE float half_width = leaf.half_width * axis.scale + 1e-3f;\n"
+    "    LIGHTPROBE_PRECISE float low = middle - half_width;\n"
+    "    s.low = low;\n"
+    "    s.density = leaf.luminance / (2.0f * half_width);\n"
+    "    s.luminance = leaf.luminance;\n"
+    "    return s;\n"
     "}\n"
     "\n"
-    "// What a cut takes off the error. size: length of the whole's vector.\n"
-    "LIGHTPROBE_SHARED float lightprobe_split_gain(lightprobe_sum whole, double size,\n"
-    "                                              lightprobe_sum part)\n"
+    "// Luminance below the end of a bin.\n"
+    "LIGHTPROBE_SHARED float lightprobe_below(lightprobe_streak s, int bin)\n"
     "{\n"
-    "    lightprobe_vec3 rest;\n"
-    "    if (part.count == 0 || part.count == whole.count) return 0.0f;\n"
-    "    for (int i = 0; i < 3; i++) rest[i] = whole.vector[i] - part.vector[i];\n"
-    "    LIGHTPROBE_PRECISE double apart =\n"
-    "        lightprobe_length(part.vector) + lightprobe_length(rest) - size;\n"
-    "    LIGHTPROBE_PRECISE float gain = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(whole, part);\n"
-    "    return gain;\n"
+    "    LIGHTPROBE_PRECISE float part = (LIGHTPROBE_FLOAT(bin + 1) - s.low) * s.density;\n"
+    "    float most = part < s.luminance ? part : s.luminance;\n"
+    "    return most > 0.0f ? most : 0.0f;\n"
     "}\n"
     "\n"
-    "// What giving one light to two clusters adds to the error.\n"
-    "LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b)\n"
+    "// Cramer's distance between the light along an axis (luminance below the end of each bin) and that of\n"
+    "// a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of their\n"
+    "// squared difference. Its mean over all axes is the energy distance, but for a factor.\n"
+    "LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,\n"
+    "                                              const float below[LIGHTPROBE_BINS], float luminance)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_sum both = a;\n"
-    "    for (int i = 0; i < 3; i++) both.vector[i] += b.vector[i];\n"
-    "    both.luminance += b.luminance;\n"
-    "    both.tones += b.tones;\n"
-    "    LIGHTPROBE_PRECISE double apart =\n"
-    "        lightprobe_length(a.vector) + lightprobe_length(b.vector) - lightprobe_length(both.vector);\n"
-    "    LIGHTPROBE_PRECISE float cost = LIGHTPROBE_FLOAT(apart) + lightprobe_tone_gain(both, a);\n"
+    "    LIGHTPROBE_PRECISE float sum = 0.0f;\n"
+    "    if (!(axis.scale > 0.0f)) return 0.0f;\n"
+    "    for (int i = 0; i + 1 < LIGHTPROBE_BINS; i++) {\n"
+    "        float place =\n"
+    "            LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);\n"
+    "        LIGHTPROBE_PRECISE float even = 0.5f + 0.28867513f * LIGHTPROBE_REACH * place;\n"
+    "        LIGHTPROBE_PRECISE float off = below[i] / luminance - even;\n"
+    "        sum += off * off;\n"
+    "    }\n"
+    "    return sum / axis.scale;\n"
+    "}\n"
+    "\n"
+    "// Mean squared error behind a random straight edge of a light for this cluster, of the total's\n"
+    "// flux, but for a factor. unevenness: the mean of two axes.\n"
+    "LIGHTPROBE_SHARED float lightprobe_edge_error(lightprobe_sum s, float unevenness, float total)\n"
+    "{\n"
+    "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
+    "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
+    "    if (!(variance > 0.0f)) variance = 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float wide = variance * sqrtf(variance) * (1.0f - 0.5f * variance);\n"
+    "    LIGHTPROBE_PRECISE float e = unevenness + LIGHTPROBE_WIDTH * wide;\n"
+    "    e = s.luminance / total * (s.luminance * e);\n"
+    "    return e;\n"
+    "}\n"
+    "\n"
+    "// Of the two parts of a cut; FLT_MAX where one holds no light.\n"
+    "LIGHTPROBE_SHARED float lightprobe_cut_cost(lightprobe_sum below, lightprobe_sum above, float total)\n"
+    "{\n"
+    "    if (!(below.luminance > 0.0f) || !(above.luminance > 0.0f)) return FLT_MAX;\n"
+    "    LIGHTPROBE_PRECISE float cost = lightprobe_cost(below, total) + lightprobe_cost(above, total);\n"
     "    return cost;\n"
     "}\n"
     "\n"
+    "// What giving one light to two clusters adds to the cost.\n"
+    "LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b, float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float apart = lightprobe_cost(a, total) + lightprobe_cost(b, total);\n"
+    "    LIGHTPROBE_PRECISE float cost = lightprobe_cost(lightprobe_add_sum(a, b), total) - apart;\n"
+    "    return cost;\n"
+    "}\n"
+    "\n"
+    "// Errors once two clusters, with these squares, share a light: more than that, unless they are very\n"
+    "// uneven.\n"
+    "LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,\n"
+    "                                                      float a_squares, lightprobe_sum b,\n"
+    "                                                      float b_squares, float total)\n"
+    "{\n"
+    "    lightprobe_sum both = lightprobe_add_sum(a, b);\n"
+    "    if (!(both.luminance > 0.0f)) return all;\n"
+    "    LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;\n"
+    "    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;\n"
+    "    LIGHTPROBE_PRECISE lightprobe_errors e = all;\n"
+    "    LIGHTPROBE_PRECISE float apart = a_squares + b_squares;\n"
+    "    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);\n"
+    "    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);\n"
+    "    e.width = e.width - widths + lightprobe_sum_error(both);\n"
+    "    return e;\n"
+    "}\n"
+    "\n"
     "// For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:\n"
-    "// the pair does not need it any more, 1: it gains four times what it costs, 0: no, since a light\n"
-    "// that changes hands jumps. enough: the error that is tolerated.\n"
-    "LIGHTPROBE_SHARED int lightprobe_pays(float error, float enough, float gain, float cost,\n"
+    "// the pair does not need it any more, 1: it gains 16 times what it costs (errors squared), 0: no,\n"
+    "// since a light that changes hands jumps. error: with the pair merged.\n"
+    "LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,\n"
     "                                      float total)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float more = error + cost, least = 1e-5f * total + 4.0f * cost;\n"
-    "    return more < 0.8f * enough ? 2 : gain < least ? 0 : 1;\n"
+    "    LIGHTPROBE_PRECISE float least = 1e-5f * total + 16.0f * cost;\n"
+    "    return error < 0.8f * tolerance ? 2 : gain < least ? 0 : 1;\n"
     "}\n"
     // [glsl text end]
     "layout(local_size_x = GROUP) in;\n"
-    "shared lightprobe_sum bins[GROUP];\n"
+    "shared lightprobe_sum bins[GROUP], tone_bins[GROUP];\n"
+    "shared vec2 profiles[GROUP];\n"
+    "shared float tone_values[GROUP];\n"
     "\n"
+    "// Cost of the cut behind this lane's bin; first: that of the lane of bin 0.\n"
+    "float cut_cost(bool by_tone, int first)\n"
+    "{\n"
+    "    lightprobe_sum below = lightprobe_nothing(), above = below;\n"
+    "    for (int i = first; i <= lane; i++) {\n"
+    "        lightprobe_sum bin = bins[i];\n"
+    "        if (by_tone) bin = tone_bins[i];\n"
+    "        below = lightprobe_add_sum(below, bin);\n"
+    "    }\n"
+    "    for (int i = first + LIGHTPROBE_BINS - 1; i > lane; i--) {\n"
+    "        lightprobe_sum bin = bins[i];\n"
+    "        if (by_tone) bin = tone_bins[i];\n"
+    "        above = lightprobe_add_sum(above, bin);\n"
+    "    }\n"
+    "    return lightprobe_cut_cost(below, above, total);\n"
+    "}\n"
     "// k: the cluster of these lanes, or -1: then they only keep step.\n"
     "void plan_split(int k)\n"
     "{\n"
-    "    int bin = lane % LIGHTPROBE_BINS;\n"
-    "    lightprobe_sum whole = lightprobe_nothing(), own = whole, left = whole;\n"
+    "    int bin = lane % LIGHTPROBE_BINS, zero = lane - bin;\n"
+    "    lightprobe_sum whole = lightprobe_nothing(), own = whole, own_tone = whole;\n"
     "    if (k >= 0) whole = clusters[k].sum;\n"
     "    int first = k >= 0 ? clusters[k].first : 0, end = first + whole.count;\n"
     "    float scale = whole.luminance > LIGHTPROBE_BLACK ? 1.0 / whole.luminance : 0.0;\n"
     "    precise float mean_tone = whole.tones * scale;\n"
-    "    precise vec3 mean = whole.vector * scale;\n"
+    "    precise vec3 mean_direction = whole.vector * scale;\n"
     "    lightprobe_spread spread = lightprobe_no_spread();\n"
     "    for (int at = first; at < end; at++)\n"
-    "        spread = lightprobe_add_spread(spread, leaves[order[at]], mean, mean_tone, scale);\n"
-    "    lightprobe_axis axis = lightprobe_axis_of(spread, mean, mean_tone);\n"
-    "    bool good = whole.count > 1 && axis.scale > 0.0;\n"
-    "    for (int at = first; good && at < end; at++) {\n"
+    "        spread = lightprobe_add_spread(spread, leaves[order[at]], mean_direction, mean_tone,\n"
+    "                                       scale);\n"
+    "    lightprobe_axis along = lightprobe_longest_axis(spread, mean_direction);\n"
+    "    lightprobe_axis across = lightprobe_axis_across(along, spread, mean_direction);\n"
+    "    lightprobe_axis tone = lightprobe_axis_around(mean_tone, spread.tone2);\n"
+    "    precise vec2 profile = vec2(0.0);\n"
+    "    for (int at = first; at < end; at++) {\n"
     "        lightprobe_leaf leaf = leaves[order[at]];\n"
-    "        if (lightprobe_bin(axis, leaf) == bin) own = lightprobe_add_leaf(own, leaf);\n"
+    "        profile += vec2(lightprobe_below(lightprobe_streak_of(along, leaf), bin),\n"
+    "                        lightprobe_below(lightprobe_streak_of(across, leaf), bin));\n"
+    "        if (lightprobe_bin(along, leaf) == bin) own = lightprobe_add_leaf(own, leaf);\n"
+    "        if (lightprobe_bin(tone, leaf) == bin) own_tone = lightprobe_add_leaf(own_tone, leaf);\n"
     "    }\n"
     "    bins[lane] = own;\n"
+    "    tone_bins[lane] = own_tone;\n"
+    "    profiles[lane] = profile;\n"
     "    sync();\n"
-    "    for (int i = lane - bin; i <= lane; i++) left = lightprobe_add_sum(left, bins[i]);\n"
-    "    double size = lightprobe_length(whole.vector);\n"
-    "    values[lane] = good ? lightprobe_split_gain(whole, size, left) : 0.0;\n"
+    "    values[lane] = along.scale > 0.0 ? cut_cost(false, zero) : FLT_MAX;\n"
+    "    tone_values[lane] = tone.scale > 0.0 ? cut_cost(true, zero) : FLT_MAX;\n"
     "    sync();\n"
-    "    float best = 0.0;\n"
-    "    for (int i = 0; bin == 0 && i < rolled(LIGHTPROBE_BINS - 1); i++) {\n"
-    "        if (values[lane + i] <= best) continue;\n"
-    "        best = values[lane + i];\n"
-    "        axis.threshold = lightprobe_threshold(axis, i);\n"
-    "    }\n"
     "    if (bin == 0 && k >= 0) {\n"
+    "        float least = FLT_MAX, below_u[LIGHTPROBE_BINS], below_v[LIGHTPROBE_BINS];\n"
+    "        lightprobe_axis axis = along;\n"
+    "        for (int i = 0; i < rolled(2 * LIGHTPROBE_BINS); i++) {\n"
+    "            int at = i % LIGHTPROBE_BINS;\n"
+    "            bool by_tone = i >= LIGHTPROBE_BINS;\n"
+    "            float cost = by_tone ? tone_values[lane + at] : values[lane + at];\n"
+    "            if (at == LIGHTPROBE_BINS - 1 || cost >= least) continue;\n"
+    "            least = cost;\n"
+    "            axis = along;\n"
+    "            if (by_tone) axis = tone;\n"
+    "            axis.threshold = lightprobe_threshold(axis, at);\n"
+    "        }\n"
+    "        for (int i = 0; i < LIGHTPROBE_BINS; i++) {\n"
+    "            below_u[i] = profiles[lane + i].x;\n"
+    "            below_v[i] = profiles[lane + i].y;\n"
+    "        }\n"
+    "        precise float uneven = lightprobe_unevenness(along, below_u, whole.luminance) +\n"
+    "                               lightprobe_unevenness(across, below_v, whole.luminance);\n"
+    "        precise float error = lightprobe_edge_error(whole, 0.5 * uneven, total);\n"
+    "        bool good = least < FLT_MAX;\n"
+    "        precise float gain = lightprobe_cost(whole, total) - least;\n"
     "        clusters[k].axis = axis;\n"
-    "        gains[k] = good ? min(best, lightprobe_gain_bound(whole)) : 0.0;\n"
+    "        clusters[k].gain = good ? gain : 0.0;\n"
+    "        errors[k] = error;\n"
+    "        gains[k] = good ? error : 0.0;\n"
     "    }\n"
     "    sync();\n"
+    "}\n"
+    "// Of count clusters; each by as many lanes as there are bins.\n"
+    "void plan_all(int count)\n"
+    "{\n"
+    "    for (int first = 0; first < count; first += GROUP / LIGHTPROBE_BINS) {\n"
+    "        int at = first + lane / LIGHTPROBE_BINS;\n"
+    "        plan_split(at < count ? at : -1);\n"
+    "    }\n"
+    "}\n"
+    "lightprobe_errors all_errors()\n"
+    "{\n"
+    "    precise lightprobe_errors all = lightprobe_errors(0.0, 0.0);\n"
+    "    for (int k = 0; k < cluster_count; k++) {\n"
+    "        all.squares += errors[k];\n"
+    "        all.width += lightprobe_sum_error(clusters[k].sum);\n"
+    "    }\n"
+    "    return all;\n"
     "}\n"
     "int largest_gain(int count, out float top)\n"
     "{\n"
@@ -3702,39 +4225,40 @@ static const char lightprobe__glsl_divide[] =
     "            order[end] = index;\n"
     "        }\n"
     "    }\n"
+    "    precise lightprobe_errors rest = left;\n"
+    "    rest.squares -= errors[k];\n"
+    "    rest.width -= lightprobe_sum_error(clusters[k].sum);\n"
+    "    left = rest;\n"
     "    clusters[k].sum = near_part;\n"
     "    clusters[fresh].sum = far_part;\n"
-    "    float a = lightprobe_sum_error(near_part), b = lightprobe_sum_error(far_part);\n"
-    "    precise float left = error_left - errors[k];\n"
-    "    error_left = left + (a + b);\n"
-    "    errors[k] = a;\n"
-    "    errors[fresh] = b;\n"
     "    clusters[fresh].first = i;\n"
     "}\n"
-    "// Plans all clusters, then the two parts of each split. The CPU plans as late as it can,\n"
-    "// but no plan gains more than its bound, so the same ones come first.\n"
+    "// Plans all clusters, then the two parts of each split. The CPU plans as late as it can; the\n"
+    "// same clusters come first. MEASURE: only finds the errors.\n"
     "void main()\n"
     "{\n"
     "    if (is_black()) return;\n"
-    "    int count = cluster_count, most = 0, todo = stage == 0 ? count : 0;\n"
-    "    if (lane == 0 && stage == 0) {\n"
-    "        precise float all = 0.0;\n"
-    "        for (int k = 0; k < count; k++) all += errors[k];\n"
-    "        error_left = all;\n"
-    "    }\n"
+    "    int count = cluster_count, most = 0;\n"
+    "    if (stage == 0 || stage == MEASURE) plan_all(count);\n"
+    "    if (lane == 0 && (stage == 0 || stage == MEASURE)) left = all_errors();\n"
     "    sync();\n"
-    "    for (int splits = 0; count < LIGHTS && error_left > TOLERANCE * total; splits++) {\n"
+    "    for (int splits = 0; splits < SPLITS && stage != MEASURE; splits++) {\n"
     "        float top;\n"
-    "        for (int first = 0; first < todo; first += GROUP / LIGHTPROBE_BINS) {\n"
-    "            int at = first + lane / LIGHTPROBE_BINS;\n"
-    "            plan_split(at >= todo ? -1 : splits == 0 ? at : at == 0 ? most : count - 1);\n"
-    "        }\n"
+    "        if (count >= LIGHTS || !(lightprobe_root_error(left, total) > TOLERANCE)) break;\n"
     "        most = largest_gain(count, top);\n"
-    "        if (splits == SPLITS || top <= 1e-7 * total) break;\n"
+    "        if (!(top > 0.0)) break;\n"
     "        if (lane == 0) split_cluster(most, count);\n"
     "        sync();\n"
+    "        plan_split(lane < LIGHTPROBE_BINS ? most : lane < 2 * LIGHTPROBE_BINS ? count : -1);\n"
+    "        if (lane == 0) {\n"
+    "            precise lightprobe_errors all = left;\n"
+    "            all.squares += errors[most] + errors[count];\n"
+    "            all.width += lightprobe_sum_error(clusters[most].sum) +\n"
+    "                         lightprobe_sum_error(clusters[count].sum);\n"
+    "            left = all;\n"
+    "        }\n"
+    "        sync();\n"
     "        count++;\n"
-    "        todo = 2;\n"
     "    }\n"
     "    if (lane == 0) cluster_count = count;\n"
     "}\n";
@@ -3754,7 +4278,7 @@ static const char lightprobe__glsl_respend[] =
     "            int b = clusters[a].nearby[n];\n"
     "            if (clusters[b].changed != 0 || b == not_this) continue;\n"
     "            lightprobe_sum other = clusters[b].sum;\n"
-    "            float cost = lightprobe_merge_cost(sum, other);\n"
+    "            float cost = lightprobe_merge_cost(sum, other, total);\n"
     "            if (cost >= least) continue;\n"
     "            least = cost;\n"
     "            at = a;\n"
@@ -3780,25 +4304,32 @@ static const char lightprobe__glsl_respend[] =
     "void main()\n"
     "{\n"
     "    if (is_black() || going_on == 0) return;\n"
-    "    precise float error = 0.0;\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP) clusters[k].changed = 0;\n"
-    "    for (int first = 0; first < cluster_count; first += GROUP / LIGHTPROBE_BINS) {\n"
-    "        int at = first + lane / LIGHTPROBE_BINS;\n"
-    "        plan_split(at < cluster_count ? at : -1);\n"
+    "    plan_all(cluster_count);\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        clusters[k].changed = 0;\n"
+    "        gains[k] = clusters[k].gain;\n"
     "    }\n"
-    "    for (int k = 0; k < cluster_count; k++) error += errors[k];\n"
+    "    lightprobe_errors e = all_errors();\n"
+    "    sync();\n"
     "    for (int swaps = cluster_count / 4; swaps >= 0; swaps--) {\n"
     "        float gain, top, least;\n"
     "        int most = largest_gain(cluster_count, gain);\n"
     "        int at = cheapest_merge(most, least);\n"
     "        sync();\n"
     "        int first = largest(-least, at, top);\n"
-    "        int pays = lightprobe_pays(error, TOLERANCE * total, gain, -top, total);\n"
-    "        if (first < 0 || pays == 0) break;\n"
-    "        error -= top;\n"
+    "        if (first < 0) break;\n"
+    "        ivec2 pair = pairs[first % GROUP];\n"
+    "        lightprobe_errors merged =\n"
+    "            lightprobe_merged(e, clusters[pair.x].sum, errors[pair.x], clusters[pair.y].sum,\n"
+    "                              errors[pair.y], total);\n"
+    "        int pays = lightprobe_pays(lightprobe_root_error(merged, total), TOLERANCE, gain, -top,\n"
+    "                                   total);\n"
+    "        if (pays == 0) break;\n"
+    "        e = merged;\n"
+    "        sync();\n"
     "        if (lane == 0) {\n"
     "            if (pays == 2) clusters[most].sum.count = 0;\n"
-    "            swap_clusters(pairs[first % GROUP], most);\n"
+    "            swap_clusters(pair, most);\n"
     "        }\n"
     "        sync();\n"
     "    }\n"
@@ -3812,6 +4343,19 @@ static const char lightprobe__glsl_write[] =
     "    double luminance, solid_angle;\n"
     "    double second[6]; // luminance times d d^T: xx yy zz xy yz zx\n"
     "};\n"
+    "\n"
+    "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,\n"
+    "// which is the shadow that is lost without a map: share of the flux times the root of\n"
+    "// 8/3 (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).\n"
+    "LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)\n"
+    "{\n"
+    "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
+    "    float root = sqrtf(fabsf(variance)); // rounding may be negative\n"
+    "    LIGHTPROBE_PRECISE float angle = root * (1.81f - 0.24f * root);\n"
+    "    LIGHTPROBE_PRECISE float square = 0.66666667f - 0.42441318f * angle;\n"
+    "    LIGHTPROBE_PRECISE float shadow = s.luminance / total * sqrtf(fabsf(square));\n"
+    "    return shadow;\n"
+    "}\n"
     "\n"
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)\n"
     "{\n"
@@ -3927,7 +4471,7 @@ static const char lightprobe__glsl_write[] =
     "layout(std430, binding = LIGHTPROBE_BINDING5) coherent buffer result {\n"
     "    int count, repaired_texels;\n"
     "    float error;\n"
-    "    vec4 total, residual;\n"
+    "    vec4 total, residual, residual_sh[9];\n"
     "    lightprobe_light lights[];\n"
     "} made;\n"
     "\n"
@@ -3948,13 +4492,36 @@ static const char lightprobe__glsl_write[] =
     "    light.id = id;\n"
     "    made.lights[i] = light;\n"
     "}\n"
-    "// Luminance of those that are bright enough, else 0.\n"
+    "// Luminance; below 0 of those that are too dim, 0 of black ones.\n"
     "void find_bright(int k)\n"
     "{\n"
     "    double luminance = 0.0;\n"
     "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
     "    for (int at = first; at < end; at++) luminance += leaves[order[at]].luminance;\n"
-    "    bright[k] = luminance >= double(MIN_SHARE * total) ? luminance : 0.0;\n"
+    "    bright[k] = luminance < double(MIN_SHARE * total) ? -luminance : luminance;\n"
+    "    gains[k] = luminance > 0.0 ? lightprobe_shadow(clusters[k].sum, total) : 0.0;\n"
+    "}\n"
+    "// The weakest shadows first; then lane 0 leaves out the first ones.\n"
+    "void leave_weak()\n"
+    "{\n"
+    "    int count = 0;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        int at = 0;\n"
+    "        for (int j = 0; j < cluster_count; j++) {\n"
+    "            bool before = gains[j] == gains[k] ? j < k : gains[j] < gains[k];\n"
+    "            at += bright[j] > 0.0 && before ? 1 : 0;\n"
+    "        }\n"
+    "        if (bright[k] > 0.0) rank[at] = k;\n"
+    "    }\n"
+    "    for (int k = 0; k < cluster_count; k++) count += bright[k] > 0.0 ? 1 : 0;\n"
+    "    sync();\n"
+    "    precise float lost = 0.0;\n"
+    "    for (int i = 0; lane == 0 && i < count; i++) {\n"
+    "        lost += gains[rank[i]];\n"
+    "        if (lost > MIN_SHADOW) break;\n"
+    "        bright[rank[i]] = -bright[rank[i]];\n"
+    "    }\n"
+    "    sync();\n"
     "}\n"
     "// Brightest first unless they go on from previous ones.\n"
     "void find_rank(int k)\n"
@@ -3966,12 +4533,17 @@ static const char lightprobe__glsl_write[] =
     "        at += bright[j] > 0.0 && before ? 1 : 0;\n"
     "    }\n"
     "    if (bright[k] > 0.0) rank[at] = k;\n"
+    "    if (bright[k] >= 0.0) return;\n"
+    "    at = LIGHTS - 1; // what is left out comes last, from behind\n"
+    "    for (int j = 0; j < k; j++) at -= bright[j] < 0.0 ? 1 : 0;\n"
+    "    rank[at] = k;\n"
     "}\n"
     "void write_lights()\n"
     "{\n"
     "    int count = 0, next_id = 0;\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) find_bright(k);\n"
     "    sync();\n"
+    "    if (MIN_SHADOW > 0.0) leave_weak();\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) find_rank(k);\n"
     "    for (int k = 0; k < cluster_count; k++) {\n"
     "        count += bright[k] > 0.0 ? 1 : 0;\n"
@@ -3984,11 +4556,24 @@ static const char lightprobe__glsl_write[] =
     "        for (int j = 0; j < i; j++) fresh += clusters[rank[j]].id < 0 ? 1 : 0;\n"
     "        write_light(i, k, clusters[k].id < 0 ? next_id + fresh : clusters[k].id);\n"
     "    }\n"
+    "    int weak = 0;\n"
+    "    for (int k = 0; k < cluster_count; k++) weak += bright[k] < 0.0 ? 1 : 0;\n"
+    "    for (int i = LIGHTS - weak + lane; i < LIGHTS; i += GROUP) write_light(i, rank[i], -1);\n"
     "    if (lane == 0) made.count = count;\n"
     "    sync();\n"
+    "    for (int n = lane; n < 9; n += GROUP) {\n"
+    "        precise vec3 sum = vec3(0.0);\n"
+    "        for (int i = LIGHTS - 1; i >= LIGHTS - weak; i--) {\n"
+    "            vec3 d = made.lights[i].direction;\n"
+    "            sum += lightprobe_harmonic_weight(n, made.lights[i].cos_alpha, d.x, d.y, d.z) *\n"
+    "                   made.lights[i].irradiance;\n"
+    "        }\n"
+    "        made.residual_sh[n] = vec4(min(sum, vec3(FLT_MAX)), 0.0);\n"
+    "    }\n"
     "}\n"
     "void main()\n"
     "{\n"
+    "    if (lane < 9) made.residual_sh[lane] = vec4(0.0);\n"
     "    if (lane == 0) {\n"
     "        made.count = 0;\n"
     "        made.repaired_texels = repaired;\n"
@@ -3998,13 +4583,11 @@ static const char lightprobe__glsl_write[] =
     "    sync();\n"
     "    if (!is_black()) write_lights();\n"
     "    if (lane != 0) return;\n"
-    "    precise float left = 0.0;\n"
     "    precise dvec3 carried = dvec3(0.0);\n"
-    "    int clusters_lit = is_black() ? 0 : cluster_count;\n"
-    "    for (int k = 0; k < clusters_lit; k++) left += errors[k];\n"
     "    for (int i = 0; i < made.count; i++) carried += made.lights[i].irradiance;\n"
-    "    made.error = left > 0.0 ? left / total : 0.0;\n"
+    "    made.error = is_black() ? 0.0 : lightprobe_root_error(left, total);\n"
     "    made.residual = rgb_of(sum_of_all - carried * LIGHTPROBE_SCALE);\n"
+    "    made.residual_sh[0] = 0.25 * made.residual;\n"
     "}\n";
 // clang-format on
 #if defined __GNUC__
@@ -4099,6 +4682,7 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
     const int plans = which == LIGHTPROBE__DIVIDE || which == LIGHTPROBE__RESPEND;
     const char *const text[] = {"#version 450 core\n",
                                 defines,
+                                which == LIGHTPROBE__WRITE ? lightprobe__glsl_text : "",
                                 lightprobe__glsl_lights,
                                 lightprobe__glsl_shared,
                                 lightprobe__glsl_work,
@@ -4115,7 +4699,7 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
         lightprobe__log(gl, "no shader or program object for ", names[which]);
         return LIGHTPROBE_ERROR_GL;
     }
-    f->ShaderSource(shader, 7, text, NULL);
+    f->ShaderSource(shader, 8, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
     if (good) {
@@ -4153,10 +4737,12 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
              "#define SIDE %d\n#define HALF %d\n#define TILES %d\n#define TOP %d\n"
              "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
              "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
+             "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
              "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
              d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
              gl->top, d->max_lights, leaves, gl->splits, lightprobe__bits_of(d->tolerance),
-             lightprobe__bits_of(d->min_share), d->first_buffer_binding, d->first_texture_unit);
+             lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
+             d->first_buffer_binding, d->first_texture_unit);
     at = (int)strlen(defines);
     for (int i = 1; i < LIGHTPROBE__BINDINGS; i++) // some compilers want a number there, not a sum
         at += snprintf(defines + at, sizeof defines - (size_t)at, "#define LIGHTPROBE_BINDING%d %d\n", i,
@@ -4218,7 +4804,7 @@ static size_t lightprobe__size_parts(lightprobe_gl *gl)
     const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
     const size_t leaves = LIGHTPROBE__LEAVES(lights) + LIGHTPROBE_MORE_LEAVES;
     const size_t bytes[] = {128 + 8 * half * half + (8 + 3 * 4) * lights + 4 * leaves, 64 * leaves,
-                            128 * lights, 32 * (size_t)gl->cells};
+                            176 * lights, 32 * (size_t)gl->cells};
     size_t sum = 0;
     for (int i = 0; i < LIGHTPROBE__PARTS; i++)
         sum += gl->part_bytes[i] = lightprobe__aligned(bytes[i]);
@@ -4269,6 +4855,7 @@ static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
     cube.side = d->side;
     s.max_lights = d->max_lights;
     s.min_share = d->min_share;
+    s.min_shadow = d->min_shadow;
     s.log = d->log;
     s.user = d->user;
     const lightprobe_result r = lightprobe__check(&cube, &s, LIGHTPROBE_GL_MAX_LIGHTS);
@@ -4485,6 +5072,12 @@ static void lightprobe__bind(const lightprobe_gl *gl, int mip)
                        lightprobe__slot(gl, gl->updates), bytes);
 }
 
+static void lightprobe__divide_all(const lightprobe_gl *gl)
+{
+    for (int part = 0; part == 0 || part * gl->splits < gl->desc.max_lights - 1; part++)
+        lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, part, 1, 1);
+}
+
 // The steps of lightprobe__best, and sums over texels before them.
 static void lightprobe__run(const lightprobe_gl *gl, int mip)
 {
@@ -4493,12 +5086,15 @@ static void lightprobe__run(const lightprobe_gl *gl, int mip)
     lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE_FACES, mip, 1, 1);
     lightprobe__dispatch(gl, LIGHTPROBE__GATHER,
                          gl->again ? LIGHTPROBE__START_AGAIN : LIGHTPROBE__START, 1, 1);
-    for (int part = 0; part == 0 || part * gl->splits < gl->desc.max_lights - 1; part++)
-        lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, part, 1, 1);
+    lightprobe__divide_all(gl);
     lightprobe__dispatch(gl, LIGHTPROBE__GATHER, LIGHTPROBE__FIND_NEAR, 1, 1);
     if (gl->again) lightprobe__dispatch(gl, LIGHTPROBE__RESPEND, 0, 1, 1);
     for (int round = 0; round < LIGHTPROBE_ROUNDS; round++)
         lightprobe__dispatch(gl, LIGHTPROBE__GATHER, LIGHTPROBE__RELAX + round, 1, 1);
+    if (gl->desc.tolerance > 0) // it may not be met any more
+        lightprobe__divide_all(gl);
+    else
+        lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, LIGHTPROBE__MEASURE, 1, 1);
     lightprobe__dispatch(gl, LIGHTPROBE__WRITE, 0, 1, 1);
 }
 
@@ -4597,6 +5193,8 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
     if (!stats) return LIGHTPROBE_OK;
     memcpy(stats->total, h.total, sizeof stats->total);
     memcpy(stats->residual, h.residual, sizeof stats->residual);
+    for (int i = 0; i < 9; i++)
+        memcpy(stats->residual_sh[i], h.residual_sh[i], sizeof stats->residual_sh[i]);
     stats->error = h.error;
     stats->lights = h.count;
     stats->repaired_texels = h.repaired_texels;
@@ -4625,6 +5223,7 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
 //       Eq. 8 (exponent -3/2), 4.1.2 (the variance is d^2/3), Eq. 18 (only above the horizon).
 //   Debevec: A Median Cut Algorithm for Light Probe Sampling, SIGGRAPH 2005 posters.
 //   van Oosterom, Strackee: The Solid Angle of a Plane Triangle, IEEE Trans. Biomed. Eng. 30, 1983.
+//   Szekely, Rizzo: Energy Statistics, J. Stat. Plan. Inference 143, 2013.
 //   Lloyd: Least Squares Quantization in PCM, IEEE Trans. Inf. Theory 28, 1982.
 //   Hastings: Approximations for Digital Computers, Princeton 1955, sheet 13.
 //

@@ -56,7 +56,7 @@ static bool demo_open(demo *d, message *why)
     if (!loaded) return o->probe ? false : fail(why, "no memory for the probe");
     if (o->mesh && !mesh_load_obj(&d->centre, o->mesh, why)) return false;
     const lighting_settings settings = {
-        .probe = {.max_lights = o->lights, .tolerance = o->tolerance},
+        .probe = {.max_lights = o->lights, .tolerance = o->tolerance, .min_shadow = o->min_shadow},
         .shadows = {.moments = o->moments, .estimator = (mssm_estimator)o->estimator},
         .map_side = MAP_SIDE,
         .map_samples = MAP_SAMPLES,

@@ -21,7 +21,7 @@ static const char shading[] = // for a triangle over the picture, behind the tex
     "out vec4 color;\n"
     "vec3 irradiance(vec3 p, vec3 normal)\n"
     "{\n"
-    "    vec3 sum = lightprobe_residual.rgb / 4;\n" // from everywhere alike
+    "    vec3 sum = lightprobe_residual_irradiance(normal);\n"
     "    for (int i = 0; i < lightprobe_count; i++)\n"
     "        if (lightprobe_irradiance(i, normal) != vec3(0))\n"
     "            sum += lightprobe_irradiance(i, normal) * mssm_visibility(i, p);\n"

@@ -18,7 +18,7 @@ static const char help[] =
     "\n"
     "  --probe FILE      .hdr or .pfm: lat-long, cross or strip of six cube faces (built in)\n"
     "  --lights N        at most so many lights, 1..1024 (64)\n"
-    "  --tolerance T     stop adding lights at this estimated error, 0..1 (0.01)\n"
+    "  --tolerance T     stop adding lights at this error behind edges, 0..1 (0.02)\n"
     "  --out FILE        a lat-long PNG of the probe with the lights' rectangles (none)\n"
     "  --exposure E      of that PNG, 1e-6..1e6 (the median becomes a middle grey)\n"
     "  --help            this text\n";
@@ -134,7 +134,7 @@ static bool run(const options *o, message *why)
 int main(int argc, char **argv)
 {
     message why = {""};
-    options o = {.lights = 64, .tolerance = 0.01f};
+    options o = {.lights = 64, .tolerance = 0.02f};
     bool done = options_parse_some(&o, names, argc, argv, &why);
     if (o.help)
         fputs(help, stdout);

@@ -322,3 +322,154 @@ double oracle_error(const oracle_irradiance *truth, const oracle_irradiance *oth
     }
     return 100 * sqrt(squares / ORACLE_NORMALS) / (mean / ORACLE_NORMALS);
 }
+
+// ----------------------------------------------------------------------------- irradiance behind edges
+
+static void random_direction(uint64_t *random, double d[3])
+{
+    const double z = test_range(random, -1, 1), a = test_range(random, 0, 2 * pi);
+    d[0] = sqrt(1 - z * z) * cos(a);
+    d[1] = sqrt(1 - z * z) * sin(a);
+    d[2] = z;
+}
+
+// The edge hides what lies from start to end along it, blurred over blur.
+static double hidden(const oracle_edges *e, int k, const double d[3], double blur)
+{
+    const double at = dot(d, e->edge[k]);
+    const double a = 0.5 + (at - e->start[k]) / blur, b = 0.5 + (at - e->end[k]) / blur;
+    return (a < 0 ? 0 : a > 1 ? 1 : a) - (b < 0 ? 0 : b > 1 ? 1 : b);
+}
+
+typedef struct edge_sums {
+    oracle_edges *edges;
+    double blur;
+} edge_sums;
+
+static void add_seen(const double *d, const double *flux, void *user)
+{
+    const edge_sums *s = user;
+    oracle_edges *e = s->edges;
+    const double l = luminance(flux);
+    for (int k = 0; k < e->count && l > 0; k++) {
+        const double cosine = dot(d, e->normal[k]);
+        if (cosine <= 0) continue;
+        e->mean += cosine * l / e->count;
+        e->seen[k] += cosine * l * (1 - hidden(e, k, d, s->blur));
+    }
+}
+
+void oracle_edges_anywhere(const test_probe *probe, int count, uint64_t seed, oracle_edges *out)
+{
+    edge_sums s = {out, 2.0 / probe->side};
+    memset(out, 0, sizeof *out);
+    out->count = count;
+    for (int k = 0; k < count; k++) {
+        random_direction(&seed, out->normal[k]);
+        random_direction(&seed, out->edge[k]);
+        out->end[k] = 9;
+    }
+    each_texel(probe, add_seen, &s);
+}
+
+// Draws directions by their light: each texel replaces the one before with the probability of its
+// share of what has been seen so far.
+typedef struct drawn_direction {
+    uint64_t random;
+    double sum, direction[ORACLE_EDGES][3];
+    int count;
+} drawn_direction;
+
+static void draw_direction(const double *d, const double *flux, void *user)
+{
+    drawn_direction *s = user;
+    const double l = luminance(flux);
+    s->sum += l;
+    for (int k = 0; k < s->count && l > 0; k++)
+        if (test_uniform(&s->random) * s->sum < l)
+            memcpy(s->direction[k], d, sizeof s->direction[k]);
+}
+
+void oracle_edges_near_light(const test_probe *probe, int count, uint64_t seed, oracle_edges *out)
+{
+    static drawn_direction drawn;
+    edge_sums s = {out, 1e-9}; // texels are points
+    memset(out, 0, sizeof *out);
+    memset(&drawn, 0, sizeof drawn);
+    out->count = drawn.count = count;
+    drawn.random = seed;
+    each_texel(probe, draw_direction, &drawn);
+    for (int k = 0; k < count; k++) {
+        const double *d = drawn.direction[k];
+        double *b = out->edge[k], along, length;
+        do random_direction(&drawn.random, out->normal[k]);
+        while (dot(out->normal[k], d) < 0.3);
+        do random_direction(&drawn.random, b);
+        while (fabs(dot(b, d)) > 0.9);
+        along = dot(b, d);
+        for (int i = 0; i < 3; i++) b[i] -= along * d[i];
+        length = sqrt(dot(b, b));
+        for (int i = 0; i < 3; i++) b[i] /= length;
+        out->start[k] = test_range(&drawn.random, -1, 1) * (k % 2 ? 0.25 : 0.02);
+        out->end[k] = k % 4 < 2 ? 9 : out->start[k] + 0.1;
+    }
+    each_texel(probe, add_seen, &s);
+}
+
+// Of the rectangle, in this many places.
+static double seen_part(const oracle_edges *e, int k, const lightprobe_light *l)
+{
+    enum { N = 12 };
+    double sum = 0;
+    for (int i = 0; i < N * N; i++) {
+        const double u = (2 * (i % N) + 1 - N) * (double)l->tan_half_u / N;
+        const double v = (2 * (i / N) + 1 - N) * (double)l->tan_half_v / N;
+        const double scale = 1 / sqrt(1 + u * u + v * v);
+        double d[3];
+        for (int c = 0; c < 3; c++)
+            d[c] = scale *
+                   ((double)l->direction[c] + u * (double)l->axis_u[c] + v * (double)l->axis_v[c]);
+        sum += 1 - hidden(e, k, d, 1e-9);
+    }
+    return sum / (N * N);
+}
+
+double oracle_edge_error(const oracle_edges *e, const lightprobe_light *lights, int count,
+                         int paper, const lightprobe_stats *residual)
+{
+    double squares = 0;
+    for (int k = 0; k < e->count; k++) {
+        const double *n = e->normal[k];
+        const double harmonic[9] = {1,
+                                    n[1],
+                                    n[2],
+                                    n[0],
+                                    n[0] * n[1],
+                                    n[1] * n[2],
+                                    3 * n[2] * n[2] - 1,
+                                    n[2] * n[0],
+                                    n[0] * n[0] - n[1] * n[1]};
+        double sum = 0;
+        for (int i = 0; residual && i < 9; i++) {
+            double rgb[3];
+            for (int c = 0; c < 3; c++) rgb[c] = (double)residual->residual_sh[i][c];
+            sum += harmonic[i] * luminance(rgb);
+        }
+        for (int i = 0; i < count; i++) {
+            const lightprobe_light *l = lights + i;
+            double d[3], rgb[3];
+            for (int c = 0; c < 3; c++) {
+                d[c] = (double)l->direction[c];
+                rgb[c] = (double)l->irradiance[c];
+            }
+            const double cosine = dot(d, e->normal[k]),
+                         eq18 = 0.5 * (1 + (double)l->cos_alpha) * cosine;
+            const double part =
+                paper ? (cosine > 0 ? eq18 : 0)
+                      : (double)lightprobe_disc_irradiance(l->cos_alpha, (float)cosine);
+            if (part > 0) sum += part * luminance(rgb) * seen_part(e, k, l);
+        }
+        squares += (sum - e->seen[k]) * (sum - e->seen[k]);
+    }
+    return sqrt(squares / e->count) / e->mean;
+}

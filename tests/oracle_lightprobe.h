@@ -5,6 +5,8 @@
 
 #include "../lightprobe.h"
 
+#include <stdint.h>
+
 typedef struct test_probe {
     int side;
     float *face[6]; // RGB
@@ -52,5 +54,23 @@ void oracle_irradiance_of_lights(const lightprobe_light *lights, int count, int 
                                  oracle_irradiance *out);
 // Root mean square difference of luminance, in percent of the mean of the first.
 double oracle_error(const oracle_irradiance *truth, const oracle_irradiance *other);
+
+// Receivers of random orientation behind random straight edges. Anywhere: half-spaces whose border is
+// any great circle, receivers facing any way. Near the light: within 0.02 or 0.25 radians of a
+// direction drawn by its light, half of them strips of 0.1, receivers facing it.
+#define ORACLE_EDGES 2000
+typedef struct oracle_edges {
+    int count;
+    double normal[ORACLE_EDGES][3], edge[ORACLE_EDGES][3], start[ORACLE_EDGES], end[ORACLE_EDGES];
+    double seen[ORACLE_EDGES]; // luminance that is left
+    double mean;               // of all when nothing stands in between
+} oracle_edges;
+void oracle_edges_anywhere(const test_probe *probe, int count, uint64_t seed, oracle_edges *out);
+void oracle_edges_near_light(const test_probe *probe, int count, uint64_t seed, oracle_edges *out);
+// Root mean square error behind these edges, in parts of the mean, of lights whose rectangle is cut by
+// the edge and whose disc (or Eq. 18, as above) is cut by the horizon, and of residual light (its nine
+// coefficients, or NULL), which no edge cuts.
+double oracle_edge_error(const oracle_edges *edges, const lightprobe_light *lights, int count,
+                         int paper, const lightprobe_stats *residual);
 
 #endif

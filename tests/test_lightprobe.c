@@ -380,8 +380,8 @@ static void irradiance_beats_the_paper(void)
     test_note("smallest ratio %.1f", worst_ratio);
 }
 
-// --------------------------------------------------------------------------------- shape of a
-// light
+// --------------------------------------------------------------------------------- behind
+// edges
 
 static double angle_between(const float a[3], const double b[3])
 {
@@ -390,6 +390,185 @@ static double angle_between(const float a[3], const double b[3])
     const double z = (double)a[0] * b[1] - (double)a[1] * b[0];
     return asin(sqrt(x * x + y * y + z * z)) * 180 / pi;
 }
+
+static oracle_edges edges;
+
+// stats.error is what receivers behind random half-spaces see.
+static void check_error(const test_probe *p, const char *name)
+{
+    static lightprobe_light lights[64];
+    double worst = 1;
+    oracle_edges_anywhere(p, test_trials(3) > 1 ? ORACLE_EDGES : 700, 31, &edges);
+    for (int most = 1; most <= 64; most *= 2) {
+        const lightprobe_settings s = settings_of(most, 0);
+        lightprobe_stats stats;
+        int count;
+        extract(p, &s, lights, &count, &stats);
+        const double exact = oracle_edge_error(&edges, lights, count, 0, NULL);
+        const double ratio = (double)stats.error / exact;
+        CHECK(most < 4 ? ratio > 0.7 && ratio < 1.7 : ratio > 0.66 && ratio < 1.35,
+              "%s, %d lights: error %.4f, %.4f by brute force", name, most, (double)stats.error,
+              exact);
+        if (most >= 4 && fabs(log(ratio)) > fabs(log(worst))) worst = ratio;
+    }
+    test_note("%-13s estimate over brute force, 4 to 64 lights: %.2f at worst", name, worst);
+}
+
+static void the_error_is_that_behind_edges(void)
+{
+    each_probe(64, check_error);
+}
+
+// Lights exist to cast shadows: errors behind edges near what is bright, in % of the mean. Before
+// lights were chosen for that they were, at 8, 16 and 32 lights: city_sun 10.4 2.5 2.1, interior 10.5
+// 5.2 3.1, overcast 3.8 1.9 1.0.
+static void shadows_are_cast_by_few_lights(void)
+{
+    static const double limit[3][7] = {{22.5, 17.5, 12.7, 6.2, 3.9, 3.5, 3.3},
+                                       {20.5, 16.7, 8.3, 3.7, 2.45, 2.1, 2},
+                                       {14.8, 11.3, 7.6, 3.9, 1.95, 1.04, 0.6}};
+    static lightprobe_light lights[64];
+    for (int i = 0; i < 3; i++) {
+        test_probe p = test_probe_load(shared_names[i]);
+        char text[200] = "";
+        if (!p.side) continue;
+        oracle_edges_near_light(&p, 1200, 12345, &edges);
+        for (int k = 0; k < 7; k++) {
+            const lightprobe_settings s = settings_of(1 << k, 0);
+            int count;
+            extract(&p, &s, lights, &count, NULL);
+            const double error = 100 * oracle_edge_error(&edges, lights, count, 0, NULL);
+            CHECK(error < limit[i][k], "%s, %d lights: %.2f%%", shared_names[i], count, error);
+            snprintf(text + strlen(text), sizeof text - strlen(text), " %.2f", error);
+        }
+        test_note("%s, 1 to 64 lights:%s%%", shared_names[i], text);
+        test_probe_free(&p);
+    }
+}
+
+// A sun of 24% of the flux amid haze has a light of its own with 8 lights.
+static void a_sun_in_haze_is_two_lights(void)
+{
+    static const double sun[3] = {0.36, 0.8, 0.48};
+    test_probe p = test_scene_probe(SCENE_SKY_SUN, 64);
+    lightprobe_light lights[8];
+    const lightprobe_settings s = settings_of(8, 0);
+    int count, found = 0;
+    extract(&p, &s, lights, &count, NULL);
+    for (int i = 0; i < count; i++) {
+        const double off = angle_between(lights[i].direction, sun);
+        const double half = acos((double)lights[i].cos_alpha) * 180 / pi;
+        found += off < 0.3 && half < 2.5 && lights[i].irradiance[1] > 1;
+    }
+    CHECK(found == 1, "%d lights for the sun", found);
+    test_probe_free(&p);
+}
+
+// ------------------------------------------------------------------------------------- residual
+
+static void check_residual(const test_probe *p, const char *name)
+{
+    static lightprobe_light all[40], lights[40];
+    double saved = 0;
+    oracle_edges_anywhere(p, 500, 77, &edges);
+    for (int k = 0; k < 4; k++) {
+        lightprobe_settings s = settings_of(40, 0);
+        lightprobe_stats stats, before;
+        int count, every;
+        extract(p, &s, all, &every, &before);
+        s.min_shadow = 0.03f * (float)k;
+        extract(p, &s, lights, &count, &stats);
+        CHECK(k > 0 ? count < every : count == every, "%s: %d lights of %d", name, count, every);
+        double worst = 0, sums[3] = {0};
+        for (int i = 0; i < count; i++) {
+            int same = 0;
+            for (int j = 0; j < every; j++)
+                same += !memcmp(lights[i].direction, all[j].direction, 12);
+            CHECK(same == 1, "%s: light %d is none of before", name, i);
+            for (int c = 0; c < 3; c++) sums[c] += (double)lights[i].irradiance[c];
+        }
+        for (int c = 0; c < 3; c++) {
+            const double off =
+                (sums[c] + 4 * (double)stats.residual_sh[0][c]) / (double)stats.total[c] - 1;
+            CHECK(fabs(off) < 1e-6, "%s: energy off by %g", name, off);
+        }
+        // The residual is what the discs that are missing give, but for the third order on.
+        for (int i = 0; i < ORACLE_NORMALS; i += 7) {
+            const double z = 1 - (2 * i + 1.0) / ORACLE_NORMALS, a = i * 2.4, r = sqrt(1 - z * z);
+            const float n[3] = {(float)(r * cos(a)), (float)z, (float)(r * sin(a))};
+            float rgb[3];
+            double sum = 0;
+            lightprobe_residual_irradiance(&stats, n, rgb);
+            for (int j = 0; j < every + count; j++) {
+                const lightprobe_light *l = j < every ? all + j : lights + j - every;
+                sum +=
+                    (j < every ? 1 : -1) * (double)l->irradiance[1] *
+                    (double)lightprobe_disc_irradiance(l->cos_alpha, (float)dot(l->direction, n));
+            }
+            worst = fmax(worst, fabs((double)rgb[1] - sum));
+        }
+        CHECK(worst <= 0.04 * (double)stats.residual[1] + 1e-6 * (double)stats.total[1],
+              "%s: the residual's irradiance is %g off, of %g", name, worst,
+              (double)stats.residual[1]);
+        // The lost shadows: between the lights behind edges with and without a map, whose mean is lost
+        // as well: so against half of what is left out.
+        const double with = oracle_edge_error(&edges, lights, count, 0, &stats);
+        const double without = oracle_edge_error(&edges, all, every, 0, NULL);
+        CHECK(with <= without * 1.0001 + 2.2 * (double)s.min_shadow, "%s: error %g, was %g", name,
+              with, without);
+        saved += every - count;
+    }
+    test_note("%-13s %.0f of 40 lights need no map at 0.03 to 0.09", name, saved / 3);
+}
+
+static void weak_lights_go_to_the_residual(void)
+{
+    each_probe(32, check_residual);
+}
+
+// Order 2 of a disc in any direction, against the disc; a point would be 0.094 off at the horizon.
+static void residual_harmonics_are_those_of_discs(void)
+{
+    uint64_t random = 5;
+    double worst = 0;
+    for (int trial = 0; trial < test_trials(300); trial++) {
+        double d[3], n[3], r = 0, q = 0;
+        for (int c = 0; c < 3; c++) {
+            d[c] = test_range(&random, -1, 1);
+            n[c] = test_range(&random, -1, 1);
+            r += d[c] * d[c];
+            q += n[c] * n[c];
+        }
+        if (r < 0.01 || q < 0.01) continue;
+        for (int c = 0; c < 3; c++) {
+            d[c] /= sqrt(r);
+            n[c] /= sqrt(q);
+        }
+        test_probe p = test_disc_probe(24, d, test_range(&random, 0.3, 1.2), 0);
+        lightprobe_light light;
+        lightprobe_stats stats;
+        lightprobe_settings s = settings_of(1, 0);
+        int count;
+        s.min_shadow = 2;
+        extract(&p, &s, &light, &count, &stats);
+        CHECK(count == 0, "%d lights", count);
+        s.min_shadow = 0;
+        extract(&p, &s, &light, &count, NULL);
+        const float normal[3] = {(float)n[0], (float)n[1], (float)n[2]};
+        float rgb[3];
+        lightprobe_residual_irradiance(&stats, normal, rgb);
+        const double want =
+            oracle_disc_irradiance((double)light.cos_alpha, dot(light.direction, normal));
+        const double off = fabs((double)(rgb[1] / light.irradiance[1]) - want);
+        CHECK(off < 0.08, "%g, not %g", (double)(rgb[1] / light.irradiance[1]), want);
+        worst = fmax(worst, off);
+        test_probe_free(&p);
+    }
+    test_note("%.4f of the irradiance at worst", worst);
+}
+
+// --------------------------------------------------------------------------------- shape of a
+// light
 
 static void a_disc_is_one_light_wherever_it_lies(void)
 {
@@ -793,7 +972,7 @@ static void lights_follow_a_turning_probe(void)
         "map itself %.1f, median cut %.1f, afresh %.1f, from the previous lights %.1f; %d new ids",
         worst[0], worst[1], worst[2], worst[3], new_ids);
     CHECK(worst[3] < 0.6 * worst[1], "%.1f%% with previous lights", worst[3]);
-    CHECK(new_ids <= frames / 20, "%d new ids", new_ids);
+    CHECK(new_ids <= 2 + frames / 20, "%d new ids", new_ids);
     test_probe_free(&p);
 }
 
@@ -1019,6 +1198,9 @@ static void bad_arguments_are_refused(void)
         s = ok;
         s.min_share = wrong[i];
         REFUSED(LIGHTPROBE_ERROR_SETTINGS, &good, &s, scratch, bytes, lights, &count);
+        s = ok;
+        s.min_shadow = wrong[i];
+        REFUSED(LIGHTPROBE_ERROR_SETTINGS, &good, &s, scratch, bytes, lights, &count);
     }
     s = ok;
     s.mode = 7;
@@ -1076,6 +1258,11 @@ const test_case lightprobe_tests[] = {
     {"probe: any number of lights from 1 to 200", any_number_of_lights},
     {"probe: irradiance of 32 lights errs at most a fifth of the paper's",
      irradiance_beats_the_paper},
+    {"probe: the error is that behind random edges", the_error_is_that_behind_edges},
+    {"probe: few lights cast the shadows", shadows_are_cast_by_few_lights},
+    {"probe: a sun in haze is two lights", a_sun_in_haze_is_two_lights},
+    {"probe: weak lights go to the residual", weak_lights_go_to_the_residual},
+    {"probe: residual harmonics are those of discs", residual_harmonics_are_those_of_discs},
     {"probe: a disc is one light on faces, edges and corners",
      a_disc_is_one_light_wherever_it_lies},
     {"probe: erratum, a rectangle keeps its size (variance d^2/3)", a_rectangle_keeps_its_size},

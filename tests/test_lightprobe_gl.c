@@ -226,6 +226,9 @@ static void compare(subject *s, const char *what)
         (double)a->stats.total[0] + (double)a->stats.total[1] + (double)a->stats.total[2] + 1e-30;
     CHECK(apart(a->stats.total, b->stats.total, all) < 1e-6, "%s: total", what);
     CHECK(apart(a->stats.residual, b->stats.residual, all) < 1e-6, "%s: residual", what);
+    for (int i = 0; i < 9 && rounds_alike(); i++)
+        CHECK(apart(a->stats.residual_sh[i], b->stats.residual_sh[i], all) < 1e-6,
+              "%s: harmonic %d", what, i);
     CHECK(a->stats.repaired_texels == b->stats.repaired_texels, "%s: %d texels repaired, not %d",
           what, b->stats.repaired_texels, a->stats.repaired_texels);
     CHECK(b->stats.lights == b->count, "%s: %d lights in stats", what, b->stats.lights);
@@ -265,6 +268,7 @@ static void frame(subject *s, const test_probe *p, bool afresh, const char *what
     settings.max_lights = s->desc.max_lights;
     settings.tolerance = s->desc.tolerance;
     settings.min_share = s->desc.min_share;
+    settings.min_shadow = s->desc.min_shadow;
     settings.previous = afresh ? NULL : s->cpu.light;
     settings.previous_count = afresh ? 0 : s->cpu.count;
     lightprobe_result r = lightprobe_extract(
@@ -398,6 +402,7 @@ static void hostile_probes_agree(void)
     for (int i = 0; i < 4; i++) {
         lightprobe_gl_desc d = description(sides[i], 20);
         d.min_share = i == 2 ? 0.02f : 0;
+        d.min_shadow = i == 1 || i == 3 ? 0.1f : 0;
         d.tolerance = i == 3 ? 0.03f : 0;
         subject s;
         if (!make_subject(&s, &d)) continue;
@@ -584,8 +589,8 @@ static GLuint irradiance_program(void)
         "void main()\n"
         "{\n"
         "    int i = int(gl_WorkGroupID.x);\n"
-        "    vec3 sum = lightprobe_residual.rgb / 4.0;\n"
         "    vec3 normal = normalize(vec3(i % 3 - 1, i / 3 - 1, 0.5));\n"
+        "    vec3 sum = lightprobe_residual_irradiance(normal);\n"
         "    for (int k = 0; k < lightprobe_count; k++) sum += lightprobe_irradiance(k, normal);\n"
         "    sums[i] = vec4(sum, lightprobe_lights[0].id);\n"
         "}\n";
@@ -611,7 +616,10 @@ static void check_shading(const subject *s, GLuint program, lightprobe_gl_range 
     gl.DeleteBuffers(1, &result);
     for (int i = 0; i < 9; i++) {
         const double x = i % 3 - 1, y = i / 3 - 1, length = sqrt(x * x + y * y + 0.25);
-        double sum = (double)s->gpu.stats.residual[1] / 4;
+        const float normal[3] = {(float)(x / length), (float)(y / length), (float)(0.5 / length)};
+        float rgb[3];
+        lightprobe_residual_irradiance(&s->gpu.stats, normal, rgb);
+        double sum = (double)rgb[1];
         for (int k = 0; k < s->gpu.count; k++) {
             const lightprobe_light *l = &s->gpu.light[k];
             const double cosine = ((double)l->direction[0] * x + (double)l->direction[1] * y +
@@ -629,7 +637,8 @@ static void check_shading(const subject *s, GLuint program, lightprobe_gl_range 
 // The CPU may be late, but what it was given stays where it says for two more updates.
 static void shading_and_cpu_see_the_same(void)
 {
-    const lightprobe_gl_desc d = description(32, 20);
+    lightprobe_gl_desc d = description(32, 20);
+    d.min_shadow = 0.1f;
     subject s;
     if (!begin_gl()) return;
     if (make_subject(&s, &d)) {

@@ -25,8 +25,8 @@ static const char light_buffer[] =
 
 static const char shading_lights[] =
     "uniform int first_light, light_count;\n"
-    "uniform vec3 ambient;\n" // irradiance that the lights do not carry
-    "uniform float little;\n" // luminance of irradiance that is not worth a shadow
+    "uniform vec3 residual_sh[9];\n" // irradiance that the lights do not carry
+    "uniform float little;\n"        // luminance of irradiance that is not worth a shadow
     // The next light whose share is worth a shadow. So a pixel goes on to its own next light, and
     // does not wait for neighbours that others shine on.
     "int next_light(int i, vec3 normal, out vec3 arriving)\n"
@@ -42,7 +42,10 @@ static const char shading_lights[] =
     "}\n"
     "vec3 irradiance_at(vec3 position, vec3 normal)\n"
     "{\n"
-    "    vec3 sum = ambient, arriving;\n"
+    "    vec3 sum = vec3(0), arriving;\n"
+    "    for (int k = 0; k < 9; k++)\n"
+    "        sum += residual_sh[k] * lightprobe_harmonic(k, normal.x, normal.y, normal.z);\n"
+    "    sum = max(sum, vec3(0));\n"
     "    int i = next_light(0, normal, arriving);\n"
     // Tested at its end: a software rasterizer runs a loop once more where the test comes first.
     "    if (i < light_count) do {\n"
@@ -274,13 +277,12 @@ void gl_lighting_pass(gl_lighting *g, GLuint program, const lighting *l, const c
                       int first, int count, unsigned flags)
 {
     const bool base = flags & GL_LIGHTING_BASE, add = flags & GL_LIGHTING_ADD;
-    // What the lights do not carry comes from everywhere alike: radiance residual / 4 pi, times pi.
-    const vec3 ambient = vec_scale(vec_of(l->stats.residual), base ? 0.25f : 0);
+    static const float nothing[9][3];
     const float little = 2e-5f * vec_luminance(vec_of(l->stats.total));
-    const float ambient_rgb[3] = {ambient.x, ambient.y, ambient.z};
     gl.ProgramUniform1i(program, gl.GetUniformLocation(program, "first_light"), first);
     gl.ProgramUniform1i(program, gl.GetUniformLocation(program, "light_count"), count);
-    gl.ProgramUniform3fv(program, gl.GetUniformLocation(program, "ambient"), 1, ambient_rgb);
+    gl.ProgramUniform3fv(program, gl.GetUniformLocation(program, "residual_sh"), 9,
+                         base ? l->stats.residual_sh[0] : nothing[0]);
     gl.ProgramUniform1f(program, gl.GetUniformLocation(program, "little"), little);
     gl.ProgramUniform1f(program, gl.GetUniformLocation(program, "background"), base ? 1 : 0);
     gl_camera_uniforms(eye, program);

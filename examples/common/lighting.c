@@ -131,17 +131,20 @@ static float share_of(const lightprobe_light *light, vec3 normal)
     return lightprobe_disc_irradiance(light->cos_alpha, vec_dot(normal, vec_of(light->direction)));
 }
 
-// What the lights do not carry comes from everywhere alike: radiance residual / 4 pi, times pi.
-static vec3 ambient(const lighting *l)
+// What the lights do not carry.
+static vec3 ambient(const lighting *l, vec3 normal)
 {
-    return vec_scale(vec_of(l->stats.residual), 0.25f);
+    const float n[3] = {normal.x, normal.y, normal.z};
+    float rgb[3];
+    lightprobe_residual_irradiance(&l->stats, n, rgb);
+    return vec_of(rgb);
 }
 
 vec3 lighting_at(const lighting *l, vec3 point, vec3 normal)
 {
     const float at[3] = {point.x, point.y, point.z};
     const float little = 2e-5f * vec_luminance(vec_of(l->stats.total));
-    vec3 sum = ambient(l);
+    vec3 sum = ambient(l, normal);
     for (int i = 0; i < l->lights; i++) {
         const float share = share_of(&l->light[i], normal);
         // Below the horizon, or not worth looking up what is in its way.
@@ -155,7 +158,7 @@ vec3 lighting_at(const lighting *l, vec3 point, vec3 normal)
 static vec3 trace_lights(const light_source *source, vec3 point, vec3 normal, unsigned seed)
 {
     const lighting *l = source->maps;
-    vec3 sum = ambient(l);
+    vec3 sum = ambient(l, normal);
     for (int i = 0; i < l->lights; i++) {
         const lightprobe_light *light = &l->light[i];
         const float share = share_of(light, normal);

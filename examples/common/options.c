@@ -10,9 +10,10 @@ const char options_help[] =
     "  --probe FILE      .hdr or .pfm: lat-long, cross or strip of six cube faces\n"
     "  --mesh FILE.obj   takes the place of the knot in the middle\n"
     "  --lights N        at most so many lights, 1..1024 (64)\n"
-    "  --tolerance T     stop adding lights at this estimated error, 0..1 (0.01)\n"
+    "  --tolerance T     stop adding lights at this error behind edges, 0..1 (0.02)\n"
+    "  --min-shadow S    weak lights lose their maps while that changes at most S (0)\n"
     "  --estimator NAME  layered, lower or upper (layered)\n"
-    "  --moments N       4, 6, or 0: 4 to search for blockers, 6 to weigh them (0)\n"
+    "  --moments N       4, 6, or 0: as many as the maps have (0)\n"
     "  --faces WHICH     front or both: what the depth maps are made of (front)\n"
     "  --size WxH        of the picture, 16..8192 (960x540)\n"
     "  --exposure E      what radiance is multiplied by, 1e-6..1e6; the log says what was taken\n"
@@ -91,6 +92,7 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
     if (!strcmp(name, "--lights")) return parse_int(value, 1, 1024, &o->lights);
     if (!strcmp(name, "--tolerance")) return parse_float(value, 0, 1, &o->tolerance);
     if (!strcmp(name, "--exposure")) return parse_float(value, 1e-6f, 1e6f, &o->exposure);
+    if (!strcmp(name, "--min-shadow")) return parse_float(value, 0, 1, &o->min_shadow);
     if (!strcmp(name, "--estimator")) return parse_estimator(value, &o->estimator);
     if (!strcmp(name, "--faces")) return parse_faces(value, &o->back_faces);
     if (!strcmp(name, "--size")) return parse_size(value, &o->width, &o->height);
@@ -116,7 +118,7 @@ static bool in_list(const char *names, const char *name)
 bool options_parse(options *o, int argc, char **argv, message *why)
 {
     *o = (options){
-        .out = "build/demo.png", .lights = 64, .tolerance = 0.01f, .width = 960, .height = 540};
+        .out = "build/demo.png", .lights = 64, .tolerance = 0.02f, .width = 960, .height = 540};
     return options_parse_some(o, NULL, argc, argv, why);
 }
 

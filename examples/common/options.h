@@ -11,7 +11,7 @@ typedef enum pipeline_kind { PIPELINE_ANY, PIPELINE_CPU, PIPELINE_GL } pipeline_
 typedef struct options {
     const char *probe, *mesh, *out; // file names; probe and mesh NULL for the built-in ones
     int lights;
-    float tolerance;
+    float tolerance, min_shadow;
     float exposure; // 0: as the picture asks for
     int estimator;  // mssm_estimator
     int moments;

@@ -10,12 +10,13 @@ void report_lights(const lighting *l)
     const lightprobe_settings *asked = &l->settings.probe;
     const float total = vec_luminance(vec_of(s->total)), rest = vec_luminance(vec_of(s->residual));
     const bool enough = s->error <= asked->tolerance;
-    printf(
-        "lights     %d in %.1f ms: %s %d, estimated error %.2f%% with %.2f%% asked for; they carry "
-        "%.2f%% of the light\n",
-        l->lights, 1e3 * l->extract_seconds, enough ? "enough, of at most" : "all of the allowed",
-        asked->max_lights, 100 * (double)s->error, 100 * (double)asked->tolerance,
-        total > 0 ? 100 * (1 - (double)(rest / total)) : 100.0);
+    printf("lights     %d in %.1f ms: %s, of at most %d; error behind edges %.2f%% of the mean, "
+           "%.2f%% "
+           "asked for; they carry %.2f%% of the light, the rest needs no map\n",
+           l->lights, 1e3 * l->extract_seconds,
+           enough ? "one less would err more than asked for" : "all that are allowed",
+           asked->max_lights, 100 * (double)s->error, 100 * (double)asked->tolerance,
+           total > 0 ? 100 * (1 - (double)(rest / total)) : 100.0);
     if (s->repaired_texels) printf("           %d broken texels repaired\n", s->repaired_texels);
 }
 

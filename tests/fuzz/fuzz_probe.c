@@ -37,6 +37,7 @@ static lightprobe_settings make_settings(fuzz_input *in, lightprobe_light *previ
     s.max_lights = fuzz_byte(in) & 1 ? fuzz_int(in, 0, 40) : fuzz_int(in, -1, MOST);
     s.tolerance = fuzz_byte(in) & 3 ? 0 : fuzz_float(in);
     s.min_share = fuzz_byte(in) & 3 ? 0 : fuzz_float(in);
+    s.min_shadow = fuzz_byte(in) & 3 ? 0 : fuzz_float(in);
     s.mode = fuzz_byte(in) & 3 ? 0 : fuzz_int(in, -1, 2);
     if (fuzz_byte(in) & 1) return s;
     s.previous = previous;
@@ -103,6 +104,9 @@ static void check_energy(const lightprobe_cube *cube, const lightprobe_light *li
         for (int i = 0; i < count; i++) sum += (double)lights[i].irradiance[c];
         const double all = (double)stats->total[c], rest = (double)stats->residual[c];
         EXPECT(isfinite(all) && isfinite(rest), "total %g, residual %g", all, rest);
+        for (int i = 0; i < 9; i++)
+            EXPECT(isfinite(stats->residual_sh[i][c]), "harmonic %d is %g", i,
+                   (double)stats->residual_sh[i][c]);
         if (total[c] > 3e38) continue; // clamped
         EXPECT(fabs(all - total[c]) <= 2e-6 * total[c] + 1e-36, "total %.9g for %.9g", all, total[c]);
         // Denormal numbers have few digits.
@@ -128,8 +132,10 @@ static void check_extraction(fuzz_input *in, const lightprobe_cube *cube)
     const lightprobe_result r = lightprobe_extract(cube, &s, scratch + offset, bytes, lights, &count, &stats);
     if (r) {
         EXPECT(count == -5 && lights->id == 0x5a5a5a5a, "a failure wrote something");
-        const int good = s.max_lights >= 0 && s.previous_count >= 0 && isfinite(s.tolerance) && s.tolerance >= 0 &&
-                         isfinite(s.min_share) && s.min_share >= 0 && (s.mode == 0 || s.mode == 1) &&
+        const int good = s.max_lights >= 0 && s.previous_count >= 0 && isfinite(s.tolerance) &&
+                         s.tolerance >= 0 && isfinite(s.min_share) && s.min_share >= 0 &&
+                         isfinite(s.min_shadow) && s.min_shadow >= 0 &&
+                         (s.mode == 0 || s.mode == 1) &&
                          (cube->channels == 3 || cube->channels == 4);
         EXPECT(!good, "refused: %s", lightprobe_result_string(r));
     } else {
