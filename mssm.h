@@ -6024,8 +6024,10 @@ static void mssm__resolve(mssm_gl *gl, int index)
     const mssm__gl_functions *f = &gl->f;
     const mssm_light *light = &gl->lights[index].light;
     const int average = gl->lights[index].averaged;
-    const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE],
-                   side = (unsigned)gl->padded;
+    const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
+    // All of the least depths too, which are filled up to a power of two.
+    const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
+    const unsigned side = padded > all ? padded : all;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
     for (int i = 0; i <= average; i++) {
@@ -6607,6 +6609,15 @@ static const char mssm__glsl_filter[] =
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
+    "#ifdef MSSM_SCALE\n"
+    "    // Least depth of two by two texels: where anything is, it may be as near as depth goes.\n"
+    "    bool empty = true;\n"
+    "    for (int i = 0; i < 4; i++) {\n"
+    "        ivec2 q = 2 * p + ivec2(i & 1, i >> 1);\n"
+    "        if (all(lessThan(q, ivec2(job[6]))) && imageLoad(source, ivec3(q, 0)).x < MSSM_EMPTY) empty = false;\n"
+    "    }\n"
+    "    imageStore(depths, ivec3(p, job[5]), vec4(empty ? 1.0 : -1.0));\n"
+    "#endif\n"
     "    if (any(greaterThanEqual(p, imageSize(map0).xy))) return;\n"
     "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
     "    float radius = float(job[2] + job[3]), falloff = 2.0 / max(radius * radius, 1.0);\n"
@@ -6621,17 +6632,7 @@ static const char mssm__glsl_filter[] =
     "    }\n"
     "    high /= low.w;  // the sum of weights\n"
     "    low /= low.w;\n"
-    "#ifdef MSSM_SCALE\n"
-    "    // Of four texels one writes. Where anything is, it may be as near as depth goes.\n"
-    "    if (all(equal(p & 1, ivec2(0)))) {\n"
-    "        float least = low.x;\n"
-    "        for (int i = 1; i < 4; i++) {\n"
-    "            ivec2 q = min(p + ivec2(i & 1, i >> 1), ivec2(job[6] - 1));\n"
-    "            least = min(least, imageLoad(source, ivec3(q, 0)).x);\n"
-    "        }\n"
-    "        imageStore(depths, ivec3(p / 2, job[5]), vec4(least < MSSM_EMPTY ? -1.0 : 1.0));\n"
-    "    }\n"
-    "#else\n"
+    "#ifndef MSSM_SCALE\n"
     "    imageStore(target, ivec3(p, 0), low);\n"
     "    imageStore(target, ivec3(p, 1), high);\n"
     "#endif\n"

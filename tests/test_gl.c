@@ -582,18 +582,21 @@ typedef struct agreement {
 static double sensitivity(const subject *s, int index, const float point[3], float v)
 {
     double largest = 0;
-    for (int i = 0; i < 40; i++) {
-        const float off = (i % 2 ? 1e-6f : -1e-6f) * (float)(1 << (i / 10));
+    for (int i = 0; i < 48; i++) {
+        const float off = (i % 2 ? 1e-6f : -1e-6f) * (float)(1 << (i / 12));
         float p[3] = {point[0], point[1], point[2]};
         mssm_light light = s->light[index];
-        const int what = i / 2 % 5;
+        mssm_settings settings = s->desc.settings;
+        const int what = i / 2 % 6;
         if (what < 3)
             p[what] += off;
         else if (what == 3)
             light.half_u *= 1 + off;
-        else
+        else if (what == 4)
             light.half_v *= 1 + off;
-        const float moved = mssm_map_visibility(s->map[index], &light, &s->desc.settings, p);
+        else // narrower kernels are left out where they could change less than this
+            settings.tolerance = (1 + 3e3f * off) / 256;
+        const float moved = mssm_map_visibility(s->map[index], &light, &settings, p);
         largest = fmax(largest, fabs((double)(moved - v)));
     }
     return largest;

@@ -42,24 +42,30 @@ static void fill_random(fixture *f, uint64_t *seed)
     if (mssm_map_update(f->map, f->depth, NULL, f->samples)) exit(2);
 }
 
-// How much of an axis' [low, high] a texel stands for: its own width, and if it is an outermost one as
-// much of what lies beyond as the rectangle has inside.
-static double stands_for(int texel, int side, double low, double high)
+// How much of an axis' [low, high] a texel stands for at a level: its own width; one of the last texel of
+// the level, 2^level wide, its part of that; and those of an outermost one their part of as much beyond as
+// the rectangle has inside.
+static double stands_for(int texel, int side, int level, double low, double high)
 {
-    const double inside = fmax(fmin(high, side) - fmax(low, 0), 0);
-    const double from = texel == 0 ? -inside : texel, to = texel == side - 1 ? side + inside : texel + 1;
-    return fmax(fmin(to, high) - fmax(from, low), 0);
+    const int grain = 1 << level, last = (side - 1) >> level, end = (last + 1) * grain;
+    const double inside = fmax(fmin(high, end) - fmax(low, 0), 0);
+    const int is_last = texel >> level == last;
+    const double of_last = fmax(fmin(end, high) - fmax(last * grain, low), 0) + fmin(inside, fmax(high - end, 0));
+    double width = is_last ? of_last / (side - last * grain) : fmax(fmin(texel + 1, high) - fmax(texel, low), 0);
+    if (texel >> level == 0) width += fmin(inside, fmax(-low, 0)) / fmin(grain, side);
+    return width;
 }
 
 // Mean of z^k over a rectangle in texels; 1 where no texel stands for it.
-static void exact_moments(const fixture *f, double x0, double y0, double x1, double y1, double b[6])
+static void exact_moments(const fixture *f, int level, double x0, double y0, double x1, double y1,
+                          double b[6])
 {
     double known = 0;
     for (int k = 0; k < 6; k++) b[k] = 0;
     for (int y = 0; y < f->side; y++) {
-        const double h = stands_for(y, f->side, y0, y1);
+        const double h = stands_for(y, f->side, level, y0, y1);
         for (int x = 0; x < f->side && h > 0; x++) {
-            const double w = stands_for(x, f->side, x0, x1);
+            const double w = stands_for(x, f->side, level, x0, x1);
             known += w * h;
             for (int s = 0; s < f->samples; s++) {
                 const double z = f->depth[(y * f->side + x) * f->samples + s];
@@ -72,10 +78,10 @@ static void exact_moments(const fixture *f, double x0, double y0, double x1, dou
     for (int k = 0; k < 6; k++) b[k] = (b[k] + area - known) / area;
 }
 
-static double query_error(const fixture *f, double x, double y, double hx, double hy)
+static double query_error(const fixture *f, int level, double x, double y, double hx, double hy)
 {
     double b[6], worst = 0;
-    exact_moments(f, x - hx, y - hy, x + hx, y + hy, b);
+    exact_moments(f, level, x - hx, y - hy, x + hx, y + hy, b);
     const double to_shadow = 2.0 / f->side;
     const mssm_moments6 m =
         mssm_map_moments(f->map, (float)(x * to_shadow - 1), (float)(y * to_shadow - 1),
@@ -98,7 +104,7 @@ static void queries_equal_sums(void)
                 const double hx = test_range(&seed, 0.5, 13.5), hy = test_range(&seed, 0.5, 13.5);
                 const double x = test_range(&seed, -15, f.side + 15);
                 const double y = test_range(&seed, -15, f.side + 15);
-                worst = fmax(worst, query_error(&f, x, y, hx, hy));
+                worst = fmax(worst, query_error(&f, 0, x, y, hx, hy));
             }
             drop_map(&f);
         }
@@ -123,9 +129,9 @@ static void coarse_levels_equal_sums(void)
             const int half = size * (7 + (int)(test_random(&seed) % 7));
             const int x = size * (int)(test_random(&seed) % (unsigned)(f.side / size));
             const int y = size * (int)(test_random(&seed) % (unsigned)(f.side / size));
-            worst = fmax(worst, query_error(&f, x, y, half, half));
+            worst = fmax(worst, query_error(&f, level, x, y, half, half));
             worst_any =
-                fmax(worst_any, query_error(&f, x + test_range(&seed, 0, size), y, half, half));
+                fmax(worst_any, query_error(&f, level, x + test_range(&seed, 0, size), y, half, half));
         }
         drop_map(&f);
     }
@@ -142,7 +148,7 @@ static void full_kernels_do_not_wrap(void)
         for (int i = 0; i < 300 * 300 * 2; i++) f.depth[i] = (float)sign;
         CHECK(mssm_map_update(f.map, f.depth, NULL, 2) == MSSM_OK, "update failed");
         for (double half = 0.5; half < 140; half *= 1.07) {
-            const double error = query_error(&f, 150.3, 149.7, half, half);
+            const double error = query_error(&f, 0, 150.3, 149.7, half, half);
             CHECK(error < 1e-6, "half-width %g, depth %d: error %g", half, sign, error);
         }
         drop_map(&f);
@@ -201,7 +207,7 @@ static void samples_are_averaged(void)
     double worst = 0;
     for (int i = 0; i < 100; i++) {
         worst = fmax(worst,
-                     query_error(&many, test_range(&seed, 0, 40), test_range(&seed, 0, 40), 3, 5));
+                     query_error(&many, 0, test_range(&seed, 0, 40), test_range(&seed, 0, 40), 3, 5));
     }
     CHECK(worst < 6e-6, "error %g", worst);
     drop_map(&many);
@@ -221,7 +227,7 @@ static void back_faces_average_depth(void)
     double worst = 0;
     for (int i = 0; i < 100; i++) {
         worst =
-            fmax(worst, query_error(&f, test_range(&seed, 0, 32), test_range(&seed, 0, 32), 2, 2));
+            fmax(worst, query_error(&f, 0, test_range(&seed, 0, 32), test_range(&seed, 0, 32), 2, 2));
     }
     CHECK(worst < 6e-6, "error %g", worst);
     free(back);
