@@ -201,8 +201,9 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
 
 // A rectangle of half_width_u by half_width_v >= 0 (world units) at position, shining along
 // -direction into a square pyramid of half-angle tangent tan_half_fov > 0 between the distances 0 <
-// z_near < z_far. Casters must lie between the two. Outside of the pyramid all counts as lit: the
-// cone's falloff is the caller's. Fails as above.
+// z_near < z_far. Casters must lie between the two. A near plane close to the light costs nothing
+// but depth precision (mssm_light_fit). The map's rim stands for casters beyond the sides; further
+// out all counts as lit: the cone's falloff is the caller's. Fails as above.
 mssm_result mssm_light_spot(mssm_light *light, const float position[3], const float direction[3],
                             const float axis_u[3], float tan_half_fov, float z_near, float z_far,
                             float half_width_u, float half_width_v);
@@ -224,9 +225,10 @@ mssm_result mssm_light_point(mssm_light light[6], const float position[3], float
 mssm_result mssm_light_snap(mssm_light *light, int side);
 
 // The same light with its depth range fitted to what is drawn: from the nearest to the farthest
-// depth of its own map (mssm_depth_range). The search region of all receivers then starts at the
-// nearest caster. To be used for the next map: what lies nearer than nearest is cut off, so leave a
-// margin if casters move. Fails, with light untouched, unless -1 <= nearest <= farthest <= 1.
+// depth of its own map (mssm_depth_range). For precision, where planes set by hand are hundreds of
+// times further apart than the casters are deep. To be used for the next map: what lies nearer than
+// nearest is cut off, so leave a margin if casters move. Fails, with light untouched, unless
+// -1 <= nearest <= farthest <= 1.
 mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest);
 
 // Least and greatest depth of count that something was drawn at; 0 where nothing was (all are 1).
@@ -264,13 +266,13 @@ typedef enum mssm_estimator {
 } mssm_estimator;
 
 typedef struct mssm_settings {  // zero means default everywhere
-    int moments;                // 4, 6, or 0: 4 where they will do (layered: to search), else 6
+    int moments;                // 4, 6, or 0: as many as the map has
     mssm_estimator estimator;
     float moment_bias;  // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
     float depth_bias;   // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
                         // fade in over twice as much, so that they don't pop
     int max_kernel;     // widest filter in texels of level 0; 0: as wide as the light asks for
-    float tolerance;    // error of visibility below which work may be left out; 0: 1/256
+    float tolerance;    // error of visibility below which narrower kernels are left out; 0: 1/256
 } mssm_settings;
 
 typedef struct mssm_map mssm_map;

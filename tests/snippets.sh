@@ -64,6 +64,7 @@ glsl_block()
             cat "$work/text.glsl"
         else
             echo 'float mssm_visibility(int light, vec3 world_position);'
+            echo 'float mssm_visibility(int light, vec3 world_position, vec3 normal);'
             echo 'float mssm_visibility_at(int light, vec3 shadow);'
         fi
         cat "$1"
