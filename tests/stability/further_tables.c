@@ -165,8 +165,9 @@ static void float_tables(finding *f)
     f->holds = ours < 2e-6;
 }
 
-// A map all at depth -.5, kernels of 20 x 20 around its border and past it. What lies outside is
-// depth 1; a table that clamps coordinates instead reads nothing there and divides by everything.
+// A map all at depth -.5, kernels of 20 x 20 around its border and past it. The rim stands for as much
+// of what lies outside as the kernel has inside, the rest is depth 1; a table that clamps coordinates
+// instead reads nothing there and divides by everything.
 static void map_edges(finding *f)
 {
     depth_map m = new_map(64, 6);
@@ -174,17 +175,21 @@ static void map_edges(finding *f)
     fill(&m, -0.5f);
     for (double x = -30; x <= 94; x += 0.7) {
         const double inside = fmax(0, (fmin(x + 10, 64) - fmax(x - 10, 0)) / 20);
+        const double known = fmin(1, 2 * inside);
         const mssm_moments6 b = moments_at(&m, x, 32, 10);
         double power = 1;
         for (int k = 0; k < 6; k++) {
             power *= -0.5;
-            worst = fmax(worst, fabs((double)b.b[k] - (inside * power + 1 - inside)));
+            worst = fmax(worst, fabs((double)b.b[k] - (known * power + 1 - known)));
         }
         missing = fmax(missing, 1 - inside);
     }
     drop(&m);
     say(f->what, "kernels of 20 x 20 texels across the edge of a map and past it, depth -0.5");
-    say(f->ours, "what is outside counts as depth 1: moments off by at most %.1e", worst);
+    say(f->ours,
+        "the rim stands for as much outside as is inside, the rest is depth 1: moments off by at "
+        "most %.1e",
+        worst);
     say(f->others,
         "clamped coordinates: up to %.0f%% of the zeroth moment is missing; of powers, "
         "that share then lies at depth 0 and casts a shadow",
