@@ -339,8 +339,8 @@ mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, 
                                int moments);
 
 // Takes a depth map, laid out as for mssm_map_update, blurs it by a Gaussian of 2 * radius + 1 texels
-// (standard deviation radius / 2; 0 to 32) and makes the mip chain. Beyond the map all is lit. Fails
-// with the map untouched.
+// (standard deviation radius / 2; 0 to 32) and makes the mip chain. Beyond the map its outermost texels go
+// on, as far as Gaussian and footprint reach. Fails with the map untouched.
 mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples, int radius);
 
 // The same from encoded moments of one's own, encoded[(y*side + x)*moments + k]: what
@@ -351,7 +351,7 @@ mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encode
 mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded);
 
 // Moments at shadow-space x, y under a footprint that is width wide (shadow space; 0: the finest).
-// Not biased yet. With 4 moments the last two are 0.
+// Not biased yet. With 4 moments the last two are 0. Outside the map: of depth 1.
 mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, float width);
 
 // Visibility of the light from a world-space point, in [0,1]: the upper bound. width: the pixel's
@@ -2818,7 +2818,7 @@ mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity)
 
 #define MSSM__RADIUS 32  // of the Gaussian, in texels
 
-// Level l holds size^2 texels of moments channels; a texel outside of a level is lit, all ones.
+// Level l holds size^2 texels of moments channels.
 struct mssm_filtered {
     int side, moments, levels, radius;
     int size[MSSM__LEVELS];
@@ -2844,6 +2844,13 @@ static mssm_settings mssm__filter_settings(const mssm_filter *filter, int moment
 MSSM_SHARED float mssm_texel_at(mssm_view v, struct mssm_receiver r)
 {
     return v.perspective != 0 ? -v.texel / r.spread : v.texel;
+}
+
+// Whether a receiver lies beside the map, where all is lit.
+MSSM_SHARED int mssm_beside(mssm_view v, struct mssm_receiver r)
+{
+    float middle = 0.5f * v.side;
+    return mssm_max(fabsf(r.x - middle), fabsf(r.y - middle)) > middle ? 1 : 0;
 }
 
 // Bounds from Chebyshev moments under a footprint that is width texels wide. Of all that is not at the
@@ -2882,22 +2889,22 @@ size_t mssm_filtered_bytes(int side, int moments)
     return bytes <= SIZE_MAX ? (size_t)bytes : 0;
 }
 
-// to[i] = sum of weight[t] * from[i + t * step] over t from low to high. Eight sums at a time become
+// to[i] = sum of weight[t] * from[i + t * step], t held between low and high. Eight sums at a time become
 // vectors; up to 7 floats too many are read and written, which what comes after them overwrites.
 static void mssm__blur(const float *from, float *to, size_t count, ptrdiff_t step, int low, int high,
-                       const float *weight)
+                       int radius, const float *weight)
 {
     for (size_t i = 0; i < count; i += 8) {
         float sum[8] = {0};
-        for (int t = low; t <= high; t++) {
-            const float *at = from + i + t * step;
+        for (int t = -radius; t <= radius; t++) {
+            const float *at = from + i + (t < low ? low : t > high ? high : t) * step;
             for (int k = 0; k < 8; k++) sum[k] += weight[t] * at[k];
         }
         memcpy(to + i, sum, sizeof sum);
     }
 }
 
-// Rows, then columns. Near an edge there are fewer taps: beyond it moments lack nothing to 1.
+// Rows, then columns. Beyond an edge the outermost texel goes on.
 static void mssm__gaussian(mssm_filtered *map, int radius)
 {
     float taps[2 * MSSM__RADIUS + 1], sum = 0, *weight = taps + radius;
@@ -2916,28 +2923,27 @@ static void mssm__gaussian(mssm_filtered *map, int radius)
             run = high - low == 2 * radius ? left - radius + 1 : 1;
             const size_t at = (size_t)y * stride + (size_t)(x * moments);
             mssm__blur(map->work + at, map->rows + at, (size_t)(run * moments), moments, low, high,
-                       weight);
+                       radius, weight);
         }
     }
     for (int y = 0; y < side; y++) {
         const int low = y < radius ? -y : -radius, left = side - 1 - y;
         mssm__blur(map->rows + (size_t)y * stride, map->work + (size_t)y * stride, stride,
-                   (ptrdiff_t)stride, low, left < radius ? left : radius, weight);
+                   (ptrdiff_t)stride, low, left < radius ? left : radius, radius, weight);
     }
 }
 
-// In place: nothing is written before it was read.
+// In place: nothing is written before it was read. At the end of an odd size: means of two or one.
 static void mssm__halve(mssm_filtered *map, int from, int size)
 {
-    static const float none[6] = {0};
     const size_t moments = (size_t)map->moments, stride = (size_t)from * moments;
     float *to = map->work;
     for (int y = 0; y < size; y++) {
         for (int x = 0; x < size; x++) {
             const float *a = map->work + (size_t)(2 * y) * stride + (size_t)(2 * x) * moments;
-            const float *b = 2 * x + 1 < from ? a + moments : none;
-            const float *c = 2 * y + 1 < from ? a + stride : none;
-            const float *d = b != none && c != none ? c + moments : none;
+            const float *b = 2 * x + 1 < from ? a + moments : a;
+            const float *c = 2 * y + 1 < from ? a + stride : a;
+            const float *d = c + (b - a);
             for (size_t k = 0; k < moments; k++) *to++ = 0.25f * (a[k] + b[k] + c[k] + d[k]);
         }
     }
@@ -3055,19 +3061,14 @@ static void mssm__add_level(const mssm_filtered *map, int level, float x, float 
                             float sum[6])
 {
     const float scale = 1.0f / (float)(1 << level), size = (float)map->size[level];
-    const float u = mssm_clamp(x * scale - 0.5f, -2, size + 1),
-                v = mssm_clamp(y * scale - 0.5f, -2, size + 1);
-    const int left = (int)floorf(u), low = (int)floorf(v), moments = map->moments;
+    const float u = mssm_clamp(x * scale - 0.5f, 0, size - 1), v = mssm_clamp(y * scale - 0.5f, 0, size - 1);
+    const int left = (int)u, low = (int)v, last = map->size[level] - 1, moments = map->moments;
     for (int j = 0; j < 4; j++) {
-        const int i = left + j % 2, row = low + j / 2;
+        const int i = left + (left < last ? j % 2 : 0), row = low + (low < last ? j / 2 : 0);
         const float across = u - (float)left, up = v - (float)low;
         const float w = share * (j % 2 ? across : 1 - across) * (j / 2 ? up : 1 - up);
-        const int outside = i < 0 || row < 0 || i >= map->size[level] || row >= map->size[level];
-        const size_t at = outside ? 0 : (size_t)row * (size_t)map->size[level] + (size_t)i;
-        const uint16_t *texel = map->texel[level] + at * (size_t)moments;
-        for (int k = 0; k < moments; k++) {
-            sum[k] += w * (outside ? 1.0f : (float)texel[k] * (2.0f / 65535.0f) - 1.0f);
-        }
+        const uint16_t *texel = map->texel[level] + ((size_t)row * (size_t)(last + 1) + (size_t)i) * (size_t)moments;
+        for (int k = 0; k < moments; k++) sum[k] += w * ((float)texel[k] * (2.0f / 65535.0f) - 1.0f);
     }
 }
 
@@ -3085,11 +3086,9 @@ static mssm_moments6 mssm__sample(const mssm_filtered *map, float x, float y, fl
 
 mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, float width)
 {
-    if (!map) return mssm_moments6_of_depth(1.0f);
+    if (!map || !(fabsf(x) <= 1 && fabsf(y) <= 1)) return mssm_moments6_of_depth(1.0f);
     const float scale = 0.5f * (float)map->side;
-    mssm_moments6 t = mssm__sample(map, mssm_clamp((x + 1) * scale, -MSSM_FAR_AWAY, MSSM_FAR_AWAY),
-                                   mssm_clamp((y + 1) * scale, -MSSM_FAR_AWAY, MSSM_FAR_AWAY),
-                                   width * scale);
+    mssm_moments6 t = mssm__sample(map, (x + 1) * scale, (y + 1) * scale, width * scale);
     for (int k = 0; k < 6; k++) t.b[k] = mssm_to_unit(t.b[k]);
     t = mssm_moments6_decode(t);
     if (map->moments == 4) t.b[4] = t.b[5] = 0.0f;
@@ -3105,7 +3104,7 @@ mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *lig
     const mssm_view v = mssm__view(light, &s, map->side, map->levels, 1);
     const struct mssm_options o = mssm__options(&s, map->moments);
     const struct mssm_receiver r = mssm_receive(v, o, point[0], point[1], point[2]);
-    if (r.lit) return lit;
+    if (r.lit || mssm_beside(v, r)) return lit;
     const float texels = width / (mssm_texel_at(v, r) * v.distance_scale);
     const float footprint = mssm__is_finite(texels) ? mssm_clamp(texels, 1, v.side) : 1.0f;
     return mssm_bounds_under(v, o, r, mssm__sample(map, r.x, r.y, footprint), footprint);
@@ -4731,6 +4730,13 @@ static const char mssm__glsl_filtered[] =
     "    return v.perspective != 0 ? -v.texel / r.spread : v.texel;\n"
     "}\n"
     "\n"
+    "// Whether a receiver lies beside the map, where all is lit.\n"
+    "MSSM_SHARED int mssm_beside(mssm_view v, mssm_receiver r)\n"
+    "{\n"
+    "    float middle = 0.5f * v.side;\n"
+    "    return mssm_max(fabsf(r.x - middle), fabsf(r.y - middle)) > middle ? 1 : 0;\n"
+    "}\n"
+    "\n"
     "// Bounds from Chebyshev moments under a footprint that is width texels wide. Of all that is not at the\n"
     "// receiver's depth a share lies beyond it: there its surface goes on, if it is steep or ends here, and\n"
     "// then it rises before the receiver as well. The depth bias is an eighth of a texel and that share of\n"
@@ -4943,8 +4949,7 @@ typedef unsigned char mssm__glboolean;
     X(void, DeleteVertexArrays, (int, const unsigned *))                                           \
     X(void, DrawArrays, (mssm__glenum, int, int))                                                  \
     X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int))            \
-    X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))                    \
-    X(void, TextureParameterfv, (unsigned, mssm__glenum, const float *))
+    X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))
 #else
 #define MSSM__GL_FILTERED_FUNCTIONS(X)
 #endif
@@ -6513,8 +6518,7 @@ enum {
     MSSM__GL_LINEAR_MIPMAP_LINEAR = 0x2703,
     MSSM__GL_TEXTURE_WRAP_S = 0x2802,
     MSSM__GL_TEXTURE_WRAP_T = 0x2803,
-    MSSM__GL_TEXTURE_BORDER_COLOR = 0x1004,
-    MSSM__GL_CLAMP_TO_BORDER = 0x812D,
+    MSSM__GL_CLAMP_TO_EDGE = 0x812F,
     MSSM__GL_ALL_BARRIERS = 0x20 | 0x8 | 0x400  // image access, texture fetch, framebuffer
 };
 
@@ -6554,11 +6558,10 @@ static const char mssm__glsl_filtered_resolve[] =
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    if (any(greaterThanEqual(p, imageSize(work).xy))) return;\n"
-    "    bool inside = all(lessThan(p, textureSize(front)));\n"
+    "    if (any(greaterThanEqual(p, textureSize(front)))) return;\n"
     "    vec3 low = vec3(0.0), high = vec3(0.0);\n"
     "    for (int s = 0; s < samples; s++) {\n"
-    "        mssm_moments6 t = mssm_chebyshev(inside ? linear_depth(texelFetch(front, p, s).x) : 1.0);\n"
+    "        mssm_moments6 t = mssm_chebyshev(linear_depth(texelFetch(front, p, s).x));\n"
     "        low += vec3(t.b[0], t.b[1], t.b[2]);\n"
     "        high += vec3(t.b[3], t.b[4], t.b[5]);\n"
     "    }\n"
@@ -6585,7 +6588,8 @@ static const char mssm__glsl_copy[] =
     "    gl_FragDepth = farthest;\n"
     "}\n";
 
-// Rows, columns and halves as in mssm__filter; each level is rounded into the map, from floats.
+// Rows, columns and halves as in mssm__filter; each level is rounded into the map, from floats. The
+// outermost texels go on in the texels beyond.
 // With MSSM_SCALE: encoded moments into the first level of the tables of mssm_gl.
 static const char mssm__glsl_filter[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
@@ -6621,15 +6625,15 @@ static const char mssm__glsl_filter[] =
     "    imageStore(depths, ivec3(p, job[5]), vec4(empty ? 1.0 : -1.0));\n"
     "#endif\n"
     "    if (any(greaterThanEqual(p, imageSize(map0).xy))) return;\n"
+    "    ivec2 last = ivec2(job[6] - 1), at = min(p, last / job[4]) * job[4];\n"
     "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
     "    float radius = float(job[2] + job[3]), falloff = 2.0 / max(radius * radius, 1.0);\n"
     "    for (int y = job[1]; y <= job[3]; y++) {\n"
     "        for (int x = job[0]; x <= job[2]; x++) {\n"
-    "            ivec2 q = p * job[4] + ivec2(x, y);\n"
-    "            bool outside = any(lessThan(q, ivec2(0))) || any(greaterThanEqual(q, ivec2(job[6])));\n"
+    "            ivec2 q = clamp(at + ivec2(x, y), ivec2(0), last);\n"
     "            float w = job[4] > 1 ? 1.0 : exp(-falloff * float(x * x + y * y));\n"
-    "            low += w * (outside ? vec4(1.0) : vec4(imageLoad(source, ivec3(q, 0)).xyz, 1.0));\n"
-    "            high += w * (outside ? vec4(1.0) : imageLoad(source, ivec3(q, 1)));\n"
+    "            low += w * vec4(imageLoad(source, ivec3(q, 0)).xyz, 1.0);\n"
+    "            high += w * imageLoad(source, ivec3(q, 1));\n"
     "        }\n"
     "    }\n"
     "    high /= low.w;  // the sum of weights\n"
@@ -6692,7 +6696,7 @@ static const char mssm__glsl_filtered_entry[] =
     "    mssm_receiver r = mssm_receive(v, mssm_chosen, p.x, p.y, p.z);\n"
     "    mssm_receiver rx = mssm_receive(v, mssm_chosen, px.x, px.y, px.z);\n"
     "    mssm_receiver ry = mssm_receive(v, mssm_chosen, py.x, py.y, py.z);\n"
-    "    if (r.lit != 0) return lit;\n"
+    "    if (r.lit != 0 || mssm_beside(v, r) != 0) return lit;\n"
     "    mssm_ddx = mssm_axis(vec2(rx.x - r.x, rx.y - r.y), vec2(1.0, 0.0), v.side);\n"
     "    mssm_ddy = mssm_axis(vec2(ry.x - r.x, ry.y - r.y), vec2(0.0, 1.0), v.side);\n"
     "    float width = min(length(mssm_ddx), length(mssm_ddy));\n"
@@ -6717,16 +6721,14 @@ static unsigned mssm__filtered_array(mssm_gl *gl, int levels, mssm__glenum forma
     return texture;
 }
 
-// The maps are read trilinearly, and lit beyond their edges.
+// The maps are read trilinearly; beyond their edges the outermost texels go on.
 static void mssm__filtered_sampling(mssm_gl_filtered *gl, unsigned texture)
 {
-    static const float lit[4] = {1, 1, 1, 1};
     const mssm__gl_functions *f = &gl->base.f;
     f->TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_LINEAR_MIPMAP_LINEAR);
     f->TextureParameteri(texture, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_LINEAR);
-    f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_BORDER);
-    f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_BORDER);
-    f->TextureParameterfv(texture, MSSM__GL_TEXTURE_BORDER_COLOR, lit);
+    f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_EDGE);
+    f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_EDGE);
 }
 
 static mssm_result mssm__filtered_targets(mssm_gl_filtered *gl)
@@ -6967,8 +6969,9 @@ mssm_result mssm_gl_filtered_build(mssm_gl_filtered *gl)
                                                    "mssm_gl_filtered_build before a light was drawn");
     if (error) return error;
     const int r = gl->radius, index = gl->ready;
-    const int side = b->padded, rows[7] = {-r, 0, r, 0, 1, index, side};
-    const int columns[7] = {0, -r, 0, r, 1, index, side}, halve[7] = {0, 0, 1, 1, 2, index, side};
+    const int side = b->desc.side, rows[7] = {-r, 0, r, 0, 1, index, side};
+    const int columns[7] = {0, -r, 0, r, 1, index, side};
+    int halve[7] = {0, 0, 1, 1, 2, index, side};
     mssm__gl_light *light = &b->lights[index];
     mssm__gl_bindings saved;
     (b->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
@@ -6976,7 +6979,9 @@ mssm_result mssm_gl_filtered_build(mssm_gl_filtered *gl)
     b->f.UseProgram(b->program[MSSM__FILTER]);
     mssm__filter_level(gl, gl->work, 0, gl->rows, 0, rows);
     mssm__filter_level(gl, gl->rows, 0, gl->work, 0, columns);
-    for (int i = 1; i < b->levels; i++) mssm__filter_level(gl, gl->work, i - 1, gl->work, i, halve);
+    for (int i = 1; i < b->levels; i++, halve[6] = (halve[6] + 1) / 2) {
+        mssm__filter_level(gl, gl->work, i - 1, gl->work, i, halve);
+    }
     mssm__restore_bindings(b, &saved);
     light->filled = light->averaged = 1;
     light->built = b->levels;

@@ -26,6 +26,11 @@ static mssm_filtered *make_filtered(void **memory, int side, int moments)
     return map;
 }
 
+static int held(int i, int side)
+{
+    return i < 0 ? 0 : i >= side ? side - 1 : i;
+}
+
 // Sum over all samples under the Gaussian round texel (x,y): of z^power, or for power 0 of z < limit.
 static double gaussian_sum(const float *depth, int x, int y, int radius, int power, double limit)
 {
@@ -33,11 +38,10 @@ static double gaussian_sum(const float *depth, int x, int y, int radius, int pow
     for (int j = -radius; j <= radius; j++) {
         for (int i = -radius; i <= radius; i++) {
             const double d = radius ? 2.0 / radius : 0, w = exp(-0.5 * d * d * (i * i + j * j));
-            const int u = x + i, v = y + j;
-            const int outside = u < 0 || v < 0 || u >= SIDE || v >= SIDE;
+            const int u = held(x + i, SIDE), v = held(y + j, SIDE);
             weights += w;
             for (int s = 0; s < SAMPLES; s++) {
-                const double z = outside ? 1 : depth[(v * SIDE + u) * SAMPLES + s];
+                const double z = depth[(v * SIDE + u) * SAMPLES + s];
                 sum += w / SAMPLES * (power ? pow(z, power) : z < limit);
             }
         }
@@ -122,8 +126,7 @@ static void blur_rows(const double *from, double *to, int side, int radius)
         double sum = 0, weights = 0;
         for (int t = -radius; t <= radius; t++) {
             const double d = radius ? 2.0 / radius : 0, w = exp(-0.5 * d * d * t * t);
-            const int inside = x + t >= 0 && x + t < side;
-            sum += w * (inside ? from[i + 4 * t] : 1);
+            sum += w * from[i + 4 * (held(x + t, side) - x)];
             weights += w;
         }
         to[4 * (x * side + y) + i % 4] = sum / weights;
@@ -134,16 +137,20 @@ static void halve(const double *from, double *to, int side)
 {
     const int half = (side + 1) / 2;
     for (int i = 0; i < half * half * 4; i++) {
-        to[i] = 0;
+        double sum = 0;
+        int count = 0;
         for (int j = 0; j < 4; j++) {
             const int x = i / 4 % half * 2 + j % 2, y = i / 4 / half * 2 + j / 2;
-            to[i] += 0.25 * (x < side && y < side ? from[4 * (y * side + x) + i % 4] : 1);
+            if (x >= side || y >= side) continue;
+            sum += from[4 * (y * side + x) + i % 4];
+            count++;
         }
+        to[i] = sum / count;
     }
 }
 
-// Maps narrower than the Gaussian, odd levels, edges: what is not in the map is lit.
-static void odd_maps_are_lit_beyond_their_edges(void)
+// Maps narrower than the Gaussian, odd levels, edges: beyond the map its outermost texels go on.
+static void odd_maps_go_on_beyond_their_edges(void)
 {
     enum { MOST = 67 };
     static const int sides[6] = {1, 2, 7, 17, 33, MOST}, radii[3] = {0, 3, 32};
@@ -177,6 +184,33 @@ static void odd_maps_are_lit_beyond_their_edges(void)
         free(memory);
     }
     CHECK(worst < 3.75 * 0.5 / 65535 + 3e-6, "worst error %g", worst);
+}
+
+// A wall closes all of a lamp's cone: behind it all is dark up to the rim, beside the map all is lit.
+static void no_light_from_beyond_the_rim(void)
+{
+    static const int sides[5] = {64, 61, 33, 27, 1}, radii[4] = {0, 2, 8, 32};
+    static const float parts[5] = {0.5f, 0.9f, 0.99f, 0.9999f, 1.0001f}, widths[3] = {0, 0.3f, 6};
+    static float depth[SIDE * SIDE];
+    const float lamp[3] = {0, 0, 8}, up[3] = {0, 0, 1}, axis[3] = {1, 0, 0};
+    mssm_light light;
+    CHECK(!mssm_light_spot(&light, lamp, up, axis, 0.57735f, 0.5f, 12, 0, 0), "light");
+    for (int i = 0; i < SIDE * SIDE; i++) depth[i] = -1 + 2 * (2 - 0.5f) / 11.5f;
+    for (int which = 0; which < 5 * 4 * 2; which++) {
+        void *memory;
+        mssm_filtered *map = make_filtered(&memory, sides[which / 8], which % 2 ? 6 : 4);
+        CHECK(!mssm_filtered_update(map, depth, 1, radii[which / 2 % 4]), "update");
+        for (int i = 0; i < 5 * 3 * 8; i++) {
+            const float part = parts[i % 5], far = 8 * 0.57735f * part, near = i / 60 ? far : 0.3f;
+            const float sign = i / 30 % 2 ? -1.0f : 1.0f, u = sign * far, v = sign * near;
+            const float p[3] = {i / 15 % 2 ? v : u, i / 15 % 2 ? u : v, 0};
+            const float seen = mssm_filtered_visibility(map, &light, NULL, p, widths[i / 5 % 3]);
+            if (part > 1) CHECK(seen == 1, "beside the map: %g", (double)seen);
+            else CHECK(seen <= 0.001f, "%d texels, radius %d, %g of the cone, width %g: light %g", sides[which / 8],
+                       radii[which / 2 % 4], (double)part, (double)widths[i / 5 % 3], (double)seen);
+        }
+        free(memory);
+    }
 }
 
 // The bound never darkens: it is at least what percentage-closer filtering with the same kernel says.
@@ -510,7 +544,8 @@ static void bad_arguments_are_refused(void)
 const test_case filtered_tests[] = {
     {"filtered: one look gives the moments under a Gaussian", one_look_gives_the_gaussian},
     {"filtered: wide looks average, and every level is rounded once", wide_looks_average},
-    {"filtered: odd maps are lit beyond their edges", odd_maps_are_lit_beyond_their_edges},
+    {"filtered: odd maps go on beyond their edges", odd_maps_go_on_beyond_their_edges},
+    {"filtered: no light from beyond the rim", no_light_from_beyond_the_rim},
     {"filtered: never darker than percentage-closer filtering",
      never_darker_than_percentage_closer},
     {"filtered: surfaces are lit, walls are dark", surfaces_are_lit_and_walls_are_dark},

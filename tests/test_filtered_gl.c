@@ -172,22 +172,45 @@ static void random_points(float *point, uint64_t seed)
     }
 }
 
-static mssm_filtered *cpu_map(void **memory, int moments)
+static mssm_filtered *cpu_map(void **memory, int side, int moments)
 {
-    const size_t bytes = mssm_filtered_bytes(SIDE, moments);
+    const size_t bytes = mssm_filtered_bytes(side, moments);
     mssm_filtered *map = NULL;
     *memory = malloc(bytes);
-    CHECK(!mssm_filtered_init(&map, *memory, bytes, SIDE, moments), "init");
+    CHECK(!mssm_filtered_init(&map, *memory, bytes, side, moments), "init");
     return map;
 }
 
-static void same_as_cpu(int moments, int radius)
+// Texels that the texture of light 1 has beyond the map, on all levels, are the map's outermost.
+static void repeats_its_rim(const mssm_gl_filtered *g, int side)
 {
-    static float point[POINTS * 4], result[POINTS];
-    const mssm_gl_filtered_desc desc = description(moments, radius);
+    static float texel[2 * SIDE * SIDE * 4];
+    int wrong = 0;
+    for (int level = 0, size = side; level < 3; level++, size = (size + 1) / 2) {
+        const int stride = (side + 3) / 4 * 4 >> level;
+        gl.GetTextureImage(mssm_gl_filtered_texture(g, 0), level, GL_RGBA, GL_FLOAT, sizeof texel, texel);
+        for (int i = 0; i < stride * stride; i++) {
+            const int x = i % stride, y = i / stride;
+            const int inside = (y < size ? y : size - 1) * stride + (x < size ? x : size - 1);
+            const float *layer = texel + stride * stride * 4;
+            wrong += memcmp(layer + 4 * i, layer + 4 * inside, 4 * sizeof *layer) != 0;
+        }
+    }
+    CHECK(!wrong, "%d texels, %d texels beyond the map are none of its rim", side, wrong);
+}
+
+static void same_as_cpu(int side, int moments, int radius)
+{
+    static float point[POINTS * 4], result[POINTS], depth[SIDE * SIDE * SAMPLES];
+    mssm_gl_filtered_desc desc = description(moments, radius);
     mssm_gl_filtered *g = NULL;
     void *memory;
-    mssm_filtered *map = cpu_map(&memory, moments);
+    mssm_filtered *map = cpu_map(&memory, side, moments);
+    for (int i = 0; i < side * side * SAMPLES; i++) {
+        const int row = i / SAMPLES / side;
+        depth[i] = stage.depth[i + row * (SIDE - side) * SAMPLES];
+    }
+    desc.side = side;
     // A square footprint that faces the light: along the rows of its matrix.
     const float *m = stage.light.world_to_shadow;
     char ask[500];
@@ -203,7 +226,8 @@ static void same_as_cpu(int moments, int radius)
     draw_depth(g, 1);
     CHECK(!mssm_gl_filtered_build(g), "build");
     CHECK(!mssm_gl_filtered_bind(g), "bind");
-    CHECK(!mssm_filtered_update(map, stage.depth, SAMPLES, radius < 0 ? 0 : radius), "update");
+    repeats_its_rim(g, side);
+    CHECK(!mssm_filtered_update(map, depth, SAMPLES, radius < 0 ? 0 : radius), "update");
     random_points(point, 72);
     ask_gl(mssm_gl_filtered_shader(g), ask, point, result);
     double worst = 0, mean = 0;
@@ -217,8 +241,8 @@ static void same_as_cpu(int moments, int radius)
     }
     CHECK(shadowed > POINTS / 10, "only %d points in part shadow", shadowed);
     CHECK(mean < 1e-3 && worst < 0.06, "GL differs by %.2g, at worst %.2g", mean, worst);
-    test_note("%d moments, radius %d: GL differs by %.1e, at worst %.1e", moments, radius, mean,
-              worst);
+    test_note("%d texels, %d moments, radius %d: GL differs by %.1e, at worst %.1e", side, moments,
+              radius, mean, worst);
     mssm_gl_filtered_destroy(g);
     free(memory);
 }
@@ -227,8 +251,48 @@ static void gl_agrees_with_cpu(void)
 {
     if (!begin()) return;
     for (int moments = 4; moments <= 6; moments += 2) {
-        same_as_cpu(moments, -1);
-        same_as_cpu(moments, 3);
+        same_as_cpu(SIDE, moments, -1);
+        same_as_cpu(SIDE, moments, 3);
+        same_as_cpu(SIDE - 7, moments, 3);  // the texture has three texels more
+    }
+    end();
+}
+
+// A wall closes all of a lamp's cone: behind it all is dark up to the rim, under footprints of any length
+// too, whatever number of texels the texture has beyond the map; beside the map all is lit.
+static void no_light_from_beyond_the_rim(void)
+{
+    static const int sides[4] = {SIDE, 61, 33, 1}, radii[2] = {-1, 8};
+    static float point[POINTS * 4], result[POINTS];
+    const float lamp[3] = {0, 0, 8}, up[3] = {0, 0, 1}, axis[3] = {1, 0, 0};
+    if (!begin()) return;
+    CHECK(!mssm_light_spot(&stage.light, lamp, up, axis, 0.57735f, 0.5f, 12, 0, 0), "light");
+    for (int i = 0; i < SIDE * SIDE * SAMPLES; i++) stage.depth[i] = -1 + 2 * (2 - 0.5f) / 11.5f;
+    uint64_t seed = 76;
+    for (int i = 0; i < POINTS; i++) {
+        const float part = i % 3 ? (float)test_range(&seed, 0.95, 0.9999) : 1.0001f;
+        const float u = 8 * 0.57735f * part * (i & 1 ? -1.0f : 1.0f), v = (float)test_range(&seed, -1, 1) * u;
+        const float p[4] = {i & 2 ? v : u, i & 2 ? u : v, 0, i & 4 ? 0 : (float)test_range(&seed, 0, 3)};
+        memcpy(point + 4 * i, p, sizeof p);
+    }
+    for (int which = 0; which < 4 * 2 * 2; which++) {
+        mssm_gl_filtered_desc desc = description(which % 2 ? 6 : 4, radii[which / 2 % 2]);
+        mssm_gl_filtered *g = NULL;
+        desc.side = sides[which / 4];
+        desc.anisotropy = 16;
+        CHECK(!mssm_gl_filtered_create(&g, &desc), "create: %s", fakes.message);
+        if (!g) break;
+        draw_depth(g, 1);
+        CHECK(!mssm_gl_filtered_build(g) && !mssm_gl_filtered_bind(g), "build");
+        ask_gl(mssm_gl_filtered_shader(g),
+               "float ask(vec4 p) { return mssm_filtered_visibility(1, p.xyz, vec3(p.w, 0.0, 0.0),"
+               " vec3(0.0, 0.2 * p.w, 0.0)); }\n",
+               point, result);
+        for (int i = 0; i < POINTS; i++) {
+            CHECK(i % 3 ? result[i] <= 0.001f : result[i] == 1, "%d texels, %d moments, point %d: light %g",
+                  desc.side, desc.moments, i, (double)result[i]);
+        }
+        mssm_gl_filtered_destroy(g);
     }
     end();
 }
@@ -260,7 +324,7 @@ static void layers_are_blended_behind_and_before(void)
     mssm_gl_filtered *g = NULL;
     mssm_gl *t = NULL;
     void *memory, *soft_memory = malloc(mssm_map_bytes(SIDE, 6));
-    mssm_filtered *map = cpu_map(&memory, 6);
+    mssm_filtered *map = cpu_map(&memory, SIDE, 6);
     mssm_map *soft_map;
     memset(&tables, 0, sizeof tables);
     tables.load = gl_fakes_load;
@@ -553,6 +617,7 @@ const test_case filtered_gl_tests[] = {
      cost_does_not_depend_on_the_radius},
     {"filtered GL: its shaders pass a second compiler", second_compiler_agrees},
     {"filtered GL: agrees with the CPU half", gl_agrees_with_cpu},
+    {"filtered GL: no light from beyond the rim", no_light_from_beyond_the_rim},
     {"filtered GL: layers behind and before opaque casters, hard and soft",
      layers_are_blended_behind_and_before},
     {"filtered GL: nothing of the smoke is lost to the caller's state", translucent_casters_are_whole},
