@@ -289,7 +289,7 @@ static void near_planes_and_masts_cost_no_contact_shadows(void)
                       way ? "masts of 0, 3, 10, 40" : "near planes 2, .5, .2, .01", e, error[0][e],
                       error[1][e], error[2][e], error[3][e]);
         }
-        for (int i = 0; i < 12 && receivers >= 100; i++) {
+        for (int i = 0; i < 12 && receivers >= 1000; i++) {
             const double got = error[i / 3][i % 3], least = best[i % 3];
             CHECK(got <= 0.035, "way %d, %d, estimator %d: rms %.4f", way, i / 3, i % 3, got);
             CHECK(got <= times[way][i % 3] * least, "way %d, %d, estimator %d: rms %.4f, best %.4f",
