@@ -2398,7 +2398,7 @@ MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver 
     float steep = texel / mssm_max(fabsf(along), 1e-37f);
     r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);
     r.rise_v = mssm_clamp(fabsf(w) * steep, 0.0f, MSSM_FAR_AWAY);
-    r.plane = nx * nx + ny * ny + nz * nz > 0.0f ? 1 : 0;
+    r.plane = fabsf(nx) + fabsf(ny) + fabsf(nz) > 0.0f ? 1 : 0;
     return r;
 }
 
@@ -4359,7 +4359,7 @@ static const char mssm__glsl_shading[] =
     "    float steep = texel / mssm_max(fabsf(along), 1e-37f);\n"
     "    r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);\n"
     "    r.rise_v = mssm_clamp(fabsf(w) * steep, 0.0f, MSSM_FAR_AWAY);\n"
-    "    r.plane = nx * nx + ny * ny + nz * nz > 0.0f ? 1 : 0;\n"
+    "    r.plane = fabsf(nx) + fabsf(ny) + fabsf(nz) > 0.0f ? 1 : 0;\n"
     "    return r;\n"
     "}\n"
     "\n"

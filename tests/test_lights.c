@@ -448,6 +448,7 @@ static void bad_lights_are_refused(void)
     const float up[3] = {0, 1, 0}, across[3] = {1, 0, 1}, ends[3] = {3e38f, 0, 3e38f},
                 starts[3] = {-3e38f, 0, -3e38f}, tall[3] = {1, 3e38f, 1};
     l = scene_spot(0.1f);
+    memcpy(kept, &l, sizeof l);
     CHECK(mssm_light_directional(&l, up, across, 0.1f, 0.1f, starts, ends) && !memcmp(&l, kept, sizeof l),
           "a box beyond float");
     CHECK(!mssm_light_directional(&l, up, across, 0.1f, 0.1f, zero, tall), "a tall box");
