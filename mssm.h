@@ -2337,7 +2337,7 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
 {
     struct mssm_receiver r;
     float z = mssm_clamp(depth, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
-    r.lit = z > -1.0f && v.side > 0.0f ? 0 : 1;
+    r.lit = z > -1.0f ? 0 : 1;
     r.x = mssm_clamp((0.5f + 0.5f * x) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
     r.y = mssm_clamp((0.5f + 0.5f * y) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
     float width = v.perspective != 0 ? v.distance_scale * z + v.distance_offset : 1.0f;
@@ -4298,7 +4298,7 @@ static const char mssm__glsl_shading[] =
     "{\n"
     "    mssm_receiver r;\n"
     "    float z = mssm_clamp(depth, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
-    "    r.lit = z > -1.0f && v.side > 0.0f ? 0 : 1;\n"
+    "    r.lit = z > -1.0f ? 0 : 1;\n"
     "    r.x = mssm_clamp((0.5f + 0.5f * x) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
     "    r.y = mssm_clamp((0.5f + 0.5f * y) * v.side, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
     "    float width = v.perspective != 0 ? v.distance_scale * z + v.distance_offset : 1.0f;\n"
@@ -5540,6 +5540,7 @@ static const char mssm__glsl_texels[] =
     "{\n"
     "    mssm_view v = mssm_view_of(light);\n"
     "    vec3 p = world_position, n = normal;\n"
+    "    if (v.side <= 0.0) return 1.0;\n"
     "    mssm_receiver r = mssm_receive(v, mssm_chosen, p.x, p.y, p.z);\n"
     "    return mssm_estimate(light, v, mssm_chosen, mssm_tangent(v, r, n.x, n.y, n.z));\n"
     "}\n"
@@ -5552,6 +5553,7 @@ static const char mssm__glsl_texels[] =
     "float mssm_visibility_at(int light, vec3 shadow)\n"
     "{\n"
     "    mssm_view v = mssm_view_of(light);\n"
+    "    if (v.side <= 0.0) return 1.0;\n"
     "    return mssm_estimate(light, v, mssm_chosen,\n"
     "                         mssm_receive_at(v, mssm_chosen, shadow.x, shadow.y, shadow.z));\n"
     "}\n"
