@@ -21,11 +21,13 @@ build/release/isa build/isa build/isa/gpu.md
 status=$?
 [ -f build/isa/gpu.md ] || exit $status # skipped
 
+# ACO does not compile the resolve for Vega twice alike: its instructions vary by 2%.
+lasting() { grep -v '^| mssm resolve ' "$1"; }
 compiler() { sed -n 's/^Compiler: \(.*\)\. Numbers.*/\1/p' "$1"; }
 
 if [ "${1-}" = write ]; then
     cp build/isa/gpu.md docs/gpu.md
-elif cmp -s build/isa/gpu.md docs/gpu.md; then
+elif [ "$(lasting build/isa/gpu.md)" = "$(lasting docs/gpu.md)" ]; then
     echo "ok    docs/gpu.md is what the shaders are"
 elif [ "$(compiler build/isa/gpu.md)" != "$(compiler docs/gpu.md)" ]; then
     echo "skip  docs/gpu.md is by $(compiler docs/gpu.md), here is $(compiler build/isa/gpu.md)"
