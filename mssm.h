@@ -310,7 +310,8 @@ void mssm_map_visibility_many(const mssm_map *map, const mssm_light *light,
                               const float (*normals)[3], float *visibility);
 
 // Moments of depth of a rectangle of the map, for estimators of one's own: centre and half-sizes in
-// shadow space, at least half a texel, as if depth were 1 outside of the map. Not biased yet:
+// shadow space, at least half a texel. Beyond the map its outermost texels stand for as much as the
+// rectangle has inside, and depth 1 for the rest. Not biased yet:
 // mssm_moments6_bias(m, MSSM_BIAS6_DECODED) makes them safe. With 4 moments the last two are 0.
 mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
 
@@ -540,7 +541,8 @@ mssm_result mssm_gl_bind(mssm_gl *gl);
 const char *mssm_gl_shader(const mssm_gl *gl);
 
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
-// levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments. Before
+// levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments; 2:
+// least depths from half the side down (R32F). Before
 // reading them back: glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
 unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
