@@ -1,7 +1,8 @@
 # Two headers to copy; this file only builds what shows and tests them.
 #
 #   make demo          the default scene under the default light probe -> build/demo.png
-#   make test          everything that CI checks; single tests: build/release/test "words of its name"
+#   make test          the tests, in some minutes; single ones: build/release/test "words of its name"
+#   make test-all      all trials, compilers, sanitizers and drivers, as CI does (half an hour)
 #   make               all examples
 #   make glsl          renews the GLSL text inside the headers from their C source
 #   make bias          proves the safe moment bias per storage format; fails where mssm.h has less
@@ -73,6 +74,9 @@ demo: $(out)/demo
 
 test:
 	@sh tests/run.sh
+
+test-all:
+	@sh tests/run.sh all
 
 test-binary: $(out)/test
 
@@ -183,6 +187,6 @@ $(out)/test-cpu: $(cpu_objects)
 $(out)/outputs: $(addprefix $(out)/cpu/,tests/platforms/outputs.o examples/common/implementation.o)
 	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
 
-.PHONY: all demo test test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart \
+.PHONY: all demo test test-all test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart \
     chart-quick chart-check clean measure-vector
 .SECONDARY:

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Fuzzers of tests/fuzz, under the address and undefined behaviour sanitizers.
 #     sh tests/fuzz.sh short     the corpus and FUZZ_RUNS (1500) mutations of it, the same everywhere, with any
-#                                compiler: a part of `make test`
+#                                compiler: a part of `make test-all`
 #     sh tests/fuzz.sh           FUZZ_SECONDS (60) each with clang's libFuzzer, called by `make fuzz`;
 #                                FUZZ=map chooses one. What it finds is kept in build/fuzz/NAME, an input that
 #                                fails as build/fuzz/NAME-crash-... : run build/fuzz/NAME.bin on it.

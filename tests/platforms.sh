@@ -155,7 +155,7 @@ $(cat build/platforms/tools)
 ## What is promised, and what is not
 
 - Every row that passes keeps what the tests of the CPU halves check: no NaN and nothing out of range from any input, the
-  errors of [stability.md](stability.md), whole energy in the lights. The GL halves are not part of this: \`make test\` runs them.
+  errors of [stability.md](stability.md), whole energy in the lights. The GL halves are not part of this: \`make test-all\` runs them.
 - The same bits come out where every product is rounded: any compiler, any optimisation. Fused products (clang by default and
   gcc with -std=gnu99, where the processor has them) and 387 arithmetic change the last digits of all steps; visibility shows
   that most, its bounds stand on small differences of table entries.

@@ -1,25 +1,42 @@
 #!/bin/sh
-# Runs everything that CI checks and ends with one line of counts. Called by `make test`.
-# What this machine lacks is skipped, with the line that installs it; TEST_REQUIRE_GL=1 turns the skip
-# of the GL half into a failure, TEST_REQUIRE_ALL=1 every skip (.ci/run sets both). Where there is EGL, the
-# release and the sanitized tests run once more without it.
+# Runs the tests and ends with one line of counts.
+#
+#     sh tests/run.sh          what a change is tried with, in minutes: `make test`
+#     sh tests/run.sh all      also all trials, sanitizers, valgrind, 32 bits, other drivers ...: `make test-all`
+#
+# Each section ends with a line of its counts and seconds; the first prints only what is not ok, the second
+# all. What failed is repeated at the end. What this machine lacks is skipped, with the line that installs
+# it; TEST_REQUIRE_GL=1 turns the skip of the GL half into a failure, TEST_REQUIRE_ALL=1 every skip
+# (.ci/run sets both). Where there is EGL, the release and the sanitized tests run once more without it.
 
 set -u
 cd "$(dirname "$0")/.." || exit 1
 MAKE=${MAKE:-make}
+all=$([ "${1-}" = all ] && echo 1)
 passed=0 failed=0 skipped=0 only= no_egl=
 log=$(mktemp) || exit 1
-trap 'rm -f "$log" "$log.run"' EXIT
+trap 'rm -f "$log" "$log.run" "$log.failed"' EXIT
+: >"$log.failed"
 
 # section NAME COMMAND...: shows what the command prints and adds its counts: its last line
 # "N passed, N failed, N skipped", or else its lines that start with ok, FAIL or skip.
 section()
 {
-    echo "== $1"
+    name=$1
+    echo "== $name"
     shift
+    start=$(date +%s)
     "$@" >"$log" 2>&1
     status=$?
-    cat "$log"
+    if [ -n "$all" ]; then
+        cat "$log"
+    else # failures and skips with their notes: programs write them above, scripts below by five blanks
+        awk '/^ok / { note = ""; below = 0; next }
+             /^     / && below { print; next }
+             /^ / { note = note $0 "\n"; next }
+             !/^[0-9]+ passed, / { printf "%s%s\n", note, $0; note = ""; below = 1 }
+             END { printf "%s", note }' "$log"
+    fi
     counts=$(sed -n 's/^\([0-9]*\) passed, \([0-9]*\) failed, \([0-9]*\) skipped$/\1 \2 \3/p' "$log" |
         tail -n 1)
     [ -n "$counts" ] ||
@@ -29,9 +46,11 @@ section()
     passed=$((passed + $1)) failed=$((failed + $2)) skipped=$((skipped + $3))
     # A command that died without counting a failure is one itself.
     if [ "$2" -eq 0 ] && { [ "$status" -ne 0 ] || [ $(($1 + $3)) -eq 0 ]; }; then
-        echo "FAIL  (exit code $status)"
+        echo "FAIL  (exit code $status)" | tee -a "$log"
         failed=$((failed + 1))
     fi
+    sed -n "s/^FAIL */FAIL  $(echo "$name" | tr / .): /p" "$log" >>"$log.failed"
+    echo "== $name: $1 passed, $2 failed, $3 skipped in $(($(date +%s) - start)) s"
 }
 
 # Whether the compiler can make, and this machine run, a program with these flags.
@@ -107,62 +126,75 @@ claims()
     fi
 }
 
-section "GLSL text" fresh_glsl
-section "compile" sh tests/compile.sh
-section "docs" sh tests/snippets.sh
-section "tests, release" suite release
-grep -q '^    skipped: .*libEGL' "$log" && no_egl=1 # these skips are seen already
-[ -n "$no_egl" ] || section "tests, release, EGL hidden" without_egl release
-section "promises" promises
-section "claims" claims
-section "viewer" sh tests/viewer.sh
-section "isa" sh tests/isa.sh
-if can -O3 -march=native; then
-    section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=4
-else
-    echo "skip  native: the compiler knows no -march=native" && skipped=$((skipped + 1))
-fi
-if can -fsanitize=address,undefined; then
-    section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=10
-    [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
-else
-    echo "skip  sanitizers: apt-get install libasan8 libubsan1" && skipped=$((skipped + 1))
-fi
-if can -m32; then
-    section "tests, 32 bits" suite m32 env TEST_SCALE=10
-else
-    echo "skip  32 bits: apt-get install gcc-multilib" && skipped=$((skipped + 1))
-fi
-# Contexts and drivers that engines have and the default is not: what differs there, in two minutes each.
-only="GL's tables|GL's spot lights|GL's visibility is|GL state|GL numbers|GL's transform|GL's names|GL works in two"
-only="$only|GL finds the CPU's lights of a probe|GL: finding lights|GL refuses probes|filtered GL: nothing|filtered GL: the caller"
-section "tests, OpenGL's compatibility profile" suite release env GL_COMPATIBILITY=1 TEST_SCALE=20
-if ls /usr/share/vulkan/icd.d/lvp_icd* >/dev/null 2>&1; then
-    section "tests, zink over lavapipe" suite release env TEST_SCALE=100 TEST_RENDERER=zink \
-        LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=zink
-else
-    echo "skip  zink over lavapipe: apt-get install mesa-vulkan-drivers" && skipped=$((skipped + 1))
-fi
-only=
-if command -v valgrind >/dev/null; then
-    # Minutes under valgrind, for rivals and for code that other tests run too; the sanitizers see them.
-    only="-GL|hostile driver|compared methods|irradiance of 32 lights"
-    section "tests, valgrind" suite release env TEST_SCALE=200 \
-        valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
-else
-    echo "skip  valgrind: apt-get install valgrind" && skipped=$((skipped + 1))
-fi
+# What a release must pass besides.
+more()
+{
+    grep -q '^    skipped: .*libEGL' "$log" && no_egl=1 # these skips are seen already
+    [ -n "$no_egl" ] || section "tests, release, EGL hidden" without_egl release
+    section "promises" promises
+    section "claims" claims
+    section "viewer" sh tests/viewer.sh
+    section "isa" sh tests/isa.sh
+    if can -O3 -march=native; then
+        section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=4
+    else
+        echo "skip  native: the compiler knows no -march=native" && skipped=$((skipped + 1))
+    fi
+    if can -fsanitize=address,undefined; then
+        section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=10
+        [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
+    else
+        echo "skip  sanitizers: apt-get install libasan8 libubsan1" && skipped=$((skipped + 1))
+    fi
+    if can -m32; then
+        section "tests, 32 bits" suite m32 env TEST_SCALE=10
+    else
+        echo "skip  32 bits: apt-get install gcc-multilib" && skipped=$((skipped + 1))
+    fi
+    # Contexts and drivers that engines have and the default is not: what differs there, in two minutes each.
+    only="GL's tables|GL's spot lights|GL's visibility is|GL state|GL numbers|GL's transform|GL's names|GL works in two"
+    only="$only|GL finds the CPU's lights of a probe|GL: finding lights|GL refuses probes|filtered GL: nothing|filtered GL: the caller"
+    section "tests, OpenGL's compatibility profile" suite release env GL_COMPATIBILITY=1 TEST_SCALE=20
+    if ls /usr/share/vulkan/icd.d/lvp_icd* >/dev/null 2>&1; then
+        section "tests, zink over lavapipe" suite release env TEST_SCALE=100 TEST_RENDERER=zink \
+            LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=zink
+    else
+        echo "skip  zink over lavapipe: apt-get install mesa-vulkan-drivers" && skipped=$((skipped + 1))
+    fi
+    only=
+    if command -v valgrind >/dev/null; then
+        # Minutes under valgrind, for rivals and for code that other tests run too; the sanitizers see them.
+        only="-GL|hostile driver|compared methods|irradiance of 32 lights"
+        section "tests, valgrind" suite release env TEST_SCALE=200 \
+            valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
+    else
+        echo "skip  valgrind: apt-get install valgrind" && skipped=$((skipped + 1))
+    fi
 
-section "fuzz, short" sh tests/fuzz.sh short
-if command -v gcov >/dev/null && gcc --version >/dev/null 2>&1; then
-    section "coverage" sh tests/coverage.sh
+    section "fuzz, short" sh tests/fuzz.sh short
+    if command -v gcov >/dev/null && gcc --version >/dev/null 2>&1; then
+        section "coverage" sh tests/coverage.sh
+    else
+        echo "skip  coverage: apt-get install gcc" && skipped=$((skipped + 1))
+    fi
+}
+
+section "GLSL text" fresh_glsl
+section "docs" sh tests/snippets.sh
+if [ -z "$all" ]; then
+    section "compile" sh tests/compile.sh quick
+    section "tests" suite release env TEST_SCALE=10
+    section "claims" claims
 else
-    echo "skip  coverage: apt-get install gcc" && skipped=$((skipped + 1))
+    section "compile" sh tests/compile.sh
+    section "tests, release" suite release
+    more
 fi
 
 if [ -n "${TEST_REQUIRE_ALL-}" ] && [ "$skipped" -gt 0 ]; then
     echo "FAIL  $skipped skipped where nothing may be"
     failed=$((failed + 1))
 fi
+cat "$log.failed"
 echo "$passed passed, $failed failed, $skipped skipped"
 [ "$failed" -eq 0 ]
