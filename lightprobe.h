@@ -599,7 +599,7 @@ typedef struct lightprobe_cluster {
     lightprobe_axis axis, tone_axis;
     float error, gain; // behind edges; what the planned split takes off the cost
     int planned, changed, id;
-    int brightest; // leaf
+    int brightest; // leaf: it adds most
     int first;     // of sum.count leaves in order[]
     int nearby[LIGHTPROBE_NEAR], near_count;
 } lightprobe_cluster;
@@ -1283,6 +1283,15 @@ LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe
     return a;
 }
 
+// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves.
+// Mirrored cells have one luminance, but lie apart from the centre: this tells them from each other
+// whichever comes first.
+LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)
+{
+    LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);
+    return worth;
+}
+
 // Half the distance between directions squared is 1 - cosine; so is half that between tones.
 LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_a,
                                             const lightprobe_vec3 b, float tone_b)
@@ -1304,9 +1313,11 @@ LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)
 LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,
                                             const lightprobe_vec3 b, float tone_b)
 {
-    LIGHTPROBE_PRECISE float apart = 1.0f - lightprobe_nearness(a, tone_a, b, tone_b);
+    LIGHTPROBE_PRECISE float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    LIGHTPROBE_PRECISE float tone = tone_a - tone_b;
+    LIGHTPROBE_PRECISE float apart = 0.5f * (x * x + y * y + z * z + tone * tone);
     LIGHTPROBE_PRECISE float d = share * apart * apart;
-    return apart > 0.0f ? d : 0.0f;
+    return d;
 }
 
 // What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose
@@ -1343,14 +1354,9 @@ LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
 // Sums of all clusters from the leaves' numbers.
 static void lightprobe__sum_clusters(lightprobe__work *w)
 {
-    for (int k = 0; k < w->cluster_count; k++) {
-        w->clusters[k].sum = lightprobe_nothing();
-        w->clusters[k].brightest = -1;
-    }
+    for (int k = 0; k < w->cluster_count; k++) w->clusters[k].sum = lightprobe_nothing();
     for (int i = 0; i < w->leaf_count; i++) {
         lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
-        const float most = c->brightest < 0 ? 0 : w->leaves[c->brightest].luminance;
-        if (w->leaves[i].luminance > most) c->brightest = i;
         c->sum = lightprobe_add_leaf(c->sum, w->leaves[i]);
     }
     for (int k = 0; k < w->cluster_count; k++) {
@@ -1359,6 +1365,13 @@ static void lightprobe__sum_clusters(lightprobe__work *w)
         memcpy(v, c->sum.vector, sizeof v);
         if (lightprobe_normalize(v) > 0) memcpy(c->centre, v, sizeof v);
         if (c->sum.luminance > LIGHTPROBE_BLACK) c->tone = c->sum.tones / c->sum.luminance;
+        c->brightest = -1;
+    }
+    for (int i = 0; i < w->leaf_count; i++) {
+        lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
+        const float worth = lightprobe_worth(w->leaves[i], c->centre);
+        if (c->brightest >= 0 && worth <= lightprobe_worth(w->leaves[c->brightest], c->centre)) continue;
+        c->brightest = i;
     }
 }
 
@@ -1779,8 +1792,8 @@ static void lightprobe__find_near(lightprobe__work *w)
 }
 
 // Lloyd's iteration on the sphere: each leaf goes to the cluster among its own one's neighbours that
-// holds least against it, without heed of cuts and faces. The brightest stays, so that no cluster runs
-// empty.
+// holds least against it, without heed of cuts and faces. The one that adds most stays, so that no
+// cluster runs empty.
 static void lightprobe__relax(lightprobe__work *w, int rounds)
 {
     const float total = w->total_luminance;
@@ -3257,7 +3270,7 @@ static const char lightprobe__glsl_shared[] =
     "    lightprobe_axis axis, tone_axis;\n"
     "    float error, gain; // behind edges; what the planned split takes off the cost\n"
     "    int planned, changed, id;\n"
-    "    int brightest; // leaf\n"
+    "    int brightest; // leaf: it adds most\n"
     "    int first;     // of sum.count leaves in order[]\n"
     "    int nearby[LIGHTPROBE_NEAR], near_count;\n"
     "};\n"
@@ -3346,6 +3359,15 @@ static const char lightprobe__glsl_shared[] =
     "    return a;\n"
     "}\n"
     "\n"
+    "// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves.\n"
+    "// Mirrored cells have one luminance, but lie apart from the centre: this tells them from each other\n"
+    "// whichever comes first.\n"
+    "LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);\n"
+    "    return worth;\n"
+    "}\n"
+    "\n"
     "// Half the distance between directions squared is 1 - cosine; so is half that between tones.\n"
     "LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_a,\n"
     "                                            const lightprobe_vec3 b, float tone_b)\n"
@@ -3367,9 +3389,11 @@ static const char lightprobe__glsl_shared[] =
     "LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,\n"
     "                                            const lightprobe_vec3 b, float tone_b)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float apart = 1.0f - lightprobe_nearness(a, tone_a, b, tone_b);\n"
+    "    LIGHTPROBE_PRECISE float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];\n"
+    "    LIGHTPROBE_PRECISE float tone = tone_a - tone_b;\n"
+    "    LIGHTPROBE_PRECISE float apart = 0.5f * (x * x + y * y + z * z + tone * tone);\n"
     "    LIGHTPROBE_PRECISE float d = share * apart * apart;\n"
-    "    return apart > 0.0f ? d : 0.0f;\n"
+    "    return d;\n"
     "}\n"
     "\n"
     "// What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose\n"
@@ -3799,20 +3823,25 @@ static const char lightprobe__glsl_gather[] =
     "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
     "        lightprobe_sum sum = lightprobe_nothing();\n"
     "        int at = 0, brightest = -1;\n"
-    "        float most = 0.0;\n"
     "        for (int i = 0; i < leaf_count; i++) at += leaves[i].cluster < k ? 1 : 0;\n"
     "        clusters[k].first = at;\n"
     "        for (int i = 0; i < leaf_count; i++) {\n"
     "            if (leaves[i].cluster != k) continue;\n"
     "            sum = lightprobe_add_leaf(sum, leaves[i]);\n"
-    "            if (leaves[i].luminance > most) brightest = i;\n"
-    "            most = max(most, leaves[i].luminance);\n"
     "            order[at++] = i;\n"
     "        }\n"
-    "        clusters[k].brightest = brightest;\n"
     "        clusters[k].sum = sum;\n"
     "        vec3 v = sum.vector;\n"
-    "        if (lightprobe_normalize(v) > 0.0) clusters[k].centre = v;\n"
+    "        if (!(lightprobe_normalize(v) > 0.0)) v = clusters[k].centre;\n"
+    "        clusters[k].centre = v;\n"
+    "        float most = 0.0;\n"
+    "        for (int j = at - sum.count; j < at; j++) {\n"
+    "            float worth = lightprobe_worth(leaves[order[j]], v);\n"
+    "            if (brightest >= 0 && worth <= most) continue;\n"
+    "            brightest = order[j];\n"
+    "            most = worth;\n"
+    "        }\n"
+    "        clusters[k].brightest = brightest;\n"
     "        if (sum.luminance > LIGHTPROBE_BLACK) clusters[k].tone = sum.tones / sum.luminance;\n"
     "    }\n"
     "    sync();\n"
