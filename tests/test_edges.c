@@ -547,7 +547,7 @@ static void lights_of_known_probes_are_as_recorded(void)
                                                     {0.198449, 1.996089, 0.267860, 1.985676},
                                                     {-0.449091, 1.593627, -0.096307, 1.765368},
                                                     {0.338882, 2.023304, 0.351572, 2.020561},
-                                                    {-2.008483, 2.015581, -1.843041, 2.012525}}};
+                                                    {-2.008483, 2.015581, -1.843041, 2.012525}};
     static lightprobe_light lights[24];
     for (int scene = 0; scene < SCENE_COUNT; scene++) {
         test_probe p = test_scene_probe((test_scene)scene, 24);
