@@ -222,8 +222,8 @@ const char *lightprobe_glsl_math(void);
 //
 // Arithmetic and order are those of lightprobe_extract: where neither compiler fuses a * b + c and the
 // GPU rounds quotients and roots as C does, the lights are the same; else some cut is another one, as
-// good. The decisions are taken in one work group. Every call wants the context
-// current that it was created in (or one that shares its objects), leaves GL's state as it found it
+// good. No shader takes doubles, which some GPUs lack. The decisions are taken in one work group. Every
+// call wants the context current that it was created in (or one that shares its objects), leaves GL's state as it found it
 // and raises no GL error. Not with transform feedback active (LIGHTPROBE_ERROR_ORDER), nor between
 // glBeginConditionalRender and its end, which GL cannot be asked about and which leaves out dispatches.
 
@@ -377,7 +377,11 @@ extern "C" {
 #define LIGHTPROBE_FLOAT(x) ((float)(x))
 #define LIGHTPROBE_INT(x) ((int)(x))
 typedef float lightprobe_vec3[3], lightprobe_vec4[4];
-typedef double lightprobe_dvec3[3];
+// Sums that keep more digits than their floats; in GLSL two floats, since many GPUs have no double.
+typedef double lightprobe_wide;
+#define LIGHTPROBE_ZERO 0.0
+#define LIGHTPROBE_ADD(sum, x) ((sum) += (double)(x))
+#define LIGHTPROBE_VALUE(sum) ((float)(sum))
 
 // [glsl begin]
 
@@ -563,7 +567,7 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 // Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the
 // face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).
 typedef struct lightprobe_cell {
-    lightprobe_vec4 flux, vector;
+    lightprobe_vec4 flux, resultant;
 } lightprobe_cell;
 
 // A cell that is not divided further. Leaves tile the sphere; clusters of them become lights.
@@ -579,7 +583,7 @@ typedef struct lightprobe_leaf {
 
 // Sums over leaves: of luminance, of it times direction, tone and squared tone.
 typedef struct lightprobe_sum {
-    lightprobe_vec3 vector;
+    lightprobe_vec3 resultant;
     float luminance, tones, tones2;
     int count;
 } lightprobe_sum;
@@ -606,11 +610,12 @@ typedef struct lightprobe_cluster {
 // [glsl end]
 
 // [glsl begin lights]
-// What a light is made from.
+// What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of these, and
+// luminance times squares and product of direction along e and f.
 typedef struct lightprobe_region {
-    lightprobe_dvec3 flux, vector;
-    double luminance, solid_angle;
-    double second[6]; // luminance times d d^T: xx yy zz xy yz zx
+    lightprobe_wide flux[3], resultant[3], luminance, solid_angle;
+    lightprobe_vec3 d, e, f;
+    lightprobe_wide second[3];
 } lightprobe_region;
 // [glsl end]
 
@@ -687,6 +692,13 @@ size_t lightprobe_scratch_bytes(int side, int max_lights)
 // Small vector math
 // ------------------------------------------------------------------------------------------------
 
+// Rounded once: squares of float neither overflow nor underflow in double. GLSL has one of its own.
+static float lightprobe_length(const lightprobe_vec3 v)
+{
+    const double x = v[0], y = v[1], z = v[2];
+    return (float)sqrt(x * x + y * y + z * z);
+}
+
 // [glsl begin work]
 
 LIGHTPROBE_SHARED float lightprobe_luminance(const lightprobe_vec3 rgb)
@@ -701,20 +713,15 @@ LIGHTPROBE_SHARED float lightprobe_dot(const lightprobe_vec3 a, const lightprobe
     return d;
 }
 
-// In double: squares of float neither overflow nor underflow.
-LIGHTPROBE_SHARED double lightprobe_length(const lightprobe_vec3 v)
-{
-    double x = v[0], y = v[1], z = v[2];
-    LIGHTPROBE_PRECISE double square = x * x + y * y + z * z;
-    return sqrt(square);
-}
-
 // Returns the length; a null vector stays.
 LIGHTPROBE_SHARED float lightprobe_normalize(LIGHTPROBE_INOUT lightprobe_vec3 v)
 {
-    double size = lightprobe_length(v), scale = size > 0.0 ? 1.0 / size : 0.0;
-    for (int i = 0; i < 3; i++) v[i] = LIGHTPROBE_FLOAT(v[i] * scale);
-    return LIGHTPROBE_FLOAT(size);
+    float size = lightprobe_length(v);
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_PRECISE float part = size > 0.0f ? v[i] / size : v[i];
+        v[i] = part;
+    }
+    return size;
 }
 // [glsl end]
 
@@ -838,10 +845,10 @@ LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec3 rg
     LIGHTPROBE_PRECISE lightprobe_cell texel;
     for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;
     texel.flux[3] = omega;
-    texel.vector[0] = m;
-    texel.vector[1] = ms;
-    texel.vector[2] = mt;
-    texel.vector[3] = 0.0f;
+    texel.resultant[0] = m;
+    texel.resultant[1] = ms;
+    texel.resultant[2] = mt;
+    texel.resultant[3] = 0.0f;
     return texel;
 }
 // [glsl end]
@@ -943,14 +950,14 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
     cell->flux[1] = (f[1] + f[4]) + (f[7] + f[10]);
     cell->flux[2] = (f[2] + f[5]) + (f[8] + f[11]);
     cell->flux[3] = omega;
-    cell->vector[0] = lightprobe__sum4(lightprobe__add4(lightprobe__add4(m0, m1), m2));
+    cell->resultant[0] = lightprobe__sum4(lightprobe__add4(lightprobe__add4(m0, m1), m2));
     m0 = lightprobe__mul4(m0, lightprobe__band4(s));
     m1 = lightprobe__mul4(m1, lightprobe__band4(s + 4));
     m2 = lightprobe__mul4(m2, lightprobe__band4(s + 8));
-    cell->vector[1] = lightprobe__sum4(lightprobe__add4(lightprobe__add4(m0, m1), m2));
+    cell->resultant[1] = lightprobe__sum4(lightprobe__add4(lightprobe__add4(m0, m1), m2));
     const float n = lightprobe__sum4(lightprobe__add4(lightprobe__add4(n0, n1), n2));
-    cell->vector[2] = t[0] * cell->vector[0] + (t[1] - t[0]) * n;
-    cell->vector[3] = 0;
+    cell->resultant[2] = t[0] * cell->resultant[0] + (t[1] - t[0]) * n;
+    cell->resultant[3] = 0;
     // A sum that overflows is looked at again by lightprobe__gather, which finds nothing.
     const float all = cell->flux[0] + cell->flux[1] + cell->flux[2];
     uint64_t signs[2];
@@ -1033,9 +1040,9 @@ static void lightprobe__sum_tiles(lightprobe__work *w)
 static void lightprobe__add_cell(lightprobe_cell *sum, const lightprobe_cell *cell)
 {
     const lightprobe__four flux = lightprobe__load4(cell->flux);
-    const lightprobe__four vector = lightprobe__load4(cell->vector);
+    const lightprobe__four vector = lightprobe__load4(cell->resultant);
     lightprobe__store4(sum->flux, lightprobe__add4(lightprobe__load4(sum->flux), flux));
-    lightprobe__store4(sum->vector, lightprobe__add4(lightprobe__load4(sum->vector), vector));
+    lightprobe__store4(sum->resultant, lightprobe__add4(lightprobe__load4(sum->resultant), vector));
 }
 
 // Halves the tiles again and again, up to one cell per face.
@@ -1178,13 +1185,13 @@ LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, floa
 
 // [glsl begin cells]
 
-// vector: of the cell, in the world's axes. Of a black cell the direction is null.
+// resultant: of the cell, in the world's axes. Of a black cell the direction is null.
 LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
-                                                     const lightprobe_vec3 vector, float mean)
+                                                     const lightprobe_vec3 resultant, float mean)
 {
     lightprobe_leaf leaf;
     for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];
-    for (int i = 0; i < 3; i++) leaf.direction[i] = vector[i];
+    for (int i = 0; i < 3; i++) leaf.direction[i] = resultant[i];
     leaf.solid_angle = cell.flux[3];
     leaf.luminance = lightprobe_luminance(leaf.flux);
     leaf.strength = lightprobe_normalize(leaf.direction);
@@ -1209,7 +1216,7 @@ static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int l
     const lightprobe_cell cell = lightprobe__cell_at(w, face, level, x, y);
     lightprobe_leaf *leaf = w->leaves + index;
     float v[3];
-    lightprobe__to_world(face, cell.vector[0], cell.vector[1], cell.vector[2], v);
+    lightprobe__to_world(face, cell.resultant[0], cell.resultant[1], cell.resultant[2], v);
     *leaf = lightprobe_leaf_of(cell, v, w->mean);
     leaf->face = face;
     leaf->level = level;
@@ -1256,7 +1263,7 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
 LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)
 {
     lightprobe_sum s;
-    s.vector[0] = s.vector[1] = s.vector[2] = s.luminance = s.tones = s.tones2 = 0.0f;
+    s.resultant[0] = s.resultant[1] = s.resultant[2] = s.luminance = s.tones = s.tones2 = 0.0f;
     s.count = 0;
     return s;
 }
@@ -1265,7 +1272,7 @@ LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_leaf(lightprobe_sum sum, lightpr
 {
     LIGHTPROBE_PRECISE lightprobe_sum s = sum;
     LIGHTPROBE_PRECISE float tones = leaf.luminance * leaf.tone;
-    for (int i = 0; i < 3; i++) s.vector[i] += leaf.strength * leaf.direction[i];
+    for (int i = 0; i < 3; i++) s.resultant[i] += leaf.strength * leaf.direction[i];
     s.luminance += leaf.luminance;
     s.tones += tones;
     s.tones2 += tones * leaf.tone;
@@ -1275,7 +1282,7 @@ LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_leaf(lightprobe_sum sum, lightpr
 
 LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)
 {
-    for (int i = 0; i < 3; i++) a.vector[i] += b.vector[i];
+    for (int i = 0; i < 3; i++) a.resultant[i] += b.resultant[i];
     a.luminance += b.luminance;
     a.tones += b.tones;
     a.tones2 += b.tones2;
@@ -1304,7 +1311,7 @@ LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_
 // Variance of direction: flux times half the mean square angle to the centre.
 LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)
 {
-    return s.luminance - LIGHTPROBE_FLOAT(lightprobe_length(s.vector));
+    return s.luminance - lightprobe_length(s.resultant);
 }
 
 // How much a cluster with this share of the flux holds against a leaf of it: where this is least,
@@ -1362,7 +1369,7 @@ static void lightprobe__sum_clusters(lightprobe__work *w)
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
         float v[3];
-        memcpy(v, c->sum.vector, sizeof v);
+        memcpy(v, c->sum.resultant, sizeof v);
         if (lightprobe_normalize(v) > 0) memcpy(c->centre, v, sizeof v);
         if (c->sum.luminance > LIGHTPROBE_BLACK) c->tone = c->sum.tones / c->sum.luminance;
         c->brightest = -1;
@@ -1637,7 +1644,7 @@ static void lightprobe__measure(lightprobe__work *w, lightprobe_cluster *c)
     const float scale = luminance > LIGHTPROBE_BLACK ? 1 / luminance : 0;
     const float mean_tone = c->sum.tones * scale;
     const int *order = w->order + c->first;
-    for (int i = 0; i < 3; i++) mean[i] = c->sum.vector[i] * scale;
+    for (int i = 0; i < 3; i++) mean[i] = c->sum.resultant[i] * scale;
     for (int k = 0; k < c->sum.count; k++)
         spread = lightprobe_add_spread(spread, w->leaves[order[k]], mean, mean_tone, scale);
     const lightprobe_axis along = lightprobe_longest_axis(spread, mean);
@@ -1950,113 +1957,143 @@ LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)
 LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)
 {
     lightprobe_region r;
-    for (int i = 0; i < 3; i++) r.flux[i] = r.vector[i] = r.second[i] = r.second[3 + i] = 0.0;
-    r.luminance = r.solid_angle = 0.0;
+    for (int i = 0; i < 3; i++) {
+        r.flux[i] = r.resultant[i] = r.second[i] = LIGHTPROBE_ZERO;
+        r.d[i] = r.e[i] = r.f[i] = 0.0f;
+    }
+    r.luminance = r.solid_angle = LIGHTPROBE_ZERO;
     return r;
 }
 
-// Adds a leaf whose light is spread evenly around its mean direction: the spread is known from the
-// length of the vector irradiance, only its shape is not.
 LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region region,
                                                           lightprobe_leaf leaf)
 {
-    LIGHTPROBE_PRECISE lightprobe_region r = region;
-    LIGHTPROBE_PRECISE double f = leaf.luminance, mean = f > 0.0 ? leaf.strength / f : 0.0;
-    LIGHTPROBE_PRECISE double spread = 0.5 * f * (1.0 - mean * mean);
-    LIGHTPROBE_PRECISE double along = f * mean * mean - spread;
+    lightprobe_region r = region;
     for (int i = 0; i < 3; i++) {
-        double d = leaf.direction[i], e = leaf.direction[(i + 1) % 3];
-        r.flux[i] += leaf.flux[i];
-        r.vector[i] += f * mean * d;
-        r.second[i] += along * d * d + spread;
-        r.second[3 + i] += along * d * e;
+        LIGHTPROBE_PRECISE float part = leaf.strength * leaf.direction[i];
+        LIGHTPROBE_ADD(r.flux[i], leaf.flux[i]);
+        LIGHTPROBE_ADD(r.resultant[i], part);
     }
-    r.luminance += f;
-    r.solid_angle += leaf.solid_angle;
+    LIGHTPROBE_ADD(r.luminance, leaf.luminance);
+    LIGHTPROBE_ADD(r.solid_angle, leaf.solid_angle);
     return r;
 }
 
-// a^T M b
-LIGHTPROBE_SHARED double lightprobe_form(const double m[6], const lightprobe_dvec3 a,
-                                         const lightprobe_dvec3 b)
-{
-    LIGHTPROBE_PRECISE double x = a[0] * (m[0] * b[0] + m[3] * b[1] + m[5] * b[2]);
-    LIGHTPROBE_PRECISE double y = a[1] * (m[3] * b[0] + m[1] * b[1] + m[4] * b[2]);
-    LIGHTPROBE_PRECISE double z = a[2] * (m[5] * b[0] + m[4] * b[1] + m[2] * b[2]);
-    return x + y + z;
-}
-
-LIGHTPROBE_SHARED float lightprobe_clamp(double x)
-{
-    return x > FLT_MAX ? FLT_MAX : LIGHTPROBE_FLOAT(x);
-}
-
-// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /
-// 3). The variance is that of the sine of the angle.
-LIGHTPROBE_SHARED float lightprobe_half_size(double variance)
-{
-    LIGHTPROBE_PRECISE double sine2 = 3.0 * variance, rest = 1.0 - sine2;
-    if (17.0 * sine2 >= 16.0) return 4.0f;
-    return LIGHTPROBE_FLOAT(sqrt(sine2 > 0.0 ? sine2 / rest : 0.0));
-}
-
 // Two unit vectors that make a right-handed frame (e, f, d).
-LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_dvec3 d, LIGHTPROBE_OUT lightprobe_dvec3 e,
-                                        LIGHTPROBE_OUT lightprobe_dvec3 f)
+LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_vec3 d, LIGHTPROBE_OUT lightprobe_vec3 e,
+                                        LIGHTPROBE_OUT lightprobe_vec3 f)
 {
-    double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);
+    float x = fabsf(d[0]);
+    float y = fabsf(d[1]);
+    float z = fabsf(d[2]);
     int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);
-    LIGHTPROBE_PRECISE double dk = d[k], scale = 1.0 / sqrt(1.0 - dk * dk);
     for (int i = 0; i < 3; i++) {
-        LIGHTPROBE_PRECISE double across = (i == k ? 1.0 : 0.0) - dk * d[i];
-        e[i] = across * scale;
+        LIGHTPROBE_PRECISE float across = (i == k ? 1.0f : 0.0f) - d[k] * d[i];
+        e[i] = across;
     }
+    lightprobe_normalize(e);
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, l = (i + 2) % 3;
-        LIGHTPROBE_PRECISE double cross = d[j] * e[l] - d[l] * e[j];
+        LIGHTPROBE_PRECISE float cross = d[j] * e[l] - d[l] * e[j];
         f[i] = cross;
     }
 }
 
+// When all leaves have been added.
+LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region)
+{
+    lightprobe_region r = region;
+    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);
+    // Light from all around has no direction: any will do.
+    float size = lightprobe_normalize(r.d);
+    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++) r.d[i] = i == 1 ? 1.0f : 0.0f;
+    lightprobe_frame(r.d, r.e, r.f);
+    return r;
+}
+
+// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is spread
+// evenly around its mean direction: how far is known from the length of the vector irradiance, only its shape
+// is not.
+LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region, lightprobe_leaf leaf)
+{
+    lightprobe_region r = region;
+    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;
+    LIGHTPROBE_PRECISE float spread = 0.5f * (leaf.luminance - leaf.strength) * (1.0f + mean);
+    LIGHTPROBE_PRECISE float along = leaf.strength * mean - spread;
+    float e = lightprobe_dot(leaf.direction, r.e);
+    float f = lightprobe_dot(leaf.direction, r.f);
+    LIGHTPROBE_PRECISE float ee = along * e * e + spread;
+    LIGHTPROBE_PRECISE float ff = along * f * f + spread;
+    LIGHTPROBE_PRECISE float ef = along * e * f;
+    LIGHTPROBE_ADD(r.second[0], ee);
+    LIGHTPROBE_ADD(r.second[1], ff);
+    LIGHTPROBE_ADD(r.second[2], ef);
+    return r;
+}
+
+// Of a sum over texels, which has been scaled so that it does not overflow; what it stands for may.
+LIGHTPROBE_SHARED float lightprobe_unscaled(float sum)
+{
+    return sum < FLT_MAX * LIGHTPROBE_SCALE ? sum / LIGHTPROBE_SCALE : FLT_MAX;
+}
+
+// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /
+// 3). The variance is that of the sine of the angle.
+LIGHTPROBE_SHARED float lightprobe_half_size(float variance)
+{
+    LIGHTPROBE_PRECISE float sine2 = 3.0f * variance;
+    LIGHTPROBE_PRECISE float rest = 1.0f - sine2;
+    if (17.0f * sine2 >= 16.0f) return 4.0f;
+    return sqrtf(sine2 > 0.0f ? sine2 / rest : 0.0f);
+}
+
 LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
 {
-    LIGHTPROBE_PRECISE double square =
-        r.vector[0] * r.vector[0] + r.vector[1] * r.vector[1] + r.vector[2] * r.vector[2];
-    double size = sqrt(square);
-    LIGHTPROBE_PRECISE lightprobe_dvec3 d, e, f;
-    for (int i = 0; i < 3; i++) { // light from all around has no direction: any will do
-        d[i] = i == 1 ? 1.0 : 0.0;
-        if (1e9 * size > r.luminance) d[i] = r.vector[i] / size;
-    }
-    lightprobe_frame(d, e, f);
+    float luminance = LIGHTPROBE_VALUE(r.luminance);
+    lightprobe_vec3 resultant;
+    for (int i = 0; i < 3; i++) resultant[i] = LIGHTPROBE_VALUE(r.resultant[i]);
     // Principal axes of the second moments in the plane across d.
-    double a = lightprobe_form(r.second, e, e), b = lightprobe_form(r.second, e, f);
-    double c = lightprobe_form(r.second, f, f);
-    LIGHTPROBE_PRECISE double middle = 0.5 * (a + c), half_apart = 0.5 * (a - c);
-    LIGHTPROBE_PRECISE double wide = sqrt(0.25 * (a - c) * (a - c) + b * b);
-    double cos2 = wide > 0.0 ? half_apart / wide : 1.0; // of twice the angle from e to u
-    // Where products are not rounded to double, cos2 may be a little beyond 1.
-    LIGHTPROBE_PRECISE double over = 0.5 * (1.0 + cos2), under = 0.5 * (1.0 - cos2);
-    LIGHTPROBE_PRECISE double cosine = sqrt(over > 0.0 ? over : 0.0);
-    LIGHTPROBE_PRECISE double sine = (b < 0.0 ? -1.0 : 1.0) * sqrt(under > 0.0 ? under : 0.0);
+    LIGHTPROBE_PRECISE float a = LIGHTPROBE_VALUE(r.second[0]) / luminance;
+    LIGHTPROBE_PRECISE float c = LIGHTPROBE_VALUE(r.second[1]) / luminance;
+    LIGHTPROBE_PRECISE float b = LIGHTPROBE_VALUE(r.second[2]) / luminance;
+    LIGHTPROBE_PRECISE float middle = 0.5f * (a + c);
+    LIGHTPROBE_PRECISE float half_apart = 0.5f * (a - c);
+    // Over the larger of the two: squares of what is left by rounding would underflow.
+    float most = fabsf(half_apart) > fabsf(b) ? fabsf(half_apart) : fabsf(b);
+    LIGHTPROBE_PRECISE float x = most > 0.0f ? half_apart / most : 1.0f;
+    LIGHTPROBE_PRECISE float y = most > 0.0f ? fabsf(b) / most : 0.0f;
+    LIGHTPROBE_PRECISE float root = sqrtf(x * x + y * y);
+    LIGHTPROBE_PRECISE float wide = most * root;
+    // Cosine and sine of the angle from e to u, from those of its double: the larger is a root.
+    LIGHTPROBE_PRECISE float larger = sqrtf(0.5f + 0.5f * (fabsf(x) / root));
+    LIGHTPROBE_PRECISE float smaller = 0.5f * (y / root) / larger;
+    float cosine = x < 0.0f ? smaller : larger;
+    float sine = x < 0.0f ? larger : smaller;
+    sine = b < 0.0f ? -sine : sine;
     // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.
-    LIGHTPROBE_PRECISE double cos_alpha = 2.0 * size / r.luminance - 1.0;
+    LIGHTPROBE_PRECISE float cos_alpha = 1.0f - 2.0f * ((luminance - lightprobe_length(resultant)) / luminance);
     lightprobe_light light;
     for (int i = 0; i < 3; i++) {
-        LIGHTPROBE_PRECISE double u = cosine * e[i] + sine * f[i], v = cosine * f[i] - sine * e[i];
-        light.direction[i] = LIGHTPROBE_FLOAT(d[i]);
-        light.axis_u[i] = LIGHTPROBE_FLOAT(u);
-        light.axis_v[i] = LIGHTPROBE_FLOAT(v);
-        light.irradiance[i] = lightprobe_clamp(r.flux[i] / LIGHTPROBE_SCALE);
+        LIGHTPROBE_PRECISE float u = cosine * r.e[i] + sine * r.f[i];
+        LIGHTPROBE_PRECISE float v = cosine * r.f[i] - sine * r.e[i];
+        light.direction[i] = r.d[i];
+        light.axis_u[i] = u;
+        light.axis_v[i] = v;
+        light.irradiance[i] = lightprobe_unscaled(LIGHTPROBE_VALUE(r.flux[i]));
     }
-    light.tan_half_u = lightprobe_half_size((middle + wide) / r.luminance);
-    light.tan_half_v = lightprobe_half_size((middle - wide) / r.luminance);
-    light.solid_angle = LIGHTPROBE_FLOAT(r.solid_angle / LIGHTPROBE_SCALE);
-    light.cos_alpha = cos_alpha < 1.0 ? LIGHTPROBE_FLOAT(cos_alpha) : 1.0f;
+    light.tan_half_u = lightprobe_half_size(middle + wide);
+    light.tan_half_v = lightprobe_half_size(middle - wide);
+    light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;
+    light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;
     light.id = -1;
     return light;
 }
 // [glsl end]
+
+static float lightprobe_clamp(double x)
+{
+    return x > FLT_MAX ? FLT_MAX : (float)x;
+}
 
 // ------------------------------------------------------------------------------------------------
 // The paper's way: median cut (image-based lighting paper, sections 3.1 and 4.1)
@@ -2202,11 +2239,11 @@ static void lightprobe__leave(const lightprobe_light *light, float residual_sh[9
 // Marks the clusters (as changed) that are no lights: too dim, or the weakest.
 static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings *settings)
 {
-    const double least = (double)(settings->min_share * w->total_luminance);
+    const float least = settings->min_share * w->total_luminance;
     int count = 0;
     float lost = 0;
     for (int k = 0; k < w->cluster_count; k++) {
-        const double luminance = w->regions[k].luminance;
+        const float luminance = (float)w->regions[k].luminance;
         w->clusters[k].changed = luminance < least;
         if (!(luminance > 0) || luminance < least || !(settings->min_shadow > 0)) continue;
         w->gains[k] = lightprobe_shadow(w->clusters[k].sum, w->total_luminance);
@@ -2234,6 +2271,11 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
         lightprobe_region *region = w->regions + w->leaves[i].cluster;
         *region = lightprobe_add_region(*region, w->leaves[i]);
     }
+    for (int k = 0; k < w->cluster_count; k++) w->regions[k] = lightprobe_direct(w->regions[k]);
+    for (int i = 0; i < w->leaf_count; i++) {
+        lightprobe_region *region = w->regions + w->leaves[i].cluster;
+        *region = lightprobe_add_second(*region, w->leaves[i]);
+    }
     lightprobe__find_weak(w, settings);
     for (int k = 0; k < w->cluster_count; k++) {
         if (!(w->regions[k].luminance > 0)) continue;
@@ -2244,7 +2286,7 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
         }
         int at = count++;
         for (; at > 0 && !animated; at--) {
-            if (w->regions[w->order[at - 1]].luminance >= w->regions[k].luminance) break;
+            if ((float)w->regions[w->order[at - 1]].luminance >= (float)w->regions[k].luminance) break;
             w->order[at] = w->order[at - 1];
         }
         w->order[at] = k;
@@ -3229,15 +3271,42 @@ static const char lightprobe__glsl_shared[] =
     "#define FLT_MAX 3.402823466e38\n"
     "#define lightprobe_vec3 vec3\n"
     "#define lightprobe_vec4 vec4\n"
-    "#define lightprobe_dvec3 dvec3\n"
+    "#define lightprobe_wide vec2\n"
+    "#define LIGHTPROBE_ZERO vec2(0.0)\n"
+    "#define LIGHTPROBE_ADD lightprobe_add\n"
+    "#define LIGHTPROBE_VALUE(sum) (sum.x + sum.y)\n"
     "#define sqrtf sqrt\n"
     "#define fabsf abs\n"
-    "#define fabs abs\n"
+    "// The sum's float, and what rounding has taken from it (Knuth's two-sum).\n"
+    "void lightprobe_add(inout vec2 sum, float x)\n"
+    "{\n"
+    "    precise float high = sum.x + x, of_x = high - sum.x;\n"
+    "    precise float low = sum.y + ((sum.x - (high - of_x)) + (x - of_x));\n"
+    "    sum = vec2(high, low);\n"
+    "}\n"
+    "// Squares as two floats (Dekker's product) after an exact scale, and a step of Newton's: rounded once,\n"
+    "// as from double, whatever the driver's square root.\n"
+    "float lightprobe_length(vec3 v)\n"
+    "{\n"
+    "    float top = max(max(abs(v.x), abs(v.y)), abs(v.z));\n"
+    "    float up = uintBitsToFloat(207u << 23), down = uintBitsToFloat(47u << 23); // 2^80, 2^-80\n"
+    "    float scale = top > 1e12 ? down : top < 1e-12 ? up : 1.0;\n"
+    "    precise vec3 s = v * scale, t = 4097.0 * s, h = t - (t - s), l = s - h;\n"
+    "    precise vec3 p = s * s, e = ((h * h - p) + 2.0 * h * l) + l * l;\n"
+    "    vec2 sum = vec2(p.x, (e.x + e.y) + e.z);\n"
+    "    lightprobe_add(sum, p.y);\n"
+    "    lightprobe_add(sum, p.z);\n"
+    "    if (!(sum.x > 0.0)) return 0.0;\n"
+    "    precise float r = sqrt(sum.x), q = r * r, u = 4097.0 * r, m = u - (u - r), n = r - m;\n"
+    "    precise float rest = ((sum.x - q) - (((m * m - q) + 2.0 * m * n) + n * n)) + sum.y;\n"
+    "    precise float root = r + 0.5 * rest / r;\n"
+    "    return root * (top > 1e12 ? up : top < 1e-12 ? down : 1.0);\n"
+    "}\n"
     // [glsl text begin work] made by "make glsl", do not edit
     "// Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the\n"
     "// face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).\n"
     "struct lightprobe_cell {\n"
-    "    lightprobe_vec4 flux, vector;\n"
+    "    lightprobe_vec4 flux, resultant;\n"
     "};\n"
     "\n"
     "// A cell that is not divided further. Leaves tile the sphere; clusters of them become lights.\n"
@@ -3253,7 +3322,7 @@ static const char lightprobe__glsl_shared[] =
     "\n"
     "// Sums over leaves: of luminance, of it times direction, tone and squared tone.\n"
     "struct lightprobe_sum {\n"
-    "    lightprobe_vec3 vector;\n"
+    "    lightprobe_vec3 resultant;\n"
     "    float luminance, tones, tones2;\n"
     "    int count;\n"
     "};\n"
@@ -3290,20 +3359,15 @@ static const char lightprobe__glsl_shared[] =
     "    return d;\n"
     "}\n"
     "\n"
-    "// In double: squares of float neither overflow nor underflow.\n"
-    "LIGHTPROBE_SHARED double lightprobe_length(const lightprobe_vec3 v)\n"
-    "{\n"
-    "    double x = v[0], y = v[1], z = v[2];\n"
-    "    LIGHTPROBE_PRECISE double square = x * x + y * y + z * z;\n"
-    "    return sqrt(square);\n"
-    "}\n"
-    "\n"
     "// Returns the length; a null vector stays.\n"
     "LIGHTPROBE_SHARED float lightprobe_normalize(LIGHTPROBE_INOUT lightprobe_vec3 v)\n"
     "{\n"
-    "    double size = lightprobe_length(v), scale = size > 0.0 ? 1.0 / size : 0.0;\n"
-    "    for (int i = 0; i < 3; i++) v[i] = LIGHTPROBE_FLOAT(v[i] * scale);\n"
-    "    return LIGHTPROBE_FLOAT(size);\n"
+    "    float size = lightprobe_length(v);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float part = size > 0.0f ? v[i] / size : v[i];\n"
+    "        v[i] = part;\n"
+    "    }\n"
+    "    return size;\n"
     "}\n"
     "\n"
     "// Natural logarithm of a ratio, kept in [1e-3, 1e6], to 1e-6. Written out: drivers round their\n"
@@ -3335,7 +3399,7 @@ static const char lightprobe__glsl_shared[] =
     "LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)\n"
     "{\n"
     "    lightprobe_sum s;\n"
-    "    s.vector[0] = s.vector[1] = s.vector[2] = s.luminance = s.tones = s.tones2 = 0.0f;\n"
+    "    s.resultant[0] = s.resultant[1] = s.resultant[2] = s.luminance = s.tones = s.tones2 = 0.0f;\n"
     "    s.count = 0;\n"
     "    return s;\n"
     "}\n"
@@ -3344,7 +3408,7 @@ static const char lightprobe__glsl_shared[] =
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_sum s = sum;\n"
     "    LIGHTPROBE_PRECISE float tones = leaf.luminance * leaf.tone;\n"
-    "    for (int i = 0; i < 3; i++) s.vector[i] += leaf.strength * leaf.direction[i];\n"
+    "    for (int i = 0; i < 3; i++) s.resultant[i] += leaf.strength * leaf.direction[i];\n"
     "    s.luminance += leaf.luminance;\n"
     "    s.tones += tones;\n"
     "    s.tones2 += tones * leaf.tone;\n"
@@ -3354,7 +3418,7 @@ static const char lightprobe__glsl_shared[] =
     "\n"
     "LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)\n"
     "{\n"
-    "    for (int i = 0; i < 3; i++) a.vector[i] += b.vector[i];\n"
+    "    for (int i = 0; i < 3; i++) a.resultant[i] += b.resultant[i];\n"
     "    a.luminance += b.luminance;\n"
     "    a.tones += b.tones;\n"
     "    a.tones2 += b.tones2;\n"
@@ -3383,7 +3447,7 @@ static const char lightprobe__glsl_shared[] =
     "// Variance of direction: flux times half the mean square angle to the centre.\n"
     "LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)\n"
     "{\n"
-    "    return s.luminance - LIGHTPROBE_FLOAT(lightprobe_length(s.vector));\n"
+    "    return s.luminance - lightprobe_length(s.resultant);\n"
     "}\n"
     "\n"
     "// How much a cluster with this share of the flux holds against a leaf of it: where this is least,\n"
@@ -3425,9 +3489,8 @@ static const char lightprobe__glsl_work[] =
     "layout(std430, binding = LIGHTPROBE_BINDING1) coherent buffer numbers {\n"
     "    int repaired;\n"
     "    float weights[2 * HALF * HALF]; // of a quarter face: all omegas, then all weights\n"
-    "    dvec3 sum_of_all;\n"
-    "    double bright[LIGHTS];\n"
-    "    float total, mean, gains[LIGHTS], errors[LIGHTS];\n"
+    "    vec2 sum_of_all[3];\n"
+    "    float bright[LIGHTS], total, mean, gains[LIGHTS], errors[LIGHTS];\n"
     "    lightprobe_errors left;\n"
     "    int leaf_count, cluster_count, going_on, rank[LIGHTS], order[LEAVES];\n"
     "};\n"
@@ -3502,10 +3565,10 @@ static const char lightprobe__glsl_cells[] =
     "    LIGHTPROBE_PRECISE lightprobe_cell texel;\n"
     "    for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;\n"
     "    texel.flux[3] = omega;\n"
-    "    texel.vector[0] = m;\n"
-    "    texel.vector[1] = ms;\n"
-    "    texel.vector[2] = mt;\n"
-    "    texel.vector[3] = 0.0f;\n"
+    "    texel.resultant[0] = m;\n"
+    "    texel.resultant[1] = ms;\n"
+    "    texel.resultant[2] = mt;\n"
+    "    texel.resultant[3] = 0.0f;\n"
     "    return texel;\n"
     "}\n"
     "\n"
@@ -3514,13 +3577,13 @@ static const char lightprobe__glsl_cells[] =
     "    return leaf.luminance - leaf.strength;\n"
     "}\n"
     "\n"
-    "// vector: of the cell, in the world's axes. Of a black cell the direction is null.\n"
+    "// resultant: of the cell, in the world's axes. Of a black cell the direction is null.\n"
     "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,\n"
-    "                                                     const lightprobe_vec3 vector, float mean)\n"
+    "                                                     const lightprobe_vec3 resultant, float mean)\n"
     "{\n"
     "    lightprobe_leaf leaf;\n"
     "    for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];\n"
-    "    for (int i = 0; i < 3; i++) leaf.direction[i] = vector[i];\n"
+    "    for (int i = 0; i < 3; i++) leaf.direction[i] = resultant[i];\n"
     "    leaf.solid_angle = cell.flux[3];\n"
     "    leaf.luminance = lightprobe_luminance(leaf.flux);\n"
     "    leaf.strength = lightprobe_normalize(leaf.direction);\n"
@@ -3561,7 +3624,7 @@ static const char lightprobe__glsl_cells[] =
     "    for (int i = 1; i < rolled(4); i++) {\n"
     "        if (2 * x + i % 2 >= m || 2 * y + i / 2 >= m) continue;\n"
     "        sum.flux += cells[from + i / 2 * m + i % 2].flux;\n"
-    "        sum.vector += cells[from + i / 2 * m + i % 2].vector;\n"
+    "        sum.resultant += cells[from + i / 2 * m + i % 2].resultant;\n"
     "    }\n"
     "    cells[cell_index(level, face, x, y)] = sum;\n"
     "}\n"
@@ -3661,20 +3724,29 @@ static const char lightprobe__glsl_tiles[] =
 
 static const char lightprobe__glsl_leaves[] =
     "layout(local_size_x = GROUP) in;\n"
-    "shared precise dvec3 sums[GROUP];\n"
+    "shared vec2 sums[3][GROUP];\n"
     "\n"
     "void find_total()\n"
     "{\n"
     "    int level = min(TOP, LIGHTPROBE_TILE_LEVEL + 1), n = level_side(level);\n"
-    "    precise dvec3 all = dvec3(0.0);\n"
+    "    vec2 all[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0));\n"
     "    for (int i = lane; i < 6 * n * n; i += GROUP)\n"
-    "        all += cells[first_cell[level] + i].flux.rgb;\n"
-    "    sums[lane] = all;\n"
+    "        for (int c = 0; c < 3; c++) lightprobe_add(all[c], cells[first_cell[level] + i].flux[c]);\n"
+    "    for (int c = 0; c < 3; c++) sums[c][lane] = all[c];\n"
+    "    sync();\n"
+    "    if (lane < 3) {\n"
+    "        vec2 sum = vec2(0.0);\n"
+    "        for (int i = 0; i < GROUP; i++) {\n"
+    "            lightprobe_add(sum, sums[lane][i].x);\n"
+    "            sum.y += sums[lane][i].y;\n"
+    "        }\n"
+    "        sum_of_all[lane] = sum;\n"
+    "        sums[lane][0] = sum;\n"
+    "    }\n"
     "    sync();\n"
     "    if (lane == 0) {\n"
-    "        for (int i = 1; i < GROUP; i++) all += sums[i];\n"
-    "        sum_of_all = all;\n"
-    "        total = lightprobe_luminance(vec3(all));\n"
+    "        total = lightprobe_luminance(vec3(LIGHTPROBE_VALUE(sums[0][0]), LIGHTPROBE_VALUE(sums[1][0]),\n"
+    "                                          LIGHTPROBE_VALUE(sums[2][0])));\n"
     "        mean = total / 12.5663706;\n"
     "    }\n"
     "    sync();\n"
@@ -3692,15 +3764,15 @@ static const char lightprobe__glsl_leaves[] =
     "        vec3 rgb = read_texel(face, x, y, bad);\n"
     "        lightprobe_cell texel = lightprobe_texel_cell(rgb, w.x, w.y, s, t);\n"
     "        sum.flux += texel.flux;\n"
-    "        sum.vector += texel.vector;\n"
+    "        sum.resultant += texel.resultant;\n"
     "    }\n"
     "    return sum;\n"
     "}\n"
     "void set_leaf(int i, int face, int level, int x, int y)\n"
     "{\n"
     "    lightprobe_cell cell = cell_at(face, level, x, y);\n"
-    "    vec3 vector = to_world(face, cell.vector.x, cell.vector.y, cell.vector.z);\n"
-    "    lightprobe_leaf leaf = lightprobe_leaf_of(cell, vector, mean);\n"
+    "    vec3 resultant = to_world(face, cell.resultant.x, cell.resultant.y, cell.resultant.z);\n"
+    "    lightprobe_leaf leaf = lightprobe_leaf_of(cell, resultant, mean);\n"
     "    leaf.face = face;\n"
     "    leaf.level = level;\n"
     "    leaf.x = x;\n"
@@ -3834,7 +3906,7 @@ static const char lightprobe__glsl_gather[] =
     "            order[at++] = i;\n"
     "        }\n"
     "        clusters[k].sum = sum;\n"
-    "        vec3 v = sum.vector;\n"
+    "        vec3 v = sum.resultant;\n"
     "        if (!(lightprobe_normalize(v) > 0.0)) v = clusters[k].centre;\n"
     "        clusters[k].centre = v;\n"
     "        float most = 0.0;\n"
@@ -4157,7 +4229,7 @@ static const char lightprobe__glsl_plan[] =
     "    int first = k >= 0 ? clusters[k].first : 0, end = first + whole.count;\n"
     "    float scale = whole.luminance > LIGHTPROBE_BLACK ? 1.0 / whole.luminance : 0.0;\n"
     "    precise float mean_tone = whole.tones * scale;\n"
-    "    precise vec3 mean_direction = whole.vector * scale;\n"
+    "    precise vec3 mean_direction = whole.resultant * scale;\n"
     "    lightprobe_spread spread = lightprobe_no_spread();\n"
     "    for (int at = first; at < end; at++)\n"
     "        spread = lightprobe_add_spread(spread, leaves[order[at]], mean_direction, mean_tone,\n"
@@ -4369,11 +4441,12 @@ static const char lightprobe__glsl_respend[] =
 
 static const char lightprobe__glsl_write[] =
     // [glsl text begin lights] made by "make glsl", do not edit
-    "// What a light is made from.\n"
+    "// What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of these, and\n"
+    "// luminance times squares and product of direction along e and f.\n"
     "struct lightprobe_region {\n"
-    "    lightprobe_dvec3 flux, vector;\n"
-    "    double luminance, solid_angle;\n"
-    "    double second[6]; // luminance times d d^T: xx yy zz xy yz zx\n"
+    "    lightprobe_wide flux[3], resultant[3], luminance, solid_angle;\n"
+    "    lightprobe_vec3 d, e, f;\n"
+    "    lightprobe_wide second[3];\n"
     "};\n"
     "\n"
     "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,\n"
@@ -4392,109 +4465,134 @@ static const char lightprobe__glsl_write[] =
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)\n"
     "{\n"
     "    lightprobe_region r;\n"
-    "    for (int i = 0; i < 3; i++) r.flux[i] = r.vector[i] = r.second[i] = r.second[3 + i] = 0.0;\n"
-    "    r.luminance = r.solid_angle = 0.0;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        r.flux[i] = r.resultant[i] = r.second[i] = LIGHTPROBE_ZERO;\n"
+    "        r.d[i] = r.e[i] = r.f[i] = 0.0f;\n"
+    "    }\n"
+    "    r.luminance = r.solid_angle = LIGHTPROBE_ZERO;\n"
     "    return r;\n"
     "}\n"
     "\n"
-    "// Adds a leaf whose light is spread evenly around its mean direction: the spread is known from the\n"
-    "// length of the vector irradiance, only its shape is not.\n"
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region region,\n"
     "                                                          lightprobe_leaf leaf)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_region r = region;\n"
-    "    LIGHTPROBE_PRECISE double f = leaf.luminance, mean = f > 0.0 ? leaf.strength / f : 0.0;\n"
-    "    LIGHTPROBE_PRECISE double spread = 0.5 * f * (1.0 - mean * mean);\n"
-    "    LIGHTPROBE_PRECISE double along = f * mean * mean - spread;\n"
+    "    lightprobe_region r = region;\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        double d = leaf.direction[i], e = leaf.direction[(i + 1) % 3];\n"
-    "        r.flux[i] += leaf.flux[i];\n"
-    "        r.vector[i] += f * mean * d;\n"
-    "        r.second[i] += along * d * d + spread;\n"
-    "        r.second[3 + i] += along * d * e;\n"
+    "        LIGHTPROBE_PRECISE float part = leaf.strength * leaf.direction[i];\n"
+    "        LIGHTPROBE_ADD(r.flux[i], leaf.flux[i]);\n"
+    "        LIGHTPROBE_ADD(r.resultant[i], part);\n"
     "    }\n"
-    "    r.luminance += f;\n"
-    "    r.solid_angle += leaf.solid_angle;\n"
+    "    LIGHTPROBE_ADD(r.luminance, leaf.luminance);\n"
+    "    LIGHTPROBE_ADD(r.solid_angle, leaf.solid_angle);\n"
     "    return r;\n"
     "}\n"
     "\n"
-    "// a^T M b\n"
-    "LIGHTPROBE_SHARED double lightprobe_form(const double m[6], const lightprobe_dvec3 a,\n"
-    "                                         const lightprobe_dvec3 b)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE double x = a[0] * (m[0] * b[0] + m[3] * b[1] + m[5] * b[2]);\n"
-    "    LIGHTPROBE_PRECISE double y = a[1] * (m[3] * b[0] + m[1] * b[1] + m[4] * b[2]);\n"
-    "    LIGHTPROBE_PRECISE double z = a[2] * (m[5] * b[0] + m[4] * b[1] + m[2] * b[2]);\n"
-    "    return x + y + z;\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED float lightprobe_clamp(double x)\n"
-    "{\n"
-    "    return x > FLT_MAX ? FLT_MAX : LIGHTPROBE_FLOAT(x);\n"
-    "}\n"
-    "\n"
-    "// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /\n"
-    "// 3). The variance is that of the sine of the angle.\n"
-    "LIGHTPROBE_SHARED float lightprobe_half_size(double variance)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE double sine2 = 3.0 * variance, rest = 1.0 - sine2;\n"
-    "    if (17.0 * sine2 >= 16.0) return 4.0f;\n"
-    "    return LIGHTPROBE_FLOAT(sqrt(sine2 > 0.0 ? sine2 / rest : 0.0));\n"
-    "}\n"
-    "\n"
     "// Two unit vectors that make a right-handed frame (e, f, d).\n"
-    "LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_dvec3 d, LIGHTPROBE_OUT lightprobe_dvec3 e,\n"
-    "                                        LIGHTPROBE_OUT lightprobe_dvec3 f)\n"
+    "LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_vec3 d, LIGHTPROBE_OUT lightprobe_vec3 e,\n"
+    "                                        LIGHTPROBE_OUT lightprobe_vec3 f)\n"
     "{\n"
-    "    double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]);\n"
+    "    float x = fabsf(d[0]);\n"
+    "    float y = fabsf(d[1]);\n"
+    "    float z = fabsf(d[2]);\n"
     "    int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);\n"
-    "    LIGHTPROBE_PRECISE double dk = d[k], scale = 1.0 / sqrt(1.0 - dk * dk);\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE double across = (i == k ? 1.0 : 0.0) - dk * d[i];\n"
-    "        e[i] = across * scale;\n"
+    "        LIGHTPROBE_PRECISE float across = (i == k ? 1.0f : 0.0f) - d[k] * d[i];\n"
+    "        e[i] = across;\n"
     "    }\n"
+    "    lightprobe_normalize(e);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        int j = (i + 1) % 3, l = (i + 2) % 3;\n"
-    "        LIGHTPROBE_PRECISE double cross = d[j] * e[l] - d[l] * e[j];\n"
+    "        LIGHTPROBE_PRECISE float cross = d[j] * e[l] - d[l] * e[j];\n"
     "        f[i] = cross;\n"
     "    }\n"
     "}\n"
     "\n"
+    "// When all leaves have been added.\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region)\n"
+    "{\n"
+    "    lightprobe_region r = region;\n"
+    "    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
+    "    // Light from all around has no direction: any will do.\n"
+    "    float size = lightprobe_normalize(r.d);\n"
+    "    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++) r.d[i] = i == 1 ? 1.0f : 0.0f;\n"
+    "    lightprobe_frame(r.d, r.e, r.f);\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is spread\n"
+    "// evenly around its mean direction: how far is known from the length of the vector irradiance, only its shape\n"
+    "// is not.\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region, lightprobe_leaf leaf)\n"
+    "{\n"
+    "    lightprobe_region r = region;\n"
+    "    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float spread = 0.5f * (leaf.luminance - leaf.strength) * (1.0f + mean);\n"
+    "    LIGHTPROBE_PRECISE float along = leaf.strength * mean - spread;\n"
+    "    float e = lightprobe_dot(leaf.direction, r.e);\n"
+    "    float f = lightprobe_dot(leaf.direction, r.f);\n"
+    "    LIGHTPROBE_PRECISE float ee = along * e * e + spread;\n"
+    "    LIGHTPROBE_PRECISE float ff = along * f * f + spread;\n"
+    "    LIGHTPROBE_PRECISE float ef = along * e * f;\n"
+    "    LIGHTPROBE_ADD(r.second[0], ee);\n"
+    "    LIGHTPROBE_ADD(r.second[1], ff);\n"
+    "    LIGHTPROBE_ADD(r.second[2], ef);\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// Of a sum over texels, which has been scaled so that it does not overflow; what it stands for may.\n"
+    "LIGHTPROBE_SHARED float lightprobe_unscaled(float sum)\n"
+    "{\n"
+    "    return sum < FLT_MAX * LIGHTPROBE_SCALE ? sum / LIGHTPROBE_SCALE : FLT_MAX;\n"
+    "}\n"
+    "\n"
+    "// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /\n"
+    "// 3). The variance is that of the sine of the angle.\n"
+    "LIGHTPROBE_SHARED float lightprobe_half_size(float variance)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float sine2 = 3.0f * variance;\n"
+    "    LIGHTPROBE_PRECISE float rest = 1.0f - sine2;\n"
+    "    if (17.0f * sine2 >= 16.0f) return 4.0f;\n"
+    "    return sqrtf(sine2 > 0.0f ? sine2 / rest : 0.0f);\n"
+    "}\n"
+    "\n"
     "LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE double square =\n"
-    "        r.vector[0] * r.vector[0] + r.vector[1] * r.vector[1] + r.vector[2] * r.vector[2];\n"
-    "    double size = sqrt(square);\n"
-    "    LIGHTPROBE_PRECISE lightprobe_dvec3 d, e, f;\n"
-    "    for (int i = 0; i < 3; i++) { // light from all around has no direction: any will do\n"
-    "        d[i] = i == 1 ? 1.0 : 0.0;\n"
-    "        if (1e9 * size > r.luminance) d[i] = r.vector[i] / size;\n"
-    "    }\n"
-    "    lightprobe_frame(d, e, f);\n"
+    "    float luminance = LIGHTPROBE_VALUE(r.luminance);\n"
+    "    lightprobe_vec3 resultant;\n"
+    "    for (int i = 0; i < 3; i++) resultant[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
     "    // Principal axes of the second moments in the plane across d.\n"
-    "    double a = lightprobe_form(r.second, e, e), b = lightprobe_form(r.second, e, f);\n"
-    "    double c = lightprobe_form(r.second, f, f);\n"
-    "    LIGHTPROBE_PRECISE double middle = 0.5 * (a + c), half_apart = 0.5 * (a - c);\n"
-    "    LIGHTPROBE_PRECISE double wide = sqrt(0.25 * (a - c) * (a - c) + b * b);\n"
-    "    double cos2 = wide > 0.0 ? half_apart / wide : 1.0; // of twice the angle from e to u\n"
-    "    // Where products are not rounded to double, cos2 may be a little beyond 1.\n"
-    "    LIGHTPROBE_PRECISE double over = 0.5 * (1.0 + cos2), under = 0.5 * (1.0 - cos2);\n"
-    "    LIGHTPROBE_PRECISE double cosine = sqrt(over > 0.0 ? over : 0.0);\n"
-    "    LIGHTPROBE_PRECISE double sine = (b < 0.0 ? -1.0 : 1.0) * sqrt(under > 0.0 ? under : 0.0);\n"
+    "    LIGHTPROBE_PRECISE float a = LIGHTPROBE_VALUE(r.second[0]) / luminance;\n"
+    "    LIGHTPROBE_PRECISE float c = LIGHTPROBE_VALUE(r.second[1]) / luminance;\n"
+    "    LIGHTPROBE_PRECISE float b = LIGHTPROBE_VALUE(r.second[2]) / luminance;\n"
+    "    LIGHTPROBE_PRECISE float middle = 0.5f * (a + c);\n"
+    "    LIGHTPROBE_PRECISE float half_apart = 0.5f * (a - c);\n"
+    "    // Over the larger of the two: squares of what is left by rounding would underflow.\n"
+    "    float most = fabsf(half_apart) > fabsf(b) ? fabsf(half_apart) : fabsf(b);\n"
+    "    LIGHTPROBE_PRECISE float x = most > 0.0f ? half_apart / most : 1.0f;\n"
+    "    LIGHTPROBE_PRECISE float y = most > 0.0f ? fabsf(b) / most : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float root = sqrtf(x * x + y * y);\n"
+    "    LIGHTPROBE_PRECISE float wide = most * root;\n"
+    "    // Cosine and sine of the angle from e to u, from those of its double: the larger is a root.\n"
+    "    LIGHTPROBE_PRECISE float larger = sqrtf(0.5f + 0.5f * (fabsf(x) / root));\n"
+    "    LIGHTPROBE_PRECISE float smaller = 0.5f * (y / root) / larger;\n"
+    "    float cosine = x < 0.0f ? smaller : larger;\n"
+    "    float sine = x < 0.0f ? larger : smaller;\n"
+    "    sine = b < 0.0f ? -sine : sine;\n"
     "    // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.\n"
-    "    LIGHTPROBE_PRECISE double cos_alpha = 2.0 * size / r.luminance - 1.0;\n"
+    "    LIGHTPROBE_PRECISE float cos_alpha = 1.0f - 2.0f * ((luminance - lightprobe_length(resultant)) / luminance);\n"
     "    lightprobe_light light;\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE double u = cosine * e[i] + sine * f[i], v = cosine * f[i] - sine * e[i];\n"
-    "        light.direction[i] = LIGHTPROBE_FLOAT(d[i]);\n"
-    "        light.axis_u[i] = LIGHTPROBE_FLOAT(u);\n"
-    "        light.axis_v[i] = LIGHTPROBE_FLOAT(v);\n"
-    "        light.irradiance[i] = lightprobe_clamp(r.flux[i] / LIGHTPROBE_SCALE);\n"
+    "        LIGHTPROBE_PRECISE float u = cosine * r.e[i] + sine * r.f[i];\n"
+    "        LIGHTPROBE_PRECISE float v = cosine * r.f[i] - sine * r.e[i];\n"
+    "        light.direction[i] = r.d[i];\n"
+    "        light.axis_u[i] = u;\n"
+    "        light.axis_v[i] = v;\n"
+    "        light.irradiance[i] = lightprobe_unscaled(LIGHTPROBE_VALUE(r.flux[i]));\n"
     "    }\n"
-    "    light.tan_half_u = lightprobe_half_size((middle + wide) / r.luminance);\n"
-    "    light.tan_half_v = lightprobe_half_size((middle - wide) / r.luminance);\n"
-    "    light.solid_angle = LIGHTPROBE_FLOAT(r.solid_angle / LIGHTPROBE_SCALE);\n"
-    "    light.cos_alpha = cos_alpha < 1.0 ? LIGHTPROBE_FLOAT(cos_alpha) : 1.0f;\n"
+    "    light.tan_half_u = lightprobe_half_size(middle + wide);\n"
+    "    light.tan_half_v = lightprobe_half_size(middle - wide);\n"
+    "    light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;\n"
+    "    light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;\n"
     "    light.id = -1;\n"
     "    return light;\n"
     "}\n"
@@ -4507,12 +4605,11 @@ static const char lightprobe__glsl_write[] =
     "    lightprobe_light lights[];\n"
     "} made;\n"
     "\n"
-    "vec4 rgb_of(dvec3 sum)\n"
+    "vec4 rgb_of(vec2 sum[3])\n"
     "{\n"
-    "    dvec3 rgb = sum / LIGHTPROBE_SCALE;\n"
-    "    vec4 clamped = vec4(0.0);\n"
-    "    for (int i = 0; i < 3; i++) clamped[i] = lightprobe_clamp(rgb[i]);\n"
-    "    return clamped;\n"
+    "    vec4 rgb = vec4(0.0);\n"
+    "    for (int i = 0; i < 3; i++) rgb[i] = lightprobe_unscaled(LIGHTPROBE_VALUE(sum[i]));\n"
+    "    return rgb;\n"
     "}\n"
     "void write_light(int i, int k, int id)\n"
     "{\n"
@@ -4520,6 +4617,9 @@ static const char lightprobe__glsl_write[] =
     "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
     "    for (int at = first; at < end; at++)\n"
     "        region = lightprobe_add_region(region, leaves[order[at]]);\n"
+    "    region = lightprobe_direct(region);\n"
+    "    for (int at = first; at < end; at++)\n"
+    "        region = lightprobe_add_second(region, leaves[order[at]]);\n"
     "    lightprobe_light light = lightprobe_light_of(region);\n"
     "    light.id = id;\n"
     "    made.lights[i] = light;\n"
@@ -4527,10 +4627,11 @@ static const char lightprobe__glsl_write[] =
     "// Luminance; below 0 of those that are too dim, 0 of black ones.\n"
     "void find_bright(int k)\n"
     "{\n"
-    "    double luminance = 0.0;\n"
+    "    vec2 sum = vec2(0.0);\n"
     "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
-    "    for (int at = first; at < end; at++) luminance += leaves[order[at]].luminance;\n"
-    "    bright[k] = luminance < double(MIN_SHARE * total) ? -luminance : luminance;\n"
+    "    for (int at = first; at < end; at++) lightprobe_add(sum, leaves[order[at]].luminance);\n"
+    "    float luminance = LIGHTPROBE_VALUE(sum);\n"
+    "    bright[k] = luminance < MIN_SHARE * total ? -luminance : luminance;\n"
     "    gains[k] = luminance > 0.0 ? lightprobe_shadow(clusters[k].sum, total) : 0.0;\n"
     "}\n"
     "// The weakest shadows first; then lane 0 leaves out the first ones.\n"
@@ -4615,10 +4716,11 @@ static const char lightprobe__glsl_write[] =
     "    sync();\n"
     "    if (!is_black()) write_lights();\n"
     "    if (lane != 0) return;\n"
-    "    precise dvec3 carried = dvec3(0.0);\n"
-    "    for (int i = 0; i < made.count; i++) carried += made.lights[i].irradiance;\n"
+    "    vec2 rest[3] = sum_of_all;\n"
+    "    for (int i = 0; i < made.count; i++)\n"
+    "        for (int c = 0; c < 3; c++) lightprobe_add(rest[c], -made.lights[i].irradiance[c] * LIGHTPROBE_SCALE);\n"
     "    made.error = is_black() ? 0.0 : lightprobe_root_error(left, total);\n"
-    "    made.residual = rgb_of(sum_of_all - carried * LIGHTPROBE_SCALE);\n"
+    "    made.residual = rgb_of(rest);\n"
     "    made.residual_sh[0] = 0.25 * made.residual;\n"
     "}\n";
 // clang-format on
@@ -4835,7 +4937,7 @@ static size_t lightprobe__size_parts(lightprobe_gl *gl)
 {
     const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
     const size_t leaves = LIGHTPROBE__LEAVES(lights) + LIGHTPROBE_MORE_LEAVES;
-    const size_t bytes[] = {128 + 8 * half * half + (8 + 3 * 4) * lights + 4 * leaves, 64 * leaves,
+    const size_t bytes[] = {128 + 8 * half * half + 4 * 4 * lights + 4 * leaves, 64 * leaves,
                             176 * lights, 32 * (size_t)gl->cells};
     size_t sum = 0;
     for (int i = 0; i < LIGHTPROBE__PARTS; i++)

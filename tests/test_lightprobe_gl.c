@@ -323,6 +323,86 @@ static void lights_are_the_cpus(void)
     end_gl();
 }
 
+// The names of doubles in a text, outside of comments.
+static bool has_doubles(const char *text)
+{
+    for (; *text; text++) {
+        if (!strncmp(text, "//", 2)) text += strcspn(text, "\n");
+        if (!strncmp(text, "double", 6) || !strncmp(text, "dvec", 4) || !strncmp(text, "dmat", 4)) return true;
+    }
+    return false;
+}
+
+// Many GPUs have no doubles. What stands for them: lengths are rounded once at every exponent, and sums of a
+// thousand numbers of any size and sign keep what a float loses.
+static void shaders_take_no_doubles(void)
+{
+    enum { COUNT = 1024 };
+    static const char *const body =
+        "layout(local_size_x = 64) in;\n"
+        "layout(std430, binding = 0) buffer numbers { float x[]; };\n"
+        "void main()\n"
+        "{\n"
+        "    uint i = gl_GlobalInvocationID.x;\n"
+        "    x[3072 + i] = lightprobe_length(vec3(x[3 * i], x[3 * i + 1], x[3 * i + 2]));\n"
+        "    vec2 sum = vec2(0.0);\n"
+        "    for (int k = 0; k < 1024; k++) lightprobe_add(sum, x[(3 * i + k) % 3072]);\n"
+        "    x[4096 + i] = sum.x + sum.y;\n"
+        "}\n";
+    static float x[5 * COUNT];
+    const lightprobe_gl_desc d = description(16, 8);
+    lightprobe_gl *g = NULL;
+    GLuint buffer;
+    if (!begin_gl()) return;
+    CHECK(!lightprobe_gl_create(&g, &d), "%s", fakes.message);
+    for (int i = 0; i < fakes.text_count; i++) CHECK(!has_doubles(fakes.texts[i]), "text %d", i);
+    const char *from = fakes.text_count ? strstr(fakes.texts[0], "void lightprobe_add(") : NULL;
+    const char *to = from ? strstr(strstr(from, "float lightprobe_length("), "\n}\n") : NULL;
+    if (to) {
+        char functions[3000] = "";
+        strncat(functions, from, (size_t)(to + 3 - from));
+        const char *const text[] = {functions, body, NULL};
+        const GLuint program = gl_test_compute("lengths", text);
+        uint64_t seed = 92;
+        double worst_length = 0, worst_sum = 0;
+        for (int i = 0; i < COUNT; i++) {
+            const float scale = ldexpf(1, i % 240 - 120);
+            for (int k = 0; k < 3; k++) {
+                const float part = i % 5 && k ? 1e-4f : 1;
+                x[3 * i + k] = scale * part * (float)test_range(&seed, -1, 1);
+            }
+        }
+        memset(x, 0, 3 * sizeof *x);
+        gl.CreateBuffers(1, &buffer);
+        gl.NamedBufferStorage(buffer, sizeof x, x, 0);
+        gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, buffer);
+        gl.UseProgram(program);
+        gl.DispatchCompute(COUNT / 64, 1, 1);
+        gl.MemoryBarrier(~0u);
+        gl.GetNamedBufferSubData(buffer, 0, sizeof x, x);
+        for (int i = 0; i < COUNT; i++) {
+            double square = 0, sum = 0, all = 0;
+            for (int k = 0; k < 3; k++) square += (double)x[3 * i + k] * (double)x[3 * i + k];
+            for (int k = 0; k < 1024; k++) {
+                sum += (double)x[(3 * i + k) % 3072];
+                all += fabs((double)x[(3 * i + k) % 3072]);
+            }
+            const double error = fabs((double)x[3072 + i] - sqrt(square));
+            if (square > 0) worst_length = fmax(worst_length, error / sqrt(square));
+            CHECK(square > 0 || x[3072 + i] == 0, "length of zero %g", (double)x[3072 + i]);
+            worst_sum = fmax(worst_sum, (fabs((double)x[4096 + i] - sum) - 6.1e-8 * fabs(sum)) / all);
+        }
+        CHECK(worst_length < 6.1e-8, "a length is %.3g off", worst_length);
+        CHECK(worst_sum < 1e-12, "a sum is %.3g off", worst_sum);
+        gl.UseProgram(0);
+        gl.DeleteProgram(program);
+        gl.DeleteBuffers(1, &buffer);
+    }
+    CHECK(to != NULL, "no functions for wide sums in the texts");
+    lightprobe_gl_destroy(g);
+    end_gl();
+}
+
 typedef void (*spoil_function)(test_probe *p, uint64_t *seed);
 
 static float *any_texel(test_probe *p, uint64_t *seed)
@@ -1038,6 +1118,7 @@ const test_case lightprobe_gl_tests[] = {
     {0, 0}, // as in test_glsl.c
 #endif
     {"GL finds the CPU's lights of a probe, also frame after frame", lights_are_the_cpus},
+    {"GL shaders of a probe take no doubles", shaders_take_no_doubles},
     {"GL finds the CPU's lights of hostile probes", hostile_probes_agree},
     {"GL refuses probes without the level asked for", levels_that_are_not_there_are_refused},
     {"GL finds the CPU's lights where there are many", many_lights_agree},

@@ -204,7 +204,7 @@ static void unevenness_is_cramers_distance(void)
             sum = lightprobe_add_leaf(sum, leaf[i]);
         }
         float mean[3], below[LIGHTPROBE_BINS] = {0};
-        for (int i = 0; i < 3; i++) mean[i] = sum.vector[i] / sum.luminance;
+        for (int i = 0; i < 3; i++) mean[i] = sum.resultant[i] / sum.luminance;
         for (int i = 0; i < N; i++)
             spread = lightprobe_add_spread(spread, leaf[i], mean, 0, 1 / sum.luminance);
         const lightprobe_axis axis = lightprobe_longest_axis(spread, mean);
@@ -303,7 +303,7 @@ static void axes_hold_two_deviations_to_each_side(void)
             sum = lightprobe_add_leaf(sum, leaf[i]);
         }
         const double whole = (double)sum.luminance;
-        for (int i = 0; i < 3; i++) mean[i] = sum.vector[i] / sum.luminance;
+        for (int i = 0; i < 3; i++) mean[i] = sum.resultant[i] / sum.luminance;
         const float tone = sum.tones / sum.luminance;
         for (int i = 0; i < N; i++)
             spread = lightprobe_add_spread(spread, leaf[i], mean, tone, 1 / sum.luminance);
@@ -441,10 +441,10 @@ static void cells_are_sums_over_their_texels(void)
                           "side %d, level %d, cell %d: channel %d is %.9g, not %.9g", sides[i],
                           level, k, c, (double)cell.flux[c], flux[c]);
                 for (int c = 0; c < 3; c++)
-                    CHECK(fabs((double)cell.vector[c] - vector[c]) <
+                    CHECK(fabs((double)cell.resultant[c] - vector[c]) <
                               4e-6 * vector[0] + 1e-6 * least,
                           "side %d, level %d, cell %d: vector %d is %.9g, not %.9g", sides[i],
-                          level, k, c, (double)cell.vector[c], vector[c]);
+                          level, k, c, (double)cell.resultant[c], vector[c]);
                 for (int c = 0; c < 3 && level == p.work.top; c++) total[c] += flux[c];
                 const double middle = (x + 0.5) * (2 << level) / sides[i] - 1;
                 CHECK(fabs((double)lightprobe_cell_middle(sides[i], level, x) - fmin(middle, 1)) <
@@ -529,7 +529,7 @@ static void leaves_tile_the_sphere(void)
                 lightprobe_cell up =
                     lightprobe__cell_at(w, l->face, l->level + 1, l->x / 2, l->y / 2);
                 const float y709 = lightprobe_luminance(up.flux);
-                divided = fminf(divided, y709 - (float)lightprobe_length(up.vector));
+                divided = fminf(divided, y709 - (float)lightprobe_length(up.resultant));
             }
             CHECK(!memchr(seen, 0, (size_t)(6 * side * side)), "a texel is in no leaf");
             CHECK(w->leaf_count >= 100, "%s: %d leaves", test_scene_names[scene], w->leaf_count);
