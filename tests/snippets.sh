@@ -4,7 +4,7 @@
 #     sh tests/snippets.sh [PAGE...]
 #
 # ```c blocks go to the C compiler, each as a file of its own; ```glsl vertex | fragment | compute to
-# glslangValidator behind #version and declarations of mssm_visibility() (for real shaders the drivers'
+# glslangValidator behind #version and declarations of mssm_visibility() and two of a name (for real shaders the drivers'
 # compiler sees the whole text, tests/test_gl.c). With "vulkan" in the first line the block comes
 # behind the whole text of mssm_glsl_math() and mssm_glsl_shading(), and must become SPIR-V.
 # One line a check: "ok   name", "FAIL name" or "skip name: what is missing". Exit 1 if any failed.
@@ -66,6 +66,8 @@ glsl_block()
             echo 'float mssm_visibility(int light, vec3 world_position);'
             echo 'float mssm_visibility(int light, vec3 world_position, vec3 normal);'
             echo 'float mssm_visibility_at(int light, vec3 shadow);'
+            echo 'float sun_shadow(int light, vec3 world_position, vec3 ddx, vec3 ddy);' # desc.name of a filtered one
+            echo 'float lamp_shadow(int light, vec3 world_position, vec3 normal);'
         fi
         cat "$1"
     } > "$work/block.$end"
