@@ -849,10 +849,10 @@ struct mssm_kernel6 {
     float k0, k1, k2, k3, w0;
 };
 
-// nearer: share of what is surely nearer than the receiver; self: the share that its own depth can
+// nearer: share of what is surely nearer than the receiver; own: the share that its own depth can
 // hold; first: sum of share times depth over what is nearer.
 struct mssm_split {
-    float nearer, self, first;
+    float nearer, own, first;
 };
 
 // The clamps (moments to [-4,4], depth to [-1000,1000]) keep every product below finite.
@@ -1002,7 +1002,7 @@ MSSM_SHARED struct mssm_split mssm_split4(struct mssm_kernel4 k)
     float first_same = k.k1 > 0.0f ? first_all : 0.0f;
     struct mssm_split r;
     r.nearer = k.k2 < 0.0f ? share : nearer_same;
-    r.self = k.w0;
+    r.own = k.w0;
     r.first = (k.k2 < 0.0f ? first_one : first_same) + k.mean * r.nearer;
     return r;
 }
@@ -1052,7 +1052,7 @@ MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
     float first_even = two == 1 ? first_one : first_all;
     struct mssm_split r;
     r.nearer = k.k3 < 0.0f ? nearer_odd : nearer_even;
-    r.self = k.w0;
+    r.own = k.w0;
     r.first = (k.k3 < 0.0f ? first_odd : first_even) + k.mean * r.nearer;
     return r;
 }
@@ -1061,7 +1061,7 @@ MSSM_SHARED mssm_bounds mssm_split_bounds(struct mssm_split s)
 {
     mssm_bounds r;
     r.upper = mssm_clamp(1.0f - s.nearer, 0.0f, 1.0f);
-    r.lower = mssm_clamp(r.upper - s.self, 0.0f, 1.0f);
+    r.lower = mssm_clamp(r.upper - s.own, 0.0f, 1.0f);
     return r;
 }
 
@@ -1090,9 +1090,9 @@ MSSM_SHARED float mssm_split_depth(struct mssm_split s, float z, float self_min,
 {
     float depth = mssm_clamp(z, -1.0f, 1.0f);
     float low = mssm_clamp(self_min, 0.0f, 1.0f);
-    float self = mssm_clamp(s.self, low, mssm_clamp(self_max, low, 1.0f));
-    float sum = s.nearer + self;
-    float mean = (s.first + self * depth) / mssm_max(sum, 1e-7f);
+    float own = mssm_clamp(s.own, low, mssm_clamp(self_max, low, 1.0f));
+    float sum = s.nearer + own;
+    float mean = (s.first + own * depth) / mssm_max(sum, 1e-7f);
     return sum > 1e-7f ? mssm_clamp(mean, -1.0f, depth) : depth;
 }
 
@@ -2853,7 +2853,7 @@ MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, struct mssm_options o, st
     float z = r.z_own - 0.125f * texel;
     z = mssm_min(z, r.z_test);
     struct mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, z));
-    float beyond = (1.0f - s.self - s.nearer) / (1.001f - s.self);
+    float beyond = (1.0f - s.own - s.nearer) / (1.001f - s.own);
     z = z - 0.75f * beyond * width * texel;
     mssm_bounds b;
     if (o.moments == 6) {
@@ -3521,10 +3521,10 @@ static const char mssm__glsl_math[] =
     "    float k0, k1, k2, k3, w0;\n"
     "};\n"
     "\n"
-    "// nearer: share of what is surely nearer than the receiver; self: the share that its own depth can\n"
+    "// nearer: share of what is surely nearer than the receiver; own: the share that its own depth can\n"
     "// hold; first: sum of share times depth over what is nearer.\n"
     "struct mssm_split {\n"
-    "    float nearer, self, first;\n"
+    "    float nearer, own, first;\n"
     "};\n"
     "\n"
     "// The clamps (moments to [-4,4], depth to [-1000,1000]) keep every product below finite.\n"
@@ -3674,7 +3674,7 @@ static const char mssm__glsl_math[] =
     "    float first_same = k.k1 > 0.0f ? first_all : 0.0f;\n"
     "    mssm_split r;\n"
     "    r.nearer = k.k2 < 0.0f ? share : nearer_same;\n"
-    "    r.self = k.w0;\n"
+    "    r.own = k.w0;\n"
     "    r.first = (k.k2 < 0.0f ? first_one : first_same) + k.mean * r.nearer;\n"
     "    return r;\n"
     "}\n"
@@ -3724,7 +3724,7 @@ static const char mssm__glsl_math[] =
     "    float first_even = two == 1 ? first_one : first_all;\n"
     "    mssm_split r;\n"
     "    r.nearer = k.k3 < 0.0f ? nearer_odd : nearer_even;\n"
-    "    r.self = k.w0;\n"
+    "    r.own = k.w0;\n"
     "    r.first = (k.k3 < 0.0f ? first_odd : first_even) + k.mean * r.nearer;\n"
     "    return r;\n"
     "}\n"
@@ -3733,7 +3733,7 @@ static const char mssm__glsl_math[] =
     "{\n"
     "    mssm_bounds r;\n"
     "    r.upper = mssm_clamp(1.0f - s.nearer, 0.0f, 1.0f);\n"
-    "    r.lower = mssm_clamp(r.upper - s.self, 0.0f, 1.0f);\n"
+    "    r.lower = mssm_clamp(r.upper - s.own, 0.0f, 1.0f);\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -3762,9 +3762,9 @@ static const char mssm__glsl_math[] =
     "{\n"
     "    float depth = mssm_clamp(z, -1.0f, 1.0f);\n"
     "    float low = mssm_clamp(self_min, 0.0f, 1.0f);\n"
-    "    float self = mssm_clamp(s.self, low, mssm_clamp(self_max, low, 1.0f));\n"
-    "    float sum = s.nearer + self;\n"
-    "    float mean = (s.first + self * depth) / mssm_max(sum, 1e-7f);\n"
+    "    float own = mssm_clamp(s.own, low, mssm_clamp(self_max, low, 1.0f));\n"
+    "    float sum = s.nearer + own;\n"
+    "    float mean = (s.first + own * depth) / mssm_max(sum, 1e-7f);\n"
     "    return sum > 1e-7f ? mssm_clamp(mean, -1.0f, depth) : depth;\n"
     "}\n"
     "\n"
@@ -4759,7 +4759,7 @@ static const char mssm__glsl_filtered[] =
     "    float z = r.z_own - 0.125f * texel;\n"
     "    z = mssm_min(z, r.z_test);\n"
     "    mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, z));\n"
-    "    float beyond = (1.0f - s.self - s.nearer) / (1.001f - s.self);\n"
+    "    float beyond = (1.0f - s.own - s.nearer) / (1.001f - s.own);\n"
     "    z = z - 0.75f * beyond * width * texel;\n"
     "    mssm_bounds b;\n"
     "    if (o.moments == 6) {\n"
