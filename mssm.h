@@ -518,6 +518,38 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
 mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
 mssm_result mssm_gl_end_depth(mssm_gl *gl);
 
+// How a depth map holds depth.
+typedef enum mssm_stored {
+    MSSM_STORED_WINDOW = 0,  // as a GPU stores it from gl_Position, with a depth range of 0 to 1; whether clip
+                             // space ends at -1 or 0 makes no difference
+    MSSM_STORED_LINEAR,      // 0 to 1 linear in the distance along the light's axis
+    MSSM_STORED_RADIAL       // 0 to 1 linear in the distance from the light, as point lights often have it
+} mssm_stored;
+
+// A depth map that the renderer has already.
+typedef struct mssm_gl_depth {  // zero means default everywhere
+    unsigned texture;      // needed: of depth or depth and stencil, or with the depth as red
+    unsigned target;       // GL_TEXTURE_2D (default), _2D_ARRAY, _CUBE_MAP, _CUBE_MAP_ARRAY,
+                           // _2D_MULTISAMPLE or _2D_MULTISAMPLE_ARRAY
+    int layer;             // of an array; face of a cube map; cube * 6 + face of an array of these
+    int x, y;              // texel at which the light's rectangle begins
+    int width, height;     // in texels, 0: to the end. Each once to 8 times the side of mssm_gl: what lies in
+                           // a texel of the moment map, at most 64 texels times samples, is its samples
+    mssm_stored stored;    // default MSSM_STORED_WINDOW
+    int reversed;          // 1 is nearest and 0 farthest
+    float z_near, z_far;   // distances that the map's ends stand for; both 0: those of the light. z_far may be
+                           // INFINITY
+} mssm_gl_depth;
+
+// In place of the passes of a light that was set: front, and where not NULL back, which then must be like
+// front but for texture, layer, x and y. Columns and rows are shadow-space x and y. The far end (1, reversed
+// 0) counts as nothing hit. Texel state and samplers of the texture are not in the way and stay: compare
+// mode, filters, swizzle, stencil mode. Its lowest level is read, at once; what shaders stored there by
+// imageStore wants glMemoryBarrier before. Fails with the light's map as it was. Then mssm_gl_build. Within
+// mssm_gl_begin_frame GL is asked about a texture only the first time a light gets it with these numbers.
+mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
+                              const mssm_gl_depth *back);
+
 // Round the passes and the build of a frame, where their calls of GL count: GL's state is saved and put
 // back once, not for each light, and nothing in between asks GL for it, which can cost a wait. Drawing
 // may then change programs, buffers, textures, vertex arrays, culling, viewport, scissor and depth test;
@@ -5006,6 +5038,11 @@ typedef unsigned char mssm__glboolean;
     X(void, ActiveTexture, (mssm__glenum))                                                         \
     X(void, BindTexture, (mssm__glenum, unsigned))                                                 \
     X(void, BindSampler, (unsigned, unsigned))                                                     \
+    X(void, CreateSamplers, (int, unsigned *))                                                     \
+    X(void, DeleteSamplers, (int, const unsigned *))                                               \
+    X(void, SamplerParameteri, (unsigned, mssm__glenum, int))                                      \
+    X(void, GetTexParameteriv, (mssm__glenum, mssm__glenum, int *))                                \
+    X(void, TexParameteri, (mssm__glenum, mssm__glenum, int))                                      \
     X(void, BindImageTexture,                                                                      \
       (unsigned, unsigned, int, mssm__glboolean, int, mssm__glenum, mssm__glenum))                 \
     X(void, CreateBuffers, (int, unsigned *))                                                      \
@@ -5092,12 +5129,34 @@ enum {
     MSSM__GL_NEGATIVE_ONE_TO_ONE = 0x935E,
     MSSM__GL_TEXTURE0 = 0x84C0,
     MSSM__GL_ACTIVE_TEXTURE = 0x84E0,
-    MSSM__GL_TEXTURE_2D_ARRAY = 0x8C1A,
+    MSSM__GL_TEXTURE_2D = 0x0DE1,
     MSSM__GL_TEXTURE_BINDING_2D = 0x8069,
+    MSSM__GL_TEXTURE_2D_ARRAY = 0x8C1A,
     MSSM__GL_TEXTURE_BINDING_2D_ARRAY = 0x8C1D,
+    MSSM__GL_TEXTURE_CUBE_MAP = 0x8513,
+    MSSM__GL_TEXTURE_BINDING_CUBE_MAP = 0x8514,
+    MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515,
+    MSSM__GL_TEXTURE_CUBE_MAP_ARRAY = 0x9009,
+    MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY = 0x900A,
     MSSM__GL_TEXTURE_2D_MULTISAMPLE = 0x9100,
     MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE = 0x9104,
+    MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY = 0x9102,
+    MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY = 0x9105,
+    MSSM__GL_TEXTURE_BASE_LEVEL = 0x813C,
+    MSSM__GL_TEXTURE_WIDTH = 0x1000,
+    MSSM__GL_TEXTURE_HEIGHT = 0x1001,
+    MSSM__GL_TEXTURE_DEPTH = 0x8071,
     MSSM__GL_TEXTURE_SAMPLES = 0x9106,
+    MSSM__GL_TEXTURE_DEPTH_SIZE = 0x884A,
+    MSSM__GL_TEXTURE_RED_TYPE = 0x8C10,
+    MSSM__GL_FLOAT = 0x1406,
+    MSSM__GL_UNSIGNED_NORMALIZED = 0x8C17,
+    MSSM__GL_SIGNED_NORMALIZED = 0x8F9C,
+    MSSM__GL_DEPTH_STENCIL_TEXTURE_MODE = 0x90EA,
+    MSSM__GL_DEPTH_COMPONENT = 0x1902,
+    MSSM__GL_TEXTURE_SWIZZLE_R = 0x8E42,
+    MSSM__GL_DEPTH_TEXTURE_MODE = 0x884B,
+    MSSM__GL_RED = 0x1903,
     MSSM__GL_TEXTURE_MIN_FILTER = 0x2801,
     MSSM__GL_TEXTURE_MAG_FILTER = 0x2800,
     MSSM__GL_NEAREST = 0x2600,
@@ -5125,6 +5184,7 @@ enum {
     MSSM__GL_INFO_LOG_LENGTH = 0x8B84,
     MSSM__GL_BARRIERS = 0x20 | 0x8,  // image access, texture fetch
     MSSM__GL_BUFFER = 0x82E0,
+    MSSM__GL_SAMPLER = 0x82E6,
     MSSM__GL_SHADER = 0x82E1,
     MSSM__GL_PROGRAM = 0x82E2,
     MSSM__GL_TEXTURE = 0x1702,
@@ -5137,7 +5197,8 @@ typedef struct mssm__gl_functions {
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
 
-enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__COPY, MSSM__PROGRAMS };
+enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__COPY,
+       MSSM__GIVEN, MSSM__PROGRAMS = MSSM__GIVEN + 12 };  // a given depth map: for each target, without and with back faces
 enum { MSSM__FIRST_UNIT = 80, MSSM__FIRST_BINDING = 7 };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 23 };  // at most
@@ -5153,11 +5214,21 @@ typedef struct mssm__gl_state {
 
 // Program, textures, samplers and images that our own programs displace.
 typedef struct mssm__gl_bindings {
-    int program, array, active, buffer, texture[2], sampler[2], image[4][6];
+    int program, array, active, buffer, texture[2][6], sampler[2], image[4][6];
+    int targets;  // of the textures, as bits
 } mssm__gl_bindings;
+
+// A depth map given to mssm_gl_set_depth, as GL said it is.
+typedef struct mssm__gl_source {
+    mssm_gl_depth is;
+    int kind;             // of mssm__targets
+    int across, up, each; // texels of a texel of the moment map, and their samples
+    int state[3];         // of the texture, where it is in the way
+} mssm__gl_source;
 
 typedef struct mssm__gl_light {
     mssm_light light;
+    mssm__gl_source source[2];
     int averaged;
     int filled;  // was drawn, the map is not empty
     int built;   // levels whose tables are up to date
@@ -5176,6 +5247,8 @@ struct mssm_gl {
     int depths;         // how many depth targets there are
     mssm__glenum format[3];  // of the tables, and of least depths
     unsigned depth[2], framebuffer[2], table[3], views, program[MSSM__PROGRAMS];
+    unsigned sampler;   // that of given depth maps, and of which targets these were, as bits
+    int targets;
     int framing;        // between mssm_gl_begin_frame and its end: nothing is saved or put back
     mssm__gl_state saved;
     mssm__gl_bindings bindings;  // of the caller, for the end of the frame
@@ -5209,14 +5282,52 @@ static const char mssm__glsl_linear_depth[] =
     "    return d >= 1.0 ? 1.0 : clamp(range.x > 0.0 ? linear : z, -1.0, 1.0);\n"
     "}\n";
 
+// Of a pass of our own: sample s of a texel.
+static const char mssm__glsl_drawn[] =
+    "#define MSSM_SAMPLER sampler2DMS\n"
+    "#define MSSM_SIDE textureSize(front).x\n"
+    "#define MSSM_DEPTH(map, i, p, s) linear_depth(texelFetch(map, p, s).x)\n";
+
+// Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth.
+static const char mssm__glsl_given[] =
+    "#define MSSM_SIDE from[3]\n"
+    "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 4 + 3 * i), from[6 + 3 * i], s % from[2]), p)\n"
+    "layout(location = 3) uniform vec4 stored;  // how, reversed, near, far (WINDOW: near / far)\n"
+    "layout(location = 4) uniform vec4 extent;\n"
+    "layout(location = 5) uniform int from[10];  // texels across and up, samples of each, side; x, y, layer\n"
+    "ivec2 given_texel(ivec2 p, int s, int x)\n"
+    "{\n"
+    "    int t = s / from[2];\n"
+    "    return ivec2(from[x], from[x + 1]) + p * ivec2(from[0], from[1]) + ivec2(t % from[0], t / from[0]);\n"
+    "}\n"
+    "vec3 cube_direction(int face, ivec2 at, int size)\n"
+    "{\n"
+    "    vec2 c = (2.0 * vec2(at) + 1.0) / float(size) - 1.0;\n"
+    "    float major = (face & 1) == 0 ? 1.0 : -1.0;\n"
+    "    if (face < 2) return vec3(major, -c.y, -major * c.x);\n"
+    "    if (face < 4) return vec3(c.x, major, major * c.y);\n"
+    "    return vec3(major * c.x, -c.y, major);\n"
+    "}\n"
+    "float given_depth(float v, ivec2 p)\n"
+    "{\n"
+    "    float nearness = stored.y > 0.0 ? v : 1.0 - v;\n"
+    "    if (!(nearness > 0.0)) return 1.0;\n"
+    "    if (stored.x == 0.0) return linear_depth(v);\n"
+    "    if (stored.x == 1.0) return clamp(1.0 - 2.0 * v, -1.0, 1.0);\n"
+    "    float w = stored.x == 2.0 ? stored.z / (nearness + stored.w * (1.0 - nearness))\n"
+    "                              : stored.w - nearness * (stored.w - stored.z);\n"
+    "    if (stored.x == 4.0) w /= length(vec3(((2.0 * vec2(p) + 1.0) / float(from[3]) - 1.0) * extent.xy, 1.0));\n"
+    "    return mssm_clamp(-1.0 + 2.0 * (w - range.y) / (range.z - range.y), -1.0, 1.0);\n"
+    "}\n";
+
 // Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from
 // fusing what the C code does not fuse: tables of directional lights are equal bit for bit; linear depth
 // has quotients, which GPUs may round their own way.
 static const char mssm__glsl_resolve[] =
     "layout(local_size_x = 32, local_size_y = 2) in;\n"
-    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
     "#ifdef MSSM_AVERAGE\n"
-    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DMS back;\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform MSSM_SAMPLER back;\n"
     "#endif\n"
     "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray table0;\n"
     "#if MSSM_MOMENTS == 6\n"
@@ -5235,15 +5346,15 @@ static const char mssm__glsl_resolve[] =
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    bool inside = all(lessThan(p, textureSize(front)));\n"
+    "    bool inside = all(lessThan(p, ivec2(MSSM_SIDE)));\n"
     "    float least = 1.0;\n"
     "    precise vec4 sum = vec4(0.0);\n"
     "    precise vec4 more = vec4(0.0);\n"
     "    int s = 0;\n"
     "    do {\n"
-    "        float z = inside ? linear_depth(texelFetch(front, p, s).x) : 1.0;\n"
+    "        float z = inside ? MSSM_DEPTH(front, 0, p, s) : 1.0;\n"
     "#ifdef MSSM_AVERAGE\n"
-    "        if (inside) z = 0.5 * (z + linear_depth(texelFetch(back, p, s).x));\n"
+    "        if (inside) z = 0.5 * (z + MSSM_DEPTH(back, 1, p, s));\n"
     "#endif\n"
     "        least = min(z, least);\n"
     "        mssm_moments6 t = mssm_chebyshev(z);\n"
@@ -5721,8 +5832,13 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
     MSSM_FREE(text);
 }
 
-static const char *const mssm__program_names[MSSM__PROGRAMS] = {
+static const char *const mssm__program_names[MSSM__GIVEN] = {
     "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm copy"};
+
+static const char *mssm__program_name(int which)
+{
+    return which < MSSM__GIVEN ? mssm__program_names[which] : "mssm given depth";
+}
 
 static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type, const char *const *text,
                                     int count)
@@ -5733,14 +5849,14 @@ static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type, c
     if (!gl->program[which]) gl->program[which] = f->CreateProgram();
     if (!shader || !gl->program[which]) {
         if (shader) f->DeleteShader(shader);
-        mssm__log(gl, "no shader or program object for ", mssm__program_names[which]);
+        mssm__log(gl, "no shader or program object for ", mssm__program_name(which));
         return MSSM_ERROR_GL;
     }
     f->ShaderSource(shader, count, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, MSSM__GL_COMPILE_STATUS, &good);
     if (good) f->AttachShader(gl->program[which], shader);
-    else mssm__log_all(gl, shader, 0, mssm__program_names[which]);
+    else mssm__log_all(gl, shader, 0, mssm__program_name(which));
     f->DeleteShader(shader);
     return good ? MSSM_OK : MSSM_ERROR_GL;
 }
@@ -5751,8 +5867,8 @@ static mssm_result mssm__link(mssm_gl *gl, int which)
     int good = 0;
     gl->f.LinkProgram(program);
     gl->f.GetProgramiv(program, MSSM__GL_LINK_STATUS, &good);
-    if (!good) mssm__log_all(gl, program, 1, mssm__program_names[which]);
-    gl->f.ObjectLabel(MSSM__GL_PROGRAM, program, -1, mssm__program_names[which]);
+    if (!good) mssm__log_all(gl, program, 1, mssm__program_name(which));
+    gl->f.ObjectLabel(MSSM__GL_PROGRAM, program, -1, mssm__program_name(which));
     return good ? MSSM_OK : MSSM_ERROR_GL;
 }
 
@@ -5762,26 +5878,31 @@ static mssm_result mssm__build_program(mssm_gl *gl, int which, const char *const
     return r ? r : mssm__link(gl, which);
 }
 
-static mssm_result mssm__build_programs(mssm_gl *gl)
+static void mssm__write_defines(const mssm_gl *gl, char defines[256])
 {
-    char defines[256];
-    snprintf(defines, sizeof defines,
+    snprintf(defines, 256,
              "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
              "#define MSSM_BATCH %d\n#define MSSM_SCALE %d\n",
              gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
              (int)MSSM__BATCH, MSSM_SCALE);
-    const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
-                                   mssm__glsl_linear_depth, mssm__glsl_resolve};
-    const char *const average[] = {mssm__glsl_version, defines,                 "#define MSSM_AVERAGE\n",
-                                   mssm__glsl_math,    mssm__glsl_linear_depth, mssm__glsl_resolve};
+}
+
+static mssm_result mssm__build_programs(mssm_gl *gl)
+{
+    char defines[256];
+    mssm__write_defines(gl, defines);
+    const char *const resolve[] = {mssm__glsl_version,      defines,          mssm__glsl_math,
+                                   mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_resolve};
+    const char *const average[] = {mssm__glsl_version, defines,          "#define MSSM_AVERAGE\n", mssm__glsl_math,
+                                   mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_resolve};
     const char *const rows[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_rows};
     const char *const halve[] = {mssm__glsl_version, defines, "#define MSSM_HALVE\n",
                                  mssm__glsl_tables, mssm__glsl_rows};
     const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables,
                                    mssm__glsl_columns};
     const char *const least[] = {mssm__glsl_version, defines, mssm__glsl_least};
-    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 5);
-    if (!r) r = mssm__build_program(gl, MSSM__AVERAGE, average, 6);
+    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
+    if (!r) r = mssm__build_program(gl, MSSM__AVERAGE, average, 7);
     if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
     if (!r) r = mssm__build_program(gl, MSSM__HALVE, halve, 5);
     if (!r) r = mssm__build_program(gl, MSSM__COLUMNS, columns, 4);
@@ -5955,6 +6076,33 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     return MSSM_OK;
 }
 
+// Textures that depth is read from: first that of our own passes.
+static const struct {
+    mssm__glenum target, binding;
+    const char *name, *text;
+} mssm__targets[6] = {
+    {MSSM__GL_TEXTURE_2D_MULTISAMPLE, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE, "GL_TEXTURE_2D_MULTISAMPLE",
+     "#define MSSM_SAMPLER sampler2DMS\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, s).x\n"},
+    {MSSM__GL_TEXTURE_2D, MSSM__GL_TEXTURE_BINDING_2D, "GL_TEXTURE_2D",
+     "#define MSSM_SAMPLER sampler2D\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, 0).x\n"},
+    {MSSM__GL_TEXTURE_2D_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_ARRAY, "GL_TEXTURE_2D_ARRAY",
+     "#define MSSM_SAMPLER sampler2DArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), 0).x\n"},
+    {MSSM__GL_TEXTURE_CUBE_MAP, MSSM__GL_TEXTURE_BINDING_CUBE_MAP, "GL_TEXTURE_CUBE_MAP",
+     "#define MSSM_SAMPLER samplerCube\n"
+     "#define MSSM_FETCH(map, at, layer, s) "
+     "textureLod(map, cube_direction(layer, at, textureSize(map, 0).x), 0.0).x\n"},
+    {MSSM__GL_TEXTURE_CUBE_MAP_ARRAY, MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY, "GL_TEXTURE_CUBE_MAP_ARRAY",
+     "#define MSSM_SAMPLER samplerCubeArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) "
+     "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), float((layer) / 6)), 0.0).x\n"},
+    {MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY,
+     "GL_TEXTURE_2D_MULTISAMPLE_ARRAY",
+     "#define MSSM_SAMPLER sampler2DMSArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), s).x\n"}};
+
 // A name to bind again; 0 where the object has been deleted since, perhaps in another context.
 static unsigned mssm__living(int name, mssm__glboolean(MSSM__GLAPI *is)(unsigned))
 {
@@ -5972,6 +6120,16 @@ static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
     return MSSM_ERROR_ORDER;
 }
 
+// Leaves another unit active.
+static void mssm__save_target(const mssm_gl *gl, mssm__gl_bindings *b, int kind)
+{
+    for (int i = 0; i < 2; i++) {
+        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
+        b->texture[i][kind] = mssm__get(gl, mssm__targets[kind].binding);
+    }
+    b->targets |= 1 << kind;
+}
+
 static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
 {
     static const mssm__glenum names[6] = {
@@ -5982,10 +6140,13 @@ static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
     b->array = mssm__get(gl, MSSM__GL_VERTEX_ARRAY_BINDING);
     b->active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
     b->buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+    b->targets = 0;
     for (int i = 0; i < 2; i++) {
         gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
-        b->texture[i] = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
         b->sampler[i] = mssm__get(gl, MSSM__GL_SAMPLER_BINDING);
+    }
+    for (int kind = 0; kind < 6; kind++) {
+        if (!kind || gl->targets >> kind & 1) mssm__save_target(gl, b, kind);
     }
     gl->f.ActiveTexture((mssm__glenum)b->active);
     for (unsigned i = 0; i < 4; i++) {
@@ -5999,7 +6160,10 @@ static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b
     for (int i = 0; i < 2; i++) {
         const unsigned unit = (unsigned)(gl->desc.first_texture_unit + i);
         gl->f.ActiveTexture(MSSM__GL_TEXTURE0 + unit);
-        gl->f.BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, mssm__living(b->texture[i], gl->f.IsTexture));
+        for (int k = 0; k < 6; k++) {
+            if (!(b->targets >> k & 1)) continue;
+            gl->f.BindTexture(mssm__targets[k].target, mssm__living(b->texture[i][k], gl->f.IsTexture));
+        }
         gl->f.BindSampler(unit, mssm__living(b->sampler[i], gl->f.IsSampler));
     }
     gl->f.ActiveTexture((mssm__glenum)b->active);
@@ -6030,33 +6194,38 @@ static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, 
     }
 }
 
-static void mssm__resolve(mssm_gl *gl, int index)
+// Depth that is bound, as moments into the map of a light.
+static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linear, int samples)
 {
     const mssm__gl_functions *f = &gl->f;
     const mssm_light *light = &gl->lights[index].light;
-    const int average = gl->lights[index].averaged;
-    const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
     // All of the least depths too, which are filled up to a power of two.
     const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
     const unsigned side = padded > all ? padded : all;
+    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
+    if (gl->table[2]) {
+        f->BindImageTexture(2, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_R32F);
+    }
+    f->ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->z_near, light->z_far, 0);
+    f->ProgramUniform1i(program, 1, samples);
+    f->ProgramUniform1i(program, 2, index);
+    f->UseProgram(program);
+    // After shading, or an earlier resolve of this layer; what follows has the barrier of the build.
+    (f->MemoryBarrier)(MSSM__GL_BARRIERS);
+    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, 1);
+}
+
+static void mssm__resolve(mssm_gl *gl, int index)
+{
+    const int average = gl->lights[index].averaged;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
     for (int i = 0; i <= average; i++) {
         mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
                            gl->depth[i]);
     }
-    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
-    if (gl->table[2]) {
-        f->BindImageTexture(2, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_R32F);
-    }
-    f->ProgramUniform4f(program, 0, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
-                        0);
-    f->ProgramUniform1i(program, 1, gl->samples);
-    f->ProgramUniform1i(program, 2, index);
-    f->UseProgram(program);
-    // After shading, or an earlier resolve of this layer; what follows has the barrier of the build.
-    (f->MemoryBarrier)(MSSM__GL_BARRIERS);
-    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, 1);
+    mssm__take_depth(gl, index, gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE],
+                     !gl->lights[index].light.perspective, gl->samples);
     mssm__restore_bindings(gl, &saved);
 }
 
@@ -6276,6 +6445,7 @@ void mssm_gl_destroy(mssm_gl *gl)
     for (int i = 0; i < MSSM__PROGRAMS; i++) {
         if (gl->program[i]) gl->f.DeleteProgram(gl->program[i]);
     }
+    if (gl->sampler) gl->f.DeleteSamplers(1, &gl->sampler);
     MSSM_FREE(gl->shader);
     MSSM_FREE(gl);
 }
@@ -6413,6 +6583,240 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
     mssm__resolve(gl, gl->drawing);
     gl->front_of = gl->back ? -1 : gl->drawing;
     gl->drawing = -1;
+    gl->views_stale = 1;
+    return MSSM_OK;
+}
+
+// Distances that the ends of a given depth map stand for; whether they are the light's own.
+static int mssm__depth_ends(const mssm_light *light, const mssm_gl_depth *d, float *low, float *high)
+{
+    const int own = d->z_near == 0 && d->z_far == 0;
+    *low = own ? light->z_near : d->z_near;
+    *high = own ? light->z_far : d->z_far;
+    return own;
+}
+
+// What can be said of a given depth map without GL; its kind, or -1 after a word.
+static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const mssm_gl_depth *d)
+{
+    const unsigned target = d->target ? d->target : (unsigned)MSSM__GL_TEXTURE_2D;
+    const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
+    int kind = 5;
+    char line[120];
+    while (kind >= 0 && mssm__targets[kind].target != target) kind--;
+    if (kind < 0) {
+        snprintf(line, sizeof line, "mssm_gl_depth: target 0x%04X: a 2D, cube map or multisampled texture", target);
+        mssm__log(gl, line, NULL);
+        return -1;
+    }
+    if (!mssm__in_range(gl, "mssm_gl_depth: stored", (int)d->stored, 0, light->perspective ? 2 : 1) ||
+        !mssm__in_range(gl, "mssm_gl_depth: layer", d->layer, 0, INT32_MAX) ||
+        !mssm__in_range(gl, "mssm_gl_depth: x", d->x, 0, INT32_MAX) ||
+        !mssm__in_range(gl, "mssm_gl_depth: y", d->y, 0, INT32_MAX) ||
+        !mssm__in_range(gl, "mssm_gl_depth: width", d->width, 0, INT32_MAX) ||
+        !mssm__in_range(gl, "mssm_gl_depth: height", d->height, 0, INT32_MAX)) {
+        return -1;
+    }
+    float low, high;
+    mssm__depth_ends(light, d, &low, &high); // NaN fails all of these
+    if (low >= (hyperbolic ? FLT_MIN : -FLT_MAX) && high > low && (high <= FLT_MAX || hyperbolic)) return kind;
+    snprintf(line, sizeof line, "mssm_gl_depth: z_near %g, z_far %g: %sz_near < z_far%s", (double)low, (double)high,
+             hyperbolic ? "0 < " : "", hyperbolic ? ", which may be infinite" : ", both finite");
+    mssm__log(gl, line, NULL);
+    return -1;
+}
+
+// One axis of a given depth map: how many texels a texel of the moment map takes, 0 after a word.
+static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int at, int size, int all)
+{
+    const int side = gl->desc.side;
+    char line[120];
+    if (!mssm__in_range(gl, names[0], at, 0, all - 1) ||
+        !mssm__in_range(gl, names[1], size ? size : all - at, 1, all - at)) {
+        return 0;
+    }
+    if (!size) size = all - at;
+    if (size % side == 0 && size / side <= 8) return size / side;
+    snprintf(line, sizeof line, "%s %d: once to 8 times the side of mssm_gl, %d", names[1], size, side);
+    mssm__log(gl, line, NULL);
+    return 0;
+}
+
+// Asks GL about the texture that is bound for it.
+static int mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s)
+{
+    static const char *const names[2][2] = {{"mssm_gl_depth: x", "mssm_gl_depth: width"},
+                                            {"mssm_gl_depth: y", "mssm_gl_depth: height"}};
+    enum { WIDTH, HEIGHT, DEPTH, SAMPLES, DEPTH_SIZE, RED_TYPE };
+    static const mssm__glenum questions[6] = {MSSM__GL_TEXTURE_WIDTH,      MSSM__GL_TEXTURE_HEIGHT,
+                                              MSSM__GL_TEXTURE_DEPTH,      MSSM__GL_TEXTURE_SAMPLES,
+                                              MSSM__GL_TEXTURE_DEPTH_SIZE, MSSM__GL_TEXTURE_RED_TYPE};
+    const mssm__glenum target = mssm__targets[s->kind].target;
+    const int cube = target == MSSM__GL_TEXTURE_CUBE_MAP, multisampled = s->kind == 0 || s->kind == 5;
+    int level = 0, answers[6] = {0};
+    if (!multisampled) gl->f.GetTexParameteriv(target, MSSM__GL_TEXTURE_BASE_LEVEL, &level);
+    for (int i = 0; i < 6; i++) {
+        gl->f.GetTexLevelParameteriv(cube ? (mssm__glenum)MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X : target, level,
+                                     questions[i], &answers[i]);
+    }
+    const int type = answers[RED_TYPE];
+    if (!answers[DEPTH_SIZE] && type != MSSM__GL_FLOAT && type != MSSM__GL_UNSIGNED_NORMALIZED &&
+        type != MSSM__GL_SIGNED_NORMALIZED) {
+        mssm__log(gl, "mssm_gl_depth: the texture has no storage, or neither depth nor red as fractions", NULL);
+        return 0;
+    }
+    const int flat = target == MSSM__GL_TEXTURE_2D || target == MSSM__GL_TEXTURE_2D_MULTISAMPLE;
+    s->each = multisampled && answers[SAMPLES] > 0 ? answers[SAMPLES] : 1;
+    if (!mssm__in_range(gl, "mssm_gl_depth: layer", s->is.layer, 0, cube ? 5 : flat ? 0 : answers[DEPTH] - 1)) {
+        return 0;
+    }
+    s->across = mssm__check_axis(gl, names[0], s->is.x, s->is.width, answers[WIDTH]);
+    s->up = s->across ? mssm__check_axis(gl, names[1], s->is.y, s->is.height, answers[HEIGHT]) : 0;
+    return s->up && mssm__in_range(gl, "mssm_gl_depth: texels times samples of a texel of the moment map",
+                                   s->across * s->up * s->each, 1, 64);
+}
+
+// What a texture's own state must be for its depth to be read: unlike filters and compare mode no sampler
+// stands in for it. `set` or put back what was there.
+static void mssm__set_texture_state(const mssm_gl *gl, mssm__gl_source *s, int ask, int set)
+{
+    static const mssm__glenum names[3] = {MSSM__GL_DEPTH_STENCIL_TEXTURE_MODE, MSSM__GL_TEXTURE_SWIZZLE_R,
+                                          MSSM__GL_DEPTH_TEXTURE_MODE};
+    static const int wanted[3] = {MSSM__GL_DEPTH_COMPONENT, MSSM__GL_RED, MSSM__GL_RED};
+    const mssm__glenum target = mssm__targets[s->kind].target;
+    for (int i = 0; i < (gl->compatible ? 3 : 2); i++) {
+        if (ask) {
+            s->state[i] = wanted[i]; // a lost context writes nothing
+            gl->f.GetTexParameteriv(target, names[i], &s->state[i]);
+        }
+        if (s->state[i] != wanted[i]) gl->f.TexParameteri(target, names[i], set ? wanted[i] : s->state[i]);
+    }
+}
+
+// Binds a depth map to a unit, asks GL about it where that has not been done before, and makes it readable.
+static int mssm__bind_depth(mssm_gl *gl, mssm__gl_light *light, int i, const mssm_gl_depth *d, int kind)
+{
+    mssm__gl_source *known = &light->source[i], s;
+    const int unit = gl->desc.first_texture_unit + i;
+    const int ask = !gl->framing || !d->texture || memcmp(&known->is, d, sizeof *d) != 0;
+    memset(&s, 0, sizeof s);
+    memcpy(&s.is, d, sizeof *d);
+    s.kind = kind;
+    if (ask && (!d->texture || !gl->f.IsTexture(d->texture))) {
+        mssm__log(gl, "mssm_gl_depth: there is no such texture", NULL);
+        return 0;
+    }
+    if (ask && mssm__take_error(gl)) mssm__log(gl, "a GL error was pending before mssm_gl_set_depth", NULL);
+    mssm__bind_texture(gl, unit, mssm__targets[kind].target, d->texture);
+    gl->f.BindSampler((unsigned)unit, gl->sampler);
+    if (!ask) {
+        mssm__set_texture_state(gl, known, 0, 1);
+        return 1;
+    }
+    if (mssm__get(gl, mssm__targets[kind].binding) != (int)d->texture) {
+        mssm__take_error(gl);
+        mssm__log(gl, "mssm_gl_depth: the texture is no ", mssm__targets[kind].name);
+        return 0;
+    }
+    if (!mssm__ask_depth(gl, &s)) return 0;
+    mssm__set_texture_state(gl, &s, 1, 1);
+    *known = s;
+    return 1;
+}
+
+// Programs of a kind of depth map and the sampler, made when first needed.
+static mssm_result mssm__prepare_depth(mssm_gl *gl, int kind, int back)
+{
+    const int which = MSSM__GIVEN + 2 * kind + back;
+    if (!gl->sampler) {
+        gl->f.CreateSamplers(1, &gl->sampler);
+        if (!gl->sampler) {
+            mssm__log(gl, "no sampler object", NULL);
+            return MSSM_ERROR_GL;
+        }
+        gl->f.SamplerParameteri(gl->sampler, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_NEAREST);
+        gl->f.SamplerParameteri(gl->sampler, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
+        gl->f.ObjectLabel(MSSM__GL_SAMPLER, gl->sampler, -1, "mssm given depth");
+    }
+    if (gl->program[which]) return MSSM_OK;
+    char defines[256];
+    mssm__write_defines(gl, defines);
+    const char *const text[] = {mssm__glsl_version, defines, back ? "#define MSSM_AVERAGE\n" : "",
+                                mssm__targets[kind].text, mssm__glsl_math, mssm__glsl_linear_depth,
+                                mssm__glsl_given, mssm__glsl_resolve};
+    const mssm_result r = mssm__build_program(gl, which, text, 8);
+    if (r && gl->program[which]) gl->f.DeleteProgram(gl->program[which]);
+    if (r) gl->program[which] = 0;
+    return r;
+}
+
+// Depth maps that are bound, as moments into the map of a light.
+static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2], int back)
+{
+    const mssm_light *light = &gl->lights[index].light;
+    const mssm_gl_depth *d = &s->is;
+    const unsigned program = gl->program[MSSM__GIVEN + 2 * s->kind + back];
+    const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
+    float low, high;
+    const int straight = mssm__depth_ends(light, d, &low, &high) && d->stored != MSSM_STORED_RADIAL;
+    float how = hyperbolic ? 2.0f : d->stored == MSSM_STORED_RADIAL ? 4.0f : 3.0f;
+    if (straight && !d->reversed) how = 0;
+    if (straight && d->reversed && !hyperbolic) how = 1;
+    const int from[10] = {s->across,   s->up, s->each,   gl->desc.side, d->x,
+                          d->y,        d->layer, s[1].is.x, s[1].is.y,     s[1].is.layer};
+    gl->f.ProgramUniform4f(program, 3, how, d->reversed ? 1.0f : 0.0f, low, hyperbolic ? low / high : high);
+    gl->f.ProgramUniform4f(program, 4, light->extent_u, light->extent_v, 0, 0);
+    gl->f.ProgramUniform1iv(program, 5, back ? 10 : 7, from);
+    mssm__take_depth(gl, index, program, !hyperbolic, s->across * s->up * s->each);
+}
+
+// Whether both are read in the same way.
+static int mssm__alike(const mssm__gl_source *a, const mssm__gl_source *b)
+{
+    return a->across == b->across && a->up == b->up && a->each == b->each && a->is.stored == b->is.stored &&
+           !a->is.reversed == !b->is.reversed && a->is.z_near == b->is.z_near && a->is.z_far == b->is.z_far;
+}
+
+mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front, const mssm_gl_depth *back)
+{
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return MSSM_ERROR_ARGUMENT;
+    mssm__gl_light *light = &gl->lights[index];
+    if (!front || !(light->light.z_far > light->light.z_near)) {
+        mssm__log(gl, front ? "mssm_gl_set_depth before mssm_gl_set_light" : "mssm_gl_set_depth: front is null", NULL);
+        return front ? MSSM_ERROR_ORDER : MSSM_ERROR_ARGUMENT;
+    }
+    if (gl->drawing >= 0) mssm__log(gl, "mssm_gl_set_depth before mssm_gl_end_depth", NULL);
+    if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_depth")) return MSSM_ERROR_ORDER;
+    const int kind = mssm__check_depth(gl, &light->light, front);
+    const int other = back && kind >= 0 ? mssm__check_depth(gl, &light->light, back) : kind;
+    if (kind < 0 || other < 0) return MSSM_ERROR_ARGUMENT;
+    const mssm_result r = mssm__prepare_depth(gl, kind, back != NULL);
+    if (r) return r;
+    gl->targets |= 1 << kind;
+    mssm__gl_bindings saved;
+    mssm__save_bindings(gl, &saved);
+    if (gl->framing && !(gl->bindings.targets >> kind & 1)) mssm__save_target(gl, &gl->bindings, kind);
+    int bound = mssm__bind_depth(gl, light, 0, front, kind);
+    int good = bound;
+    if (good && back) {
+        good = other == kind && mssm__bind_depth(gl, light, 1, back, kind);
+        bound += good;
+        if (other != kind || (good && !mssm__alike(&light->source[0], &light->source[1]))) {
+            mssm__log(gl, "mssm_gl_set_depth: back must be like front but for texture, layer, x and y", NULL);
+            good = 0;
+        }
+    }
+    if (good) mssm__take_given(gl, index, light->source, back != NULL);
+    while (bound-- > 0) {
+        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + bound));
+        mssm__set_texture_state(gl, &light->source[bound], 0, 0);
+    }
+    mssm__restore_bindings(gl, &saved);
+    if (!good) return MSSM_ERROR_ARGUMENT;
+    light->averaged = back != NULL;
+    light->filled = 1;
+    light->built = 0;
+    gl->front_of = -1;
     gl->views_stale = 1;
     return MSSM_OK;
 }
