@@ -5288,13 +5288,15 @@ static const char mssm__glsl_drawn[] =
     "#define MSSM_SIDE textureSize(front).x\n"
     "#define MSSM_DEPTH(map, i, p, s) linear_depth(texelFetch(map, p, s).x)\n";
 
-// Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth.
+// Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth. No branch
+// hangs on a uniform: zink of Mesa 22 takes the one of the dispatch before.
 static const char mssm__glsl_given[] =
     "#define MSSM_SIDE from[3]\n"
     "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 4 + 3 * i), from[6 + 3 * i], s % from[2]), p)\n"
-    "layout(location = 3) uniform vec4 stored;  // how, reversed, near, far (WINDOW: near / far)\n"
-    "layout(location = 4) uniform vec4 extent;\n"
-    "layout(location = 5) uniform int from[10];  // texels across and up, samples of each, side; x, y, layer\n"
+    "layout(location = 3) uniform vec4 stored;  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
+    "layout(location = 4) uniform vec4 law;  // distance as a quotient of polynomials of nearness\n"
+    "layout(location = 5) uniform vec4 straight;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
+    "layout(location = 6) uniform int from[10];  // texels across and up, samples of each, side; x, y, layer\n"
     "ivec2 given_texel(ivec2 p, int s, int x)\n"
     "{\n"
     "    int t = s / from[2];\n"
@@ -5310,14 +5312,14 @@ static const char mssm__glsl_given[] =
     "}\n"
     "float given_depth(float v, ivec2 p)\n"
     "{\n"
-    "    float nearness = stored.y > 0.0 ? v : 1.0 - v;\n"
-    "    if (!(nearness > 0.0)) return 1.0;\n"
-    "    if (stored.x == 0.0) return linear_depth(v);\n"
-    "    if (stored.x == 1.0) return clamp(1.0 - 2.0 * v, -1.0, 1.0);\n"
-    "    float w = stored.x == 2.0 ? stored.z / (nearness + stored.w * (1.0 - nearness))\n"
-    "                              : stored.w - nearness * (stored.w - stored.z);\n"
-    "    if (stored.x == 4.0) w /= length(vec3(((2.0 * vec2(p) + 1.0) / float(from[3]) - 1.0) * extent.xy, 1.0));\n"
-    "    return mssm_clamp(-1.0 + 2.0 * (w - range.y) / (range.z - range.y), -1.0, 1.0);\n"
+    "    float nearness = v * stored.x + stored.y;\n"
+    "    vec2 at = (2.0 * vec2(p) + 1.0) / float(from[3]) - 1.0;\n"
+    "    float w = (law.x + law.y * nearness) / ((law.z + law.w * nearness) * length(vec3(at * stored.zw, 1.0)));\n"
+    "    float z = mssm_clamp(-1.0 + 2.0 * (w - range.y) / (range.z - range.y), -1.0, 1.0);\n"
+    "    float drawn = linear_depth(v), reversed = clamp(1.0 - 2.0 * v, -1.0, 1.0);\n"
+    "    z = straight.x > 0.0 ? drawn : z;\n"
+    "    z = straight.x < 0.0 ? reversed : z;\n"
+    "    return nearness > 0.0 ? z : 1.0;\n"
     "}\n";
 
 // Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from
@@ -6758,15 +6760,16 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
     const unsigned program = gl->program[MSSM__GIVEN + 2 * s->kind + back];
     const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
     float low, high;
-    const int straight = mssm__depth_ends(light, d, &low, &high) && d->stored != MSSM_STORED_RADIAL;
-    float how = hyperbolic ? 2.0f : d->stored == MSSM_STORED_RADIAL ? 4.0f : 3.0f;
-    if (straight && !d->reversed) how = 0;
-    if (straight && d->reversed && !hyperbolic) how = 1;
-    const int from[10] = {s->across,   s->up, s->each,   gl->desc.side, d->x,
-                          d->y,        d->layer, s[1].is.x, s[1].is.y,     s[1].is.layer};
-    gl->f.ProgramUniform4f(program, 3, how, d->reversed ? 1.0f : 0.0f, low, hyperbolic ? low / high : high);
-    gl->f.ProgramUniform4f(program, 4, light->extent_u, light->extent_v, 0, 0);
-    gl->f.ProgramUniform1iv(program, 5, back ? 10 : 7, from);
+    const int ours = mssm__depth_ends(light, d, &low, &high), radial = d->stored == MSSM_STORED_RADIAL;
+    const float ratio = low / high, straight = !ours || radial || (d->reversed && hyperbolic) ? 0.0f : d->reversed ? -1.0f : 1.0f;
+    const int from[10] = {s->across, s->up,    s->each,   gl->desc.side, d->x,
+                          d->y,      d->layer, s[1].is.x, s[1].is.y,     s[1].is.layer};
+    gl->f.ProgramUniform4f(program, 3, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
+                           radial ? light->extent_u : 0.0f, radial ? light->extent_v : 0.0f);
+    if (hyperbolic) gl->f.ProgramUniform4f(program, 4, low, 0, ratio, 1 - ratio);
+    else gl->f.ProgramUniform4f(program, 4, high, low - high, 1, 0);
+    gl->f.ProgramUniform4f(program, 5, straight, 0, 0, 0);
+    gl->f.ProgramUniform1iv(program, 6, back ? 10 : 7, from);
     mssm__take_depth(gl, index, program, !hyperbolic, s->across * s->up * s->each);
 }
 
