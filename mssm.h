@@ -234,6 +234,10 @@ mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest);
 // Least and greatest depth of count that something was drawn at; 0 where nothing was (all are 1).
 int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest);
 
+// Depth z of what a GPU has stored as window depth, 0 to 1 or reversed, with the planes of the light: what
+// mssm_map_update wants, element by element. On the GPU it is mssm_gl_set_depth.
+float mssm_light_depth(const mssm_light *light, float stored, int reversed);
+
 // [glsl begin lights]
 // Faces of mssm_light_point that a receiver asks, and their weights, sum 1. Next to an edge of the
 // cube two or three faces have a share, so that nothing jumps there; else the others have 0.
@@ -1812,6 +1816,16 @@ mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest)
     }
     *light = r;
     return MSSM_OK;
+}
+
+float mssm_light_depth(const mssm_light *light, float stored, int reversed)
+{
+    const float nearness = reversed ? stored : 1.0f - stored;  // floats are finest at its 0
+    if (!(nearness > 0)) return 1;
+    if (!light->perspective) return mssm_clamp(1.0f - 2.0f * nearness, -1.0f, 1.0f);
+    const float ratio = light->z_near / light->z_far;
+    const float w = light->z_near / (nearness + ratio * (1.0f - nearness));
+    return mssm_clamp(-1.0f + 2.0f * (w - light->z_near) / (light->z_far - light->z_near), -1.0f, 1.0f);
 }
 
 int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest)

@@ -1502,6 +1502,8 @@ static void transform_feedback_is_refused(void)
             if (step == 2) WATCH_FAIL(mssm_gl_build(g), MSSM_ERROR_ORDER);
             CHECK(fakes.messages == 1 && strstr(fakes.message, "transform feedback"), "\"%s\"", fakes.message);
             WATCH_FAIL(mssm_gl_set_moments(g, 0, 1), MSSM_ERROR_ORDER);
+            const mssm_gl_depth given = {1, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
+            WATCH_FAIL(mssm_gl_set_depth(g, 0, &given, NULL), MSSM_ERROR_ORDER);
             gl.PauseTransformFeedback();
             if (step == 0) CHECK(!mssm_gl_begin_depth(g, 0, 0), "begin while paused");
             if (step == 1) CHECK(!mssm_gl_end_depth(g), "end while paused");
@@ -1883,6 +1885,18 @@ static void zeroed_descriptors_disturb_nobody(void)
 // ---- 5. Failures ---------------------------------------------------------------------------------
 
 // The whole life of an mssm_gl up to the first failure.
+// Of a texture that is not counted.
+static mssm_result give_depth(mssm_gl *g)
+{
+    mssm_gl_depth given;
+    memset(&given, 0, sizeof given);
+    gl.CreateTextures(0x0DE1, 1, &given.texture); // GL_TEXTURE_2D
+    gl.TextureStorage2D(given.texture, 1, GL_DEPTH_COMPONENT32F, 64, 64);
+    const mssm_result r = mssm_gl_set_depth(g, 0, &given, &given);
+    gl.DeleteTextures(1, &given.texture);
+    return r;
+}
+
 static mssm_result whole_life(mssm_gl **g)
 {
     const mssm_gl_desc d = description(2, 64, 4, 6);
@@ -1893,6 +1907,8 @@ static mssm_result whole_life(mssm_gl **g)
         r = mssm_gl_begin_depth(*g, 0, back);
         if (!r) r = mssm_gl_end_depth(*g);
     }
+    if (!r) r = mssm_gl_build(*g);
+    if (!r) r = give_depth(*g);
     if (!r) r = mssm_gl_build(*g);
     if (!r) r = mssm_gl_bind(*g);
     if (!r) r = mssm_gl_resize(*g, 3, 100);

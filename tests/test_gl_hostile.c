@@ -30,7 +30,8 @@ static struct {
     int mapped_count;
 } driver;
 
-enum { TEXTURE_BINDING_CUBE_MAP = 0x8514, CONTEXT_LOST = 0x0507, SYNC_SIGNALED = 0x911A, SYNC_WAIT_FAILED = 0x911D };
+enum { ANY_NUMBER = 1 << 27 }; // a limit that is never reached, and the texture that is bound everywhere
+enum { FLAT = 0x0DE1, TEXTURE_BINDING_CUBE_MAP = 0x8514, CONTEXT_LOST = 0x0507, SYNC_SIGNALED = 0x911A, SYNC_WAIT_FAILED = 0x911D };
 
 // Whether the call does what it should; every function begins with it.
 static bool works(void)
@@ -79,7 +80,7 @@ static int strange(void)
     X(TextureStorage3D, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLsizei f))                \
     X(TextureStorage2DMultisample, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLboolean f))   \
     X(TextureParameteri, (GLuint a, GLenum b, GLint c))                                                  \
-    X(TextureParameterfv, (GLuint a, GLenum b, const GLfloat *c))                                        \
+    X(TexParameteri, (GLenum a, GLenum b, GLint c))                                                      \
     X(ActiveTexture, (GLenum a))                                                                         \
     X(BindTexture, (GLenum a, GLuint b))                                                                 \
     X(BindSampler, (GLuint a, GLuint b))                                                                 \
@@ -201,7 +202,7 @@ static const unsigned char *GL_CALL hostile_GetString(GLenum name)
 static void GL_CALL hostile_GetIntegerv(GLenum name, GLint *value)
 {
     if (!works()) return; // a lost context writes nothing
-    *value = name == GL_MAJOR_VERSION ? 4 : name == GL_MINOR_VERSION ? 5 : 1 << 27;
+    *value = name == GL_MAJOR_VERSION ? 4 : name == GL_MINOR_VERSION ? 5 : ANY_NUMBER;
     if (name == TEXTURE_BINDING_CUBE_MAP) *value = 9; // the one that is given to update
     if (nonsense()) *value = strange();
 }
@@ -266,7 +267,7 @@ static void GL_CALL hostile_GetTexParameteriv(GLenum target, GLenum name, GLint 
 
 static void GL_CALL hostile_GetTexLevelParameteriv(GLenum target, GLint level, GLenum name, GLint *value)
 {
-    if (works()) *value = nonsense() ? strange() : name == GL_TEXTURE_SAMPLES ? 4 : 16;
+    if (works()) *value = nonsense() ? strange() : name == GL_TEXTURE_SAMPLES ? 4 : target == FLAT ? 64 : 16;
 }
 
 // Of shaders and programs: their status, and how long their log claims to be.
@@ -428,9 +429,11 @@ static int live_mssm(const char *what)
     check_create(r, g != NULL, what);
     if (r) return 1;
     const int before = driver.messages;
-    mssm_result all[10];
+    mssm_result all[13];
+    const mssm_gl_depth given = {ANY_NUMBER, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
     int n = 0;
     all[n++] = mssm_gl_set_light(g, 0, &light);
+    all[n++] = mssm_gl_set_light(g, 1, &light);
     all[n++] = mssm_gl_begin_depth(g, 0, 0);
     all[n++] = mssm_gl_end_depth(g);
     all[n++] = mssm_gl_begin_depth(g, 0, 1);
@@ -438,6 +441,8 @@ static int live_mssm(const char *what)
     all[n++] = mssm_gl_build(g);
     all[n++] = mssm_gl_bind(g);
     all[n++] = mssm_gl_set_moments(g, 1, 7);
+    all[n++] = mssm_gl_set_depth(g, 1, &given, NULL);
+    all[n++] = mssm_gl_set_depth(g, 0, &given, &given);
     all[n++] = mssm_gl_resize(g, 3, 128);
     all[n++] = mssm_gl_build(g);
     const int failures = count_failures(all, n, before, what);
