@@ -516,9 +516,9 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
 // multisampled framebuffer without colour, sets viewport, depth test, depth range and clip control
 // (-1 to 1) and clears depth; culling is off, or with back_faces front faces are culled; whatever
 // else could keep fragments or colours out is off: clip distances, stencil, masks, alpha test ... end
-// restores all of that and turns depth into moments. A pass with back_faces must directly follow
-// the light's pass without: the mean of both is used then, sample by sample, as with
-// mssm_map_update.
+// restores all of that; depth becomes moments with whatever call comes next, so that front faces need not
+// where back faces follow. A pass with back_faces must directly follow the light's pass without: the mean
+// of both is used then, sample by sample, as with mssm_map_update.
 mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
 mssm_result mssm_gl_end_depth(mssm_gl *gl);
 
@@ -563,7 +563,7 @@ mssm_result mssm_gl_begin_frame(mssm_gl *gl);
 mssm_result mssm_gl_end_frame(mssm_gl *gl);
 
 // Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of
-// as many levels as the widest light needs.
+// as many levels as the widest light needs. Where nothing has changed it returns at once.
 mssm_result mssm_gl_build(mssm_gl *gl);
 
 // Binds what shading reads: textures at units first_texture_unit and the next two (and no samplers), a
@@ -5242,10 +5242,13 @@ typedef struct mssm__gl_source {
 
 typedef struct mssm__gl_light {
     mssm_light light;
+    mssm_light drawn;  // that of the map
     mssm__gl_source source[2];
     int averaged;
-    int filled;  // was drawn, the map is not empty
-    int built;   // levels whose tables are up to date
+    int filled;   // was drawn, the map is not empty
+    int built;    // levels whose tables are up to date
+    int changed;  // since its view was made
+    float widest; // kernel that it can need, in texels
 } mssm__gl_light;
 
 struct mssm_gl {
@@ -5256,7 +5259,9 @@ struct mssm_gl {
     int levels, depth_levels, padded, samples;  // samples that the driver gives: at least those asked for
     int drawing, back;  // light of the pass between begin and end, or -1; which faces
     int front_of;       // light whose front faces the depth target holds, or -1
-    int views_stale;
+    int unresolved;     // that light, while these have not become moments
+    int stale;          // something has changed since the last build
+    int first_changed, last_changed;  // lights whose views the buffer does not have
     int bound;          // by mssm_gl_bind, at least once
     int depths;         // how many depth targets there are
     mssm__glenum format[3];  // of the tables, and of least depths
@@ -6076,7 +6081,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     if (!r) {
         const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
         f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
-        f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)(count * sizeof *gl->view), NULL,
+        f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)(count * sizeof *gl->view), gl->view,
                          MSSM__GL_DYNAMIC_STORAGE_BIT);
         f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
         f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
@@ -6087,8 +6092,8 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
                   error == MSSM__GL_OUT_OF_MEMORY ? "out of memory" : "the driver refuses it");
         return MSSM_ERROR_GL;
     }
-    gl->drawing = gl->front_of = -1;
-    gl->views_stale = 1;
+    gl->drawing = gl->front_of = gl->unresolved = gl->last_changed = -1;
+    gl->stale = 0;
     return MSSM_OK;
 }
 
@@ -6214,7 +6219,7 @@ static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, 
 static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linear, int samples)
 {
     const mssm__gl_functions *f = &gl->f;
-    const mssm_light *light = &gl->lights[index].light;
+    const mssm_light *light = &gl->lights[index].drawn;
     // All of the least depths too, which are filled up to a power of two.
     const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
     const unsigned side = padded > all ? padded : all;
@@ -6241,8 +6246,34 @@ static void mssm__resolve(mssm_gl *gl, int index)
                            gl->depth[i]);
     }
     mssm__take_depth(gl, index, gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE],
-                     !gl->lights[index].light.perspective, gl->samples);
+                     !gl->lights[index].drawn.perspective, gl->samples);
     mssm__restore_bindings(gl, &saved);
+}
+
+// Front faces wait for the back faces that may follow. Anything else that is done next comes here first: they
+// become moments, unless light `instead` is given others.
+static void mssm__settle(mssm_gl *gl, int instead)
+{
+    if (gl->unresolved >= 0 && gl->unresolved != instead) mssm__resolve(gl, gl->unresolved);
+    gl->unresolved = -1;
+}
+
+static void mssm__change(mssm_gl *gl, int index)
+{
+    gl->stale = gl->lights[index].changed = 1;
+    if (gl->last_changed < 0 || index < gl->first_changed) gl->first_changed = index;
+    if (index > gl->last_changed) gl->last_changed = index;
+}
+
+// The light's map is new, its tables are not.
+static void mssm__filled(mssm_gl *gl, int index, int averaged)
+{
+    mssm__gl_light *light = &gl->lights[index];
+    light->drawn = light->light;
+    light->averaged = averaged;
+    light->filled = 1;
+    light->built = 0;
+    mssm__change(gl, index);
 }
 
 static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
@@ -6299,40 +6330,46 @@ static void mssm__restore_state(mssm_gl *gl)
     mssm__set_state(gl, s);
 }
 
-// Views of all lights; returns the levels that the widest of their kernels needs.
+static void mssm__make_view(const mssm_gl *gl, mssm__gl_light *l, mssm_view *v)
+{
+    memset(v, 0, sizeof *v);  // a map without texels: all is lit
+    l->changed = 0;
+    l->widest = 0;
+    if (!l->filled || !(l->light.z_far > l->light.z_near)) return;
+    *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
+    // For receivers down to depth 17, eight times as deep as all casters: further ones see
+    // wider kernels than the tables hold, and get the widest.
+    const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
+    l->widest = 2.0f * kernel * (mssm_spread(*v, 17.0f) - mssm_spread(*v, -1.0f));
+    if (l->built == 0) {
+        memset(v, 0, sizeof *v);  // drawn, but not built
+        return;
+    }
+    const float limit = 0.5f * MSSM_KERNEL * (float)(1 << (l->built - 1));
+    if (l->built < gl->levels && v->max_half > limit) v->max_half = limit;
+}
+
+// Views of the lights that have changed; returns the levels that the widest of all kernels needs.
 static int mssm__make_views(mssm_gl *gl)
 {
     float widest = 0;
     for (int i = 0; i < gl->desc.lights; i++) {
-        const mssm__gl_light *l = &gl->lights[i];
-        mssm_view *v = &gl->view[i];
-        memset(v, 0, sizeof *v);  // a map without texels: all is lit
-        if (!l->filled || !(l->light.z_far > l->light.z_near)) continue;
-        *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
-        // For receivers down to depth 17, eight times as deep as all casters: further ones see
-        // wider kernels than the tables hold, and get the widest.
-        const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
-        const float width = 2.0f * kernel * (mssm_spread(*v, 17.0f) - mssm_spread(*v, -1.0f));
-        widest = width > widest ? width : widest;
-        if (l->built == 0) {
-            memset(v, 0, sizeof *v);  // drawn, but not built
-            continue;
-        }
-        const float limit = 0.5f * MSSM_KERNEL * (float)(1 << (l->built - 1));
-        if (l->built < gl->levels && v->max_half > limit) v->max_half = limit;
+        if (gl->lights[i].changed) mssm__make_view(gl, &gl->lights[i], &gl->view[i]);
+        widest = gl->lights[i].widest > widest ? gl->lights[i].widest : widest;
     }
     return 1 + mssm_level_of(widest, gl->levels);
 }
 
-// Leaves the generic binding to the buffer.
+// From the first to the last that has changed. Leaves the generic binding to the buffer.
 static void mssm__upload_views(mssm_gl *gl)
 {
-    if (!gl->views_stale) return;
+    const int first = gl->first_changed, count = gl->last_changed - first + 1;
+    if (gl->last_changed < 0) return;
     mssm__make_views(gl);
     gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
-    gl->f.BufferSubData(MSSM__GL_SHADER_STORAGE_BUFFER, 0,
-                        (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view), gl->view);
-    gl->views_stale = 0;
+    gl->f.BufferSubData(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)((size_t)first * sizeof *gl->view),
+                        (ptrdiff_t)((size_t)count * sizeof *gl->view), gl->view + first);
+    gl->last_changed = -1;
 }
 
 // Least depths of coarser levels, three at a time; those beyond the last are written where it is, before it.
@@ -6506,8 +6543,9 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
         mssm__log(gl, "a light needs z_near < z_far and a finite world_to_shadow", NULL);
         return MSSM_ERROR_ARGUMENT;
     }
+    if (!memcmp(&gl->lights[index].light, light, sizeof *light)) return MSSM_OK;
     gl->lights[index].light = *light;
-    gl->views_stale = 1;
+    mssm__change(gl, index);
     return MSSM_OK;
 }
 
@@ -6575,6 +6613,7 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_depth");
     if (r) return r;
     const float farthest = 1;
+    if (!back_faces) mssm__settle(gl, index);
     gl->drawing = index;
     gl->back = back_faces != 0;
     mssm__pass_state(gl, gl->framebuffer[gl->back], 1, back_faces);
@@ -6591,15 +6630,11 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
     }
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_depth");
     if (r) return r;
-    mssm__gl_light *light = &gl->lights[gl->drawing];
     mssm__restore_state(gl);
-    light->averaged = gl->back;
-    light->filled = 1;
-    light->built = 0;
-    mssm__resolve(gl, gl->drawing);
-    gl->front_of = gl->back ? -1 : gl->drawing;
+    mssm__filled(gl, gl->drawing, gl->back);
+    if (gl->back) mssm__resolve(gl, gl->drawing);
+    gl->front_of = gl->unresolved = gl->back ? -1 : gl->drawing;
     gl->drawing = -1;
-    gl->views_stale = 1;
     return MSSM_OK;
 }
 
@@ -6809,6 +6844,7 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
     if (kind < 0 || other < 0) return MSSM_ERROR_ARGUMENT;
     const mssm_result r = mssm__prepare_depth(gl, kind, back != NULL);
     if (r) return r;
+    mssm__settle(gl, -1);
     gl->targets |= 1 << kind;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
@@ -6823,19 +6859,35 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
             good = 0;
         }
     }
+    if (good) mssm__filled(gl, index, back != NULL);
     if (good) mssm__take_given(gl, index, light->source, back != NULL);
     while (bound-- > 0) {
         gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + bound));
         mssm__set_texture_state(gl, &light->source[bound], 0, 0);
     }
     mssm__restore_bindings(gl, &saved);
-    if (!good) return MSSM_ERROR_ARGUMENT;
-    light->averaged = back != NULL;
-    light->filled = 1;
-    light->built = 0;
     gl->front_of = -1;
-    gl->views_stale = 1;
-    return MSSM_OK;
+    return good ? MSSM_OK : MSSM_ERROR_ARGUMENT;
+}
+
+// All that were drawn start with level 0; a light that has only grown wants coarser levels.
+static void mssm__build_tables(mssm_gl *gl, int levels)
+{
+    (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
+    for (int first = 0; first < levels; first++) {
+        int layers[MSSM__BATCH], count = 0;
+        for (int i = 0; i < gl->desc.lights; i++) {
+            const mssm__gl_light *l = &gl->lights[i];
+            if (l->filled && l->built == first) layers[count++] = i;
+            if (count == MSSM__BATCH || (i == gl->desc.lights - 1 && count)) {
+                mssm__build_batch(gl, layers, count, first, levels);
+                while (count) {
+                    gl->lights[layers[--count]].built = levels;
+                    mssm__change(gl, layers[count]);
+                }
+            }
+        }
+    }
 }
 
 mssm_result mssm_gl_build(mssm_gl *gl)
@@ -6845,31 +6897,24 @@ mssm_result mssm_gl_build(mssm_gl *gl)
         mssm__log(gl, "mssm_gl_build before mssm_gl_end_depth", NULL);
         return MSSM_ERROR_ORDER;
     }
+    if (!gl->stale) return MSSM_OK;
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_build");
     if (r) return r;
-    const int levels = mssm__make_views(gl);
-    int stale = gl->views_stale;
-    for (int i = 0; i < gl->desc.lights; i++) stale |= gl->lights[i].filled && gl->lights[i].built < levels;
-    if (!stale) return MSSM_OK;
+    const int levels = mssm__make_views(gl), framing = gl->framing;
+    int work = gl->unresolved >= 0;
+    for (int i = 0; i < gl->desc.lights; i++) work |= gl->lights[i].filled && gl->lights[i].built < levels;
     mssm__gl_bindings saved;
-    mssm__save_bindings(gl, &saved);
-    (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
-    // All that were drawn start with level 0; a light that has only grown wants coarser levels.
-    for (int first = 0; first < levels; first++) {
-        int layers[MSSM__BATCH], count = 0;
-        for (int i = 0; i < gl->desc.lights; i++) {
-            mssm__gl_light *l = &gl->lights[i];
-            if (l->filled && l->built == first) layers[count++] = i;
-            if (count == MSSM__BATCH || (i == gl->desc.lights - 1 && count)) {
-                mssm__build_batch(gl, layers, count, first, levels);
-                while (count) gl->lights[layers[--count]].built = levels;
-            }
-        }
-    }
-    gl->views_stale = 1;
+    if (work) mssm__save_bindings(gl, &saved);
+    else if (!framing) saved.buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+    gl->framing = 1; // what follows need not save it again
+    mssm__settle(gl, -1);
+    if (work) mssm__build_tables(gl, levels);
     mssm__upload_views(gl);
+    gl->framing = framing;
     gl->front_of = -1; // its texels have become sums
-    mssm__restore_bindings(gl, &saved);
+    gl->stale = 0;
+    if (work) mssm__restore_bindings(gl, &saved);
+    else if (!framing) gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)saved.buffer);
     return MSSM_OK;
 }
 
@@ -7408,9 +7453,8 @@ mssm_result mssm_gl_filtered_build(mssm_gl_filtered *gl)
         mssm__filter_level(gl, gl->work, i - 1, gl->work, i, halve);
     }
     mssm__restore_bindings(b, &saved);
-    light->filled = light->averaged = 1;
+    mssm__filled(b, index, 1);
     light->built = b->levels;
-    b->views_stale = 1;
     gl->ready = -1;
     return MSSM_OK;
 }
@@ -7454,6 +7498,7 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     const unsigned groups = (unsigned)(gl->padded + 7) / 8;
     const int pass[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
     mssm__gl_bindings saved;
+    mssm__settle(gl, index);
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
     mssm__save_bindings(gl, &saved);
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
@@ -7464,10 +7509,8 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     gl->f.DispatchCompute(groups, groups, 1);
     (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
     mssm__restore_bindings(gl, &saved);
-    gl->lights[index].averaged = gl->lights[index].built = 0;
-    gl->lights[index].filled = 1;
+    mssm__filled(gl, index, 0);
     gl->front_of = -1;
-    gl->views_stale = 1;
     return MSSM_OK;
 }
 #endif  // MSSM_NO_FILTERED
