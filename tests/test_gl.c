@@ -2390,6 +2390,45 @@ static void lights_are_updated_alone(void)
     end_gl();
 }
 
+// Front faces wait for their back faces. Whatever comes instead, each map is that of its own passes, and of the
+// light as it was then.
+static void front_faces_wait(void)
+{
+    enum { SIDE = 40, COUNT = SIDE * SIDE * 4 };
+    static float z[3 * COUNT];
+    const mssm_gl_desc d = description(3, SIDE, 4, 6);
+    uint64_t seed = 72;
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        for (int next = 0; next < 6; next++) {
+            const mssm_light spot = wide_light(true, 3);
+            const float eye[3] = {1, 5, 1.5f}, to_light[3] = {0.3f, 1, 0.45f}, axis[3] = {1, 0, 0.2f};
+            difference all = {0, 0, 0};
+            mssm_light moved;
+            CHECK(!mssm_light_spot(&moved, eye, to_light, axis, 0.7f, 0.5f, 9, 3, 3), "light");
+            for (int i = 0; i < 3; i++) {
+                s.light[i] = i ? wide_light(false, 3) : spot;
+                random_depth(z + i * COUNT, SIDE, 4, &seed);
+                fill(&s, i, z + i * COUNT, NULL);
+            }
+            random_depth(z, SIDE, 4, &seed);
+            fill(&s, 0, z, NULL);
+            if (next == 0) build(&s); // nothing comes between
+            if (next == 1) CHECK(!mssm_gl_set_light(s.gl, 0, &moved), "light");
+            if (next == 2) fill(&s, 1, z + COUNT, NULL);
+            if (next == 3) fill(&s, 1, z + COUNT, z + 2 * COUNT);
+            if (next == 4) CHECK(!mssm_gl_bind(s.gl), "bind");
+            if (next == 5) CHECK(mssm_gl_set_depth(s.gl, 0, NULL, NULL), "nothing given");
+            build(&s);
+            for (int i = 0; i < 3; i++) compare_tables(&s, i, &all);
+            CHECK(all.largest < 60, "after %d: off by %d", next, all.largest);
+        }
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
 // More lights than one dispatch builds.
 static void many_lights(void)
 {
@@ -3096,6 +3135,7 @@ const test_case gl_tests[] = {
     {"GL's memory does not grow with many lives", many_lives_do_not_grow},
     {"GL's resize keeps lights and empties maps", resize_keeps_lights_and_empties_maps},
     {"GL's lights are updated one by one", lights_are_updated_alone},
+    {"GL's front faces wait for their back faces", front_faces_wait},
     {"GL builds more lights than one dispatch takes", many_lights},
     {"GL's lights may change their size without being drawn", sizes_change_without_drawing},
     {"GL works in two contexts at once", two_contexts_at_once},
