@@ -281,8 +281,8 @@ typedef struct mssm_settings {  // zero means default everywhere
 
 typedef struct mssm_map mssm_map;
 
-// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * moments * 4 and a
-// third more for the coarser levels. 0 if the arguments are out of range.
+// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * (moments * 4 + 1), the 1 for
+// least depths, and a third more for the coarser levels. 0 if the arguments are out of range.
 size_t mssm_map_bytes(int side, int moments);
 
 // Lays out a map in memory (any alignment; must not be moved while in use). The map starts empty:
@@ -497,10 +497,14 @@ typedef struct mssm_gl_desc {  // zero means default everywhere
 
 typedef struct mssm_gl mssm_gl;
 
-// Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 24
+// Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 25
 // bytes and a third more, and two depth targets of side^2 * samples * 4. On failure *gl is
 // untouched, nothing is left behind, and the log has said why.
 mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
+
+// Bytes of its textures and buffers, if the driver gives the samples asked for. Needs no context. 0, with a
+// word in the log, where numbers are out of range.
+size_t mssm_gl_bytes(const mssm_gl_desc *desc);
 
 // Deletes all objects. gl may be NULL. A depth pass under way is ended.
 void mssm_gl_destroy(mssm_gl *gl);
@@ -570,6 +574,21 @@ mssm_result mssm_gl_build(mssm_gl *gl);
 // shader storage buffer at first_buffer_binding. Once a frame after the build, or whenever these
 // were changed. The first time the log is told what else was bound there.
 mssm_result mssm_gl_bind(mssm_gl *gl);
+
+// What is not up to date, as bits. 0 for a wrong index, which the log is told.
+enum {
+    MSSM_STALE_MAP = 1,    // nothing was drawn, or the light's frustum was changed since: only its size may be
+    MSSM_STALE_TABLES = 2  // mssm_gl_build has something to do for it
+};
+int mssm_gl_stale(const mssm_gl *gl, int index);
+
+// To look at: draws the map of a light in shades of grey, nearest black, into the viewport of the draw
+// framebuffer that is bound. Needs built tables; not within mssm_gl_begin_frame.
+typedef enum mssm_show {
+    MSSM_SHOW_MEAN = 0,  // mean depth of each texel
+    MSSM_SHOW_LEAST      // least depths, a texel for four
+} mssm_show;
+mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what);
 
 // GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
 // float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth. 1 where there is
@@ -4993,9 +5012,6 @@ typedef unsigned char mssm__glboolean;
 // X(result, name without "gl", parameters)
 #ifndef MSSM_NO_FILTERED
 #define MSSM__GL_FILTERED_FUNCTIONS(X)                                                             \
-    X(void, CreateVertexArrays, (int, unsigned *))                                                 \
-    X(void, DeleteVertexArrays, (int, const unsigned *))                                           \
-    X(void, DrawArrays, (mssm__glenum, int, int))                                                  \
     X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int))            \
     X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))
 #else
@@ -5014,6 +5030,8 @@ typedef unsigned char mssm__glboolean;
     X(void, GetBooleani_v, (mssm__glenum, unsigned, mssm__glboolean *))                            \
     X(const unsigned char *, GetStringi, (mssm__glenum, unsigned))                                 \
     X(mssm__glboolean, IsTexture, (unsigned))                                                      \
+    X(void, CreateVertexArrays, (int, unsigned *))                                                 \
+    X(void, DeleteVertexArrays, (int, const unsigned *))                                           \
     X(void, BindVertexArray, (unsigned))                                                           \
     X(mssm__glboolean, IsVertexArray, (unsigned))                                                  \
     X(mssm__glboolean, IsSampler, (unsigned))                                                      \
@@ -5082,6 +5100,7 @@ typedef unsigned char mssm__glboolean;
     X(void, ProgramUniform1iv, (unsigned, int, int, const int *))                                  \
     X(void, ProgramUniform4f, (unsigned, int, float, float, float, float))                         \
     X(void, DispatchCompute, (unsigned, unsigned, unsigned))                                       \
+    X(void, DrawArrays, (mssm__glenum, int, int))                                                  \
     X(void, MemoryBarrier, (unsigned))                                                             \
     X(void, ObjectLabel, (mssm__glenum, unsigned, int, const char *))
 
@@ -5197,6 +5216,9 @@ enum {
     MSSM__GL_LINK_STATUS = 0x8B82,
     MSSM__GL_INFO_LOG_LENGTH = 0x8B84,
     MSSM__GL_BARRIERS = 0x20 | 0x8,  // image access, texture fetch
+    MSSM__GL_BLEND = 0x0BE2,
+    MSSM__GL_TRIANGLES = 0x0004,
+    MSSM__GL_VERTEX_ARRAY = 0x8074,
     MSSM__GL_BUFFER = 0x82E0,
     MSSM__GL_SAMPLER = 0x82E6,
     MSSM__GL_SHADER = 0x82E1,
@@ -5212,7 +5234,7 @@ typedef struct mssm__gl_functions {
 } mssm__gl_functions;
 
 enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__COPY,
-       MSSM__GIVEN, MSSM__PROGRAMS = MSSM__GIVEN + 12 };  // a given depth map: for each target, without and with back faces
+       MSSM__SHOW, MSSM__GIVEN, MSSM__PROGRAMS = MSSM__GIVEN + 12 };  // a given depth map: for each target, without and with back faces
 enum { MSSM__FIRST_UNIT = 80, MSSM__FIRST_BINDING = 7 };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 23 };  // at most
@@ -5266,8 +5288,9 @@ struct mssm_gl {
     int depths;         // how many depth targets there are
     mssm__glenum format[3];  // of the tables, and of least depths
     unsigned depth[2], framebuffer[2], table[3], views, program[MSSM__PROGRAMS];
-    unsigned sampler;   // that of given depth maps, and of which targets these were, as bits
-    int targets;
+    unsigned sampler;   // that of given depth maps
+    unsigned array;     // without attributes
+    int targets;        // that textures have come with, as bits
     int framing;        // between mssm_gl_begin_frame and its end: nothing is saved or put back
     mssm__gl_state saved;
     mssm__gl_bindings bindings;  // of the caller, for the end of the frame
@@ -5854,7 +5877,8 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
 }
 
 static const char *const mssm__program_names[MSSM__GIVEN] = {
-    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm copy"};
+    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm copy",
+    "mssm show"};
 
 static const char *mssm__program_name(int which)
 {
@@ -6045,16 +6069,21 @@ static mssm_result mssm__create_table(mssm_gl *gl, int i)
     return MSSM_OK;
 }
 
-static mssm_result mssm__create_storage(mssm_gl *gl)
+static void mssm__set_sizes(mssm_gl *gl)
 {
-    const mssm__gl_functions *f = &gl->f;
-    const size_t count = (size_t)gl->desc.lights;
     uint64_t words;
     gl->levels = mssm__layout(gl->desc.side, gl->desc.moments, &words);
     gl->depth_levels = mssm__layout_depths(gl->desc.side, &words);
     // A side that halves without rest on every level; the texels beyond the map are empty.
     const int grain = 1 << (gl->levels - 1);
     gl->padded = (gl->desc.side + grain - 1) / grain * grain;
+}
+
+static mssm_result mssm__create_storage(mssm_gl *gl)
+{
+    const mssm__gl_functions *f = &gl->f;
+    const size_t count = (size_t)gl->desc.lights;
+    mssm__set_sizes(gl);
     const int texels = mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE);
     const int layers = mssm__get(gl, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS);
     if (!mssm__in_range(gl, "this driver: lights", gl->desc.lights, 1, layers)) return MSSM_ERROR_ARGUMENT;
@@ -6487,6 +6516,26 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     return MSSM_OK;
 }
 
+size_t mssm_gl_bytes(const mssm_gl_desc *desc)
+{
+    mssm_gl g;
+    if (!desc) return 0;
+    memset(&g, 0, sizeof g);
+    g.desc = *desc;
+    if (mssm__check_desc(&g)) return 0;
+    mssm__set_sizes(&g);
+    const uint64_t side = (uint64_t)g.desc.side, texel = g.desc.moments == 6 ? 24 : 16;
+    uint64_t light = sizeof(mssm_view);
+    for (int i = 0; i < g.levels; i++) light += texel * (uint64_t)(g.padded >> i) * (uint64_t)(g.padded >> i);
+    for (int i = 0; i < g.depth_levels; i++) light += (uint64_t)4 << (2 * i);
+    const uint64_t targets = 8 * side * side * (uint64_t)g.desc.samples;
+    if (light > (SIZE_MAX - targets) / (uint64_t)g.desc.lights) {
+        mssm__log(&g, "more bytes than a size_t holds", NULL);
+        return 0;
+    }
+    return (size_t)(light * (uint64_t)g.desc.lights + targets);
+}
+
 void mssm_gl_destroy(mssm_gl *gl)
 {
     if (!gl) return;
@@ -6499,6 +6548,7 @@ void mssm_gl_destroy(mssm_gl *gl)
         if (gl->program[i]) gl->f.DeleteProgram(gl->program[i]);
     }
     if (gl->sampler) gl->f.DeleteSamplers(1, &gl->sampler);
+    if (gl->array) gl->f.DeleteVertexArrays(1, &gl->array);
     MSSM_FREE(gl->shader);
     MSSM_FREE(gl);
 }
@@ -6963,6 +7013,106 @@ mssm_result mssm_gl_bind(mssm_gl *gl)
     return MSSM_OK;
 }
 
+int mssm_gl_stale(const mssm_gl *gl, int index)
+{
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return 0;
+    const mssm__gl_light *l = &gl->lights[index];
+    mssm_light drawn = l->drawn;
+    drawn.half_u = l->light.half_u;
+    drawn.half_v = l->light.half_v;
+    const int moved = !l->filled || memcmp(&drawn, &l->light, sizeof drawn) != 0;
+    const int levels = 1 + mssm_level_of(l->widest, gl->levels);
+    return (moved ? MSSM_STALE_MAP : 0) | (l->filled && (l->changed || l->built < levels) ? MSSM_STALE_TABLES : 0);
+}
+
+static const char mssm__glsl_place[] =
+    "layout(location = 0) out vec2 place;\n"
+    "void main()\n"
+    "{\n"
+    "    place = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0;\n"
+    "    gl_Position = vec4(place * 2.0 - 1.0, 0.0, 1.0);\n"
+    "}\n";
+static const char mssm__glsl_show[] =
+    "layout(binding = MSSM_UNIT) uniform isampler2DArray sums;\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray depths;\n"
+    "layout(location = 0) uniform int show[3];  // light, what, side\n"
+    "layout(location = 0) in vec2 place;\n"
+    "layout(location = 0) out vec4 color;\n"
+    "int sum(ivec2 p)\n"
+    "{\n"
+    "    return p.x < 0 || p.y < 0 ? 0 : texelFetch(sums, ivec3(p, show[0]), 0).x;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 p = clamp(ivec2(place * float(show[2])), ivec2(0), ivec2(show[2] - 1));\n"
+    "    int value = sum(p) - sum(p - ivec2(1, 0)) - sum(p - ivec2(0, 1)) + sum(p - 1);\n"
+    "    float z = float(value) / float(MSSM_SCALE), least = texelFetch(depths, ivec3(p / 2, show[0]), 0).x;\n"
+    "    z = show[1] == 0 ? z : least;\n"
+    "    color = vec4(vec3(0.5 + 0.5 * z), 1.0);\n"
+    "}\n";
+
+// Made when first needed.
+static mssm_result mssm__prepare_show(mssm_gl *gl)
+{
+    char defines[256];
+    if (!gl->array) gl->f.CreateVertexArrays(1, &gl->array);
+    if (!gl->array) {
+        mssm__log(gl, "no vertex array object", NULL);
+        return MSSM_ERROR_GL;
+    }
+    gl->f.ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->array, -1, "mssm show");
+    if (gl->program[MSSM__SHOW]) return MSSM_OK;
+    mssm__write_defines(gl, defines);
+    const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
+    const char *const fragment[] = {mssm__glsl_version, defines, mssm__glsl_show};
+    mssm_result r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_VERTEX_SHADER, vertex, 2);
+    if (!r) r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_FRAGMENT_SHADER, fragment, 3);
+    if (!r) r = mssm__link(gl, MSSM__SHOW);
+    if (r && gl->program[MSSM__SHOW]) gl->f.DeleteProgram(gl->program[MSSM__SHOW]);
+    if (r) gl->program[MSSM__SHOW] = 0;
+    return r;
+}
+
+mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
+{
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1) ||
+        !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, 1)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    if (gl->drawing >= 0 || gl->framing || !gl->lights[index].built) {
+        mssm__log(gl, "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
+    if (!r) r = mssm__prepare_show(gl);
+    if (r) return r;
+    const mssm__gl_functions *f = &gl->f;
+    const int show[3] = {index, (int)what, gl->desc.side}, blend = f->IsEnabledi(MSSM__GL_BLEND, 0);
+    mssm__gl_bindings saved;
+    mssm__gl_state caller, s;
+    mssm__save_state(gl, &caller);
+    gl->targets |= 1 << 2;  // 2D arrays
+    mssm__save_bindings(gl, &saved);
+    s = caller;
+    memset(s.enabled, 0, sizeof s.enabled);
+    memset(s.mask, 1, sizeof s.mask);
+    s.enabled[2] = 1;
+    s.depth_mask = 0;
+    s.polygon_mode[0] = s.polygon_mode[1] = MSSM__GL_FILL;
+    mssm__set_state(gl, &s);
+    f->Disablei(MSSM__GL_BLEND, 0);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[0]);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit + 1, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[2]);
+    f->ProgramUniform1iv(gl->program[MSSM__SHOW], 0, 3, show);
+    f->UseProgram(gl->program[MSSM__SHOW]);
+    f->BindVertexArray(gl->array);
+    f->DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
+    if (blend) f->Enablei(MSSM__GL_BLEND, 0);
+    mssm__set_state(gl, &caller);
+    mssm__restore_bindings(gl, &saved);
+    return MSSM_OK;
+}
+
 const char *mssm_gl_shader(const mssm_gl *gl)
 {
     return gl ? gl->shader : NULL;
@@ -6978,8 +7128,6 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 
 enum {
     MSSM__GL_COLOR_ATTACHMENT0 = 0x8CE0,
-    MSSM__GL_VERTEX_ARRAY = 0x8074,
-    MSSM__GL_TRIANGLES = 0x0004,
     MSSM__GL_ALWAYS = 0x0207,
     MSSM__GL_RGBA32F = 0x8814,
     MSSM__GL_RGBA16 = 0x805B,

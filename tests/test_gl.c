@@ -1504,6 +1504,7 @@ static void transform_feedback_is_refused(void)
             WATCH_FAIL(mssm_gl_set_moments(g, 0, 1), MSSM_ERROR_ORDER);
             const mssm_gl_depth given = {1, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
             WATCH_FAIL(mssm_gl_set_depth(g, 0, &given, NULL), MSSM_ERROR_ORDER);
+            WATCH_FAIL(mssm_gl_show(g, 0, MSSM_SHOW_MEAN), MSSM_ERROR_ORDER);
             gl.PauseTransformFeedback();
             if (step == 0) CHECK(!mssm_gl_begin_depth(g, 0, 0), "begin while paused");
             if (step == 1) CHECK(!mssm_gl_end_depth(g), "end while paused");
@@ -1910,6 +1911,7 @@ static mssm_result whole_life(mssm_gl **g)
     if (!r) r = mssm_gl_build(*g);
     if (!r) r = give_depth(*g);
     if (!r) r = mssm_gl_build(*g);
+    if (!r) r = mssm_gl_show(*g, 0, MSSM_SHOW_LEAST);
     if (!r) r = mssm_gl_bind(*g);
     if (!r) r = mssm_gl_resize(*g, 3, 100);
     if (!r) r = mssm_gl_build(*g);
@@ -2965,7 +2967,162 @@ static void given_depth_leaves_bindings_alone(void)
     end_gl();
 }
 
-// ---- 9. A second compiler --------------------------------------------------------------------------
+// ---- 9. To look at and to plan with ----------------------------------------------------------------
+
+// Bytes of all textures and buffers of the context.
+static size_t bytes_in_use(void)
+{
+    static const GLenum bits[] = {0x805C, 0x805D, 0x805E, 0x805F, 0x884A}; // red, green, blue, alpha, depth
+    GLboolean(GL_CALL * is_texture)(GLuint), (GL_CALL * is_buffer)(GLuint);
+    void(GL_CALL * buffer_parameter)(GLuint, GLenum, GLint *);
+    const gl_fakes_function f[3] = {gl_context_function("glIsTexture"), gl_context_function("glIsBuffer"),
+                                    gl_context_function("glGetNamedBufferParameteriv")};
+    size_t sum = 0;
+    memcpy(&is_texture, &f[0], sizeof *f);
+    memcpy(&is_buffer, &f[1], sizeof *f);
+    memcpy(&buffer_parameter, &f[2], sizeof *f);
+    for (GLuint name = 1; name < 400; name++) {
+        GLint bytes = 0;
+        for (GLint level = 0; level < 16 && is_texture(name); level++) {
+            GLint size[3] = {0, 0, 0}, texel = 0, samples = 0;
+            for (int i = 0; i < 5; i++) {
+                GLint n = 0;
+                gl.GetTextureLevelParameteriv(name, level, bits[i], &n);
+                texel += n;
+            }
+            gl.GetTextureLevelParameteriv(name, level, GL_TEXTURE_WIDTH, &size[0]);
+            gl.GetTextureLevelParameteriv(name, level, GL_TEXTURE_HEIGHT, &size[1]);
+            gl.GetTextureLevelParameteriv(name, level, GL_TEXTURE_DEPTH, &size[2]);
+            gl.GetTextureLevelParameteriv(name, level, GL_TEXTURE_SAMPLES, &samples);
+            sum += (size_t)size[0] * (size_t)size[1] * (size_t)size[2] * (size_t)(texel / 8 * (samples ? samples : 1));
+            if (samples) break; // no levels
+        }
+        if (!is_buffer(name)) continue;
+        buffer_parameter(name, 0x8764, &bytes); // GL_BUFFER_SIZE
+        sum += (size_t)bytes;
+    }
+    return sum;
+}
+
+static void bytes_are_counted(void)
+{
+    static const int cases[][4] = {{1, 256, 4, 6}, {3, 100, 4, 4}, {7, 1, 4, 6}, {2, 300, 4, 6}, {1, 27, 4, 4}, {1, 28, 4, 6}};
+    if (!begin_gl()) return;
+    gl.DebugMessageCallback(NULL, NULL); // a level that is not there may be asked for
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        mssm_gl_desc d = description(cases[i][0], cases[i][1], cases[i][2], cases[i][3]);
+        mssm_gl *g = NULL;
+        const size_t had = bytes_in_use();
+        CHECK(!mssm_gl_create(&g, &d), "create");
+        const size_t has = bytes_in_use() - had, said = mssm_gl_bytes(&d);
+        CHECK(had == bytes_in_use() - has && said == has, "%d lights of %d: %lu bytes, said %lu", cases[i][0], cases[i][1],
+              (unsigned long)has, (unsigned long)said);
+        mssm_gl_destroy(g);
+        gl.GetError();
+    }
+    mssm_gl_desc d;
+    memset(&d, 0, sizeof d);
+    const size_t said = mssm_gl_bytes(&d);
+    d = description(1, 256, 4, 6);
+    CHECK(said == mssm_gl_bytes(&d), "defaults");
+    d.moments = 5;
+    CHECK(!mssm_gl_bytes(&d) && strstr(fakes.message, "moments 5"), "\"%s\"", fakes.message);
+    d = description(INT_MAX, 16384, 64, 6);
+    CHECK(!mssm_gl_bytes(&d) && strstr(fakes.message, "size_t"), "\"%s\"", fakes.message);
+    CHECK(!mssm_gl_bytes(NULL), "nothing");
+    end_gl();
+}
+
+static void stale_lights_are_told(void)
+{
+    enum { SIDE = 64, COUNT = SIDE * SIDE * 4, BOTH = MSSM_STALE_MAP | MSSM_STALE_TABLES };
+    static float z[COUNT];
+    const mssm_gl_desc d = description(2, SIDE, 4, 6);
+    uint64_t seed = 73;
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        random_depth(z, SIDE, 4, &seed);
+        CHECK(mssm_gl_stale(s.gl, 0) == MSSM_STALE_MAP, "new: %d", mssm_gl_stale(s.gl, 0));
+        s.light[0] = s.light[1] = wide_light(false, 0.01f);
+        fill(&s, 0, z, NULL);
+        CHECK(mssm_gl_stale(s.gl, 0) == MSSM_STALE_TABLES, "drawn: %d", mssm_gl_stale(s.gl, 0));
+        build(&s);
+        CHECK(!mssm_gl_stale(s.gl, 0) && mssm_gl_stale(s.gl, 1) == MSSM_STALE_MAP, "built");
+        CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) && !mssm_gl_stale(s.gl, 0), "the same light");
+        s.light[0] = wide_light(false, 3);
+        CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) && mssm_gl_stale(s.gl, 0) == MSSM_STALE_TABLES, "another size");
+        CHECK(!mssm_gl_bind(s.gl) && mssm_gl_stale(s.gl, 0) == MSSM_STALE_TABLES, "bound, not built");
+        build(&s);
+        CHECK(!mssm_gl_stale(s.gl, 0), "built");
+        s.light[0].world_to_shadow[12] += 0.1f;
+        CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) && mssm_gl_stale(s.gl, 0) == BOTH, "moved");
+        build(&s);
+        CHECK(mssm_gl_stale(s.gl, 0) == MSSM_STALE_MAP, "moved, not drawn");
+        CHECK(!mssm_gl_resize(s.gl, 2, SIDE) && mssm_gl_stale(s.gl, 0) == MSSM_STALE_MAP, "resized");
+        CHECK(!mssm_gl_stale(s.gl, 2) && strstr(fakes.message, "light 2: 0 to 1") && !mssm_gl_stale(NULL, 0), "none");
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// A map as a picture is the depth that was drawn, whatever the caller's state would do to it.
+static void maps_can_be_seen(void)
+{
+    enum { SIDE = 27, COUNT = SIDE * SIDE * 4, SCALE = 2, SIZE = SCALE * SIDE, WIDTH = SIZE + 3 };
+    static float z[COUNT], seen[WIDTH * (SIZE + 5)];
+    const mssm_gl_desc d = description(2, SIDE, 4, 6);
+    uint64_t seed = 74;
+    GLuint texture, framebuffer;
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        for (int i = 0; i < 2; i++) s.light[i] = wide_light(false, 3);
+        random_depth(z, SIDE, 4, &seed);
+        fill(&s, 1, z, NULL);
+        WATCH_FAIL(mssm_gl_show(s.gl, 1, MSSM_SHOW_MEAN), MSSM_ERROR_ORDER);
+        build(&s);
+        gl.CreateTextures(0x0DE1, 1, &texture);
+        gl.TextureStorage2D(texture, 1, RED32F, WIDTH, SIZE + 5);
+        gl.CreateFramebuffers(1, &framebuffer);
+        gl.NamedFramebufferTexture(framebuffer, 0x8CE0, texture, 0); // GL_COLOR_ATTACHMENT0
+        gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+        gl.Viewport(3, 5, SIZE, SIZE);
+        gl.Enable(GL_DEPTH_TEST);
+        gl.Enable(GL_CULL_FACE);
+        gl.CullFace(GL_FRONT_AND_BACK);
+        gl.Enablei(0x0BE2, 0); // GL_BLEND
+        gl.ColorMask(GL_FALSE, GL_TRUE, GL_FALSE, GL_TRUE);
+        gl.Enable(GL_RASTERIZER_DISCARD);
+        for (int what = 0; what < 2; what++) {
+            double worst = 0;
+            WATCH_OK(mssm_gl_show(s.gl, 1, (mssm_show)what), NULL);
+            gl.GetTextureImage(texture, 0, 0x1903, GL_FLOAT, sizeof seen, seen);
+            for (int i = 0; i < SIZE * SIZE; i++) {
+                const int x = i % SIZE / SCALE, y = i / SIZE / SCALE;
+                double wanted = what ? 1 : 0;
+                for (int k = 0; k < 4 && !what; k++) wanted += 0.25 * (double)z[(y * SIDE + x) * 4 + k];
+                for (int k = 0; k < 16 && what; k++) {
+                    const int u = x / 2 * 2 + k % 2, v = y / 2 * 2 + k / 2 % 2;
+                    if (u < SIDE && v < SIDE) wanted = fmin(wanted, (double)z[(v * SIDE + u) * 4 + k / 4]);
+                }
+                worst = fmax(worst, fabs((double)seen[(i / SIZE + 5) * WIDTH + i % SIZE + 3] - (0.5 + 0.5 * wanted)));
+            }
+            CHECK(worst < 2e-6, "%d: off by %g", what, worst);
+        }
+        WATCH_FAIL(mssm_gl_show(s.gl, 0, MSSM_SHOW_MEAN), MSSM_ERROR_ORDER); // has no map
+        WATCH_FAIL(mssm_gl_show(s.gl, 2, MSSM_SHOW_MEAN), MSSM_ERROR_ARGUMENT);
+        WATCH_FAIL(mssm_gl_show(s.gl, 1, (mssm_show)2), MSSM_ERROR_ARGUMENT);
+        WATCH_FAIL(mssm_gl_show(NULL, 1, MSSM_SHOW_MEAN), MSSM_ERROR_ARGUMENT);
+        gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+        gl.DeleteFramebuffers(1, &framebuffer);
+        gl.DeleteTextures(1, &texture);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// ---- 10. A second compiler --------------------------------------------------------------------------
 
 static bool have_validator(void)
 {
@@ -3139,6 +3296,9 @@ const test_case gl_tests[] = {
     {"GL builds more lights than one dispatch takes", many_lights},
     {"GL's lights may change their size without being drawn", sizes_change_without_drawing},
     {"GL works in two contexts at once", two_contexts_at_once},
+    {"GL's bytes are counted", bytes_are_counted},
+    {"GL's stale lights are told", stale_lights_are_told},
+    {"GL's maps can be seen", maps_can_be_seen},
     {"GL's given depth maps are what a pass makes of them", given_depth_is_a_pass},
     {"GL's given depth maps mean what they say", given_depth_means_what_it_says},
     {"GL's given depth maps that cannot be read are refused", bad_depth_maps_are_refused},

@@ -441,7 +441,7 @@ static int live_mssm(const char *what)
     check_create(r, g != NULL, what);
     if (r) return 1;
     const int before = driver.messages;
-    mssm_result all[13];
+    mssm_result all[14];
     const mssm_gl_depth given = {ANY_NUMBER, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
     int n = 0;
     all[n++] = mssm_gl_set_light(g, 0, &light);
@@ -452,6 +452,7 @@ static int live_mssm(const char *what)
     all[n++] = mssm_gl_end_depth(g);
     all[n++] = mssm_gl_build(g);
     all[n++] = mssm_gl_bind(g);
+    all[n++] = mssm_gl_show(g, 0, MSSM_SHOW_MEAN);
     all[n++] = mssm_gl_set_moments(g, 1, 7);
     all[n++] = mssm_gl_set_depth(g, 1, &given, NULL);
     all[n++] = mssm_gl_set_depth(g, 0, &given, &given);
