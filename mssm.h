@@ -1,4 +1,4 @@
-// mssm.h - v0.1 - moment soft shadow mapping - MIT or public domain, at your choice (see the end)
+// mssm.h - v0.2 - moment soft shadow mapping - MIT or public domain, at your choice (see the end)
 //
 // Soft shadows of area lights in constant time per receiver. A shadow map is turned into a few
 // moments of depth per texel; a summed-area table gives the moments of any rectangle of it; and
@@ -55,10 +55,14 @@
 // MACROS, each to be defined before the #include
 //
 //   MSSM_IMPLEMENTATION   in one source file: compiles the functions
+//   MSSM_STATIC           in the only file that uses it: the functions are static
+//   MSSM_API              everywhere: what stands before each function, __declspec(dllexport) say
 //   MSSM_NO_GL            there: leaves out the OpenGL half, which needs no GL header or library
 //   MSSM_NO_FILTERED      everywhere: leaves out filtered hard shadows and translucent casters
 //   MSSM_NO_SCATTERING    everywhere: leaves out the math of light shafts
 //   MSSM_MALLOC(bytes), MSSM_FREE(memory)   there: for the OpenGL half; the rest never allocates
+//
+// MSSM_VERSION is defined here: 200 for 0.2.0.
 //
 // Threads: no global state. Functions that take a const map may run in parallel on one map.
 // Floats: any finite input gives finite output. NaN and infinity are treated as a number at an end
@@ -68,6 +72,18 @@
 #define MSSM_H
 
 #include <stddef.h>
+
+#define MSSM_VERSION 200  // 10000 * major + 100 * minor + patch
+
+#ifndef MSSM_API
+#ifndef MSSM_STATIC
+#define MSSM_API
+#elif defined __GNUC__
+#define MSSM_API static __attribute__((unused))
+#else
+#define MSSM_API static
+#endif
+#endif
 
 #ifdef __cplusplus
 extern "C" {
@@ -88,8 +104,8 @@ typedef struct mssm_roots3 { float x[3]; int count; } mssm_roots3;
 
 // The moments z, z^2, ... of one depth. z is clamped to [-1,1]; NaN counts as 1, nothing hit.
 // Moments of several depths are the weighted mean of these: that is what makes them filterable.
-mssm_moments4 mssm_moments4_of_depth(float z);
-mssm_moments6 mssm_moments6_of_depth(float z);
+MSSM_API mssm_moments4 mssm_moments4_of_depth(float z);
+MSSM_API mssm_moments6 mssm_moments6_of_depth(float z);
 
 // How strongly moments must be pulled towards the bias vector so that rounding cannot leave the set
 // of valid moments, per storage format (docs/moments.md, "Bias"; printed by `make bias`). A larger
@@ -110,54 +126,54 @@ mssm_moments6 mssm_moments6_of_depth(float z);
 
 // (1 - alpha) m + alpha m*, m* the bias vector that repairs the rounding of moments kept as float32
 // with the least alpha. alpha is clamped to [0,1].
-mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha);
-mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha);
+MSSM_API mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha);
+MSSM_API mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha);
 // The same with the vector that is best for moments which were stored encoded (16 bits, tables).
-mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha);
-mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha);
+MSSM_API mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha);
+MSSM_API mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha);
 
 // Storage form: the moments of the Chebyshev polynomials of depth, (E[T_k(z)] + 1) / 2 for k = 1...
 // Each value fills [0,1] (and is clamped to it), so it suits 16-bit textures and integer tables.
 // The first four values of six are the encoded four moments. decode undoes encode.
-mssm_moments4 mssm_moments4_encode(mssm_moments4 m);
-mssm_moments4 mssm_moments4_decode(mssm_moments4 q);
-mssm_moments6 mssm_moments6_encode(mssm_moments6 m);
-mssm_moments6 mssm_moments6_decode(mssm_moments6 q);
+MSSM_API mssm_moments4 mssm_moments4_encode(mssm_moments4 m);
+MSSM_API mssm_moments4 mssm_moments4_decode(mssm_moments4 q);
+MSSM_API mssm_moments6 mssm_moments6_encode(mssm_moments6 m);
+MSSM_API mssm_moments6 mssm_moments6_decode(mssm_moments6 q);
 
 // Sharp bounds on visibility, 1 - P(depth < z), over all distributions with these moments (m
 // already biased). 0 <= lower <= upper <= 1. The upper bound never darkens a lit surface. Where the
 // moments are not those of any distribution, the bounds of the longest valid part of them (4, 2)
 // are given.
-mssm_bounds mssm_visibility4(mssm_moments4 m, float z);
-mssm_bounds mssm_visibility6(mssm_moments6 m, float z);
+MSSM_API mssm_bounds mssm_visibility4(mssm_moments4 m, float z);
+MSSM_API mssm_bounds mssm_visibility6(mssm_moments6 m, float z);
 
 // The same for count elements in structure-of-arrays form: b[k][i] is moment k+1 of element i.
 // gcc vectorises the loops with -O3 -fno-math-errno -fno-trapping-math, clang with
 // -O2 -fno-math-errno (and -march=native or the like for wide registers).
-void mssm_visibility4_array(int count, const float *const b[4], const float *z, float *lower,
-                            float *upper);
-void mssm_visibility6_array(int count, const float *const b[6], const float *z, float *lower,
-                            float *upper);
+MSSM_API void mssm_visibility4_array(int count, const float *const b[4], const float *z, float *lower,
+                                     float *upper);
+MSSM_API void mssm_visibility6_array(int count, const float *const b[6], const float *z, float *lower,
+                                     float *upper);
 
 // The distribution with the fewest depths that has the moments m and z among its depths (canonical
 // representation): z[0] is the given depth, the others ascend, w are their shares, sum 1. Depths
 // that would lie at infinity are put far outside with a share of about 0.
-mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z);
-mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z);
+MSSM_API mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z);
+MSSM_API mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z);
 
 // Mean depth of the blockers nearer than z, where the receiver's own share w0 takes part as if it
 // were a blocker at z, clamped to [self_weight_min, self_weight_max]. 1e-3, 1e-3: the lower
 // estimate (image-based lighting paper, Eq. 7); 1e-3, 1: the upper estimate (Eq. 19). In [-1,z]; z
 // without blockers.
-float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max);
-float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max);
+MSSM_API float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max);
+MSSM_API float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max);
 
 // Real roots of c0 + c1 x + c2 x^2 + c3 x^3, ascending; multiple roots are repeated. A pair that
 // rounding of the coefficients may have made complex counts as a double root. Zero leading
 // coefficients lower the degree; count is 0 for a constant. Unused x are 0. Roots are right
 // to their last digits down to 1e-28 of the largest; beyond 1e18 they count as infinite. Roots below
 // 1e-37, and coefficients below 1e-36 of the largest, may count as 0.
-mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3);
+MSSM_API mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3);
 
 // ------------------------------------------------------------------------------------------------
 // Lights
@@ -173,7 +189,7 @@ typedef enum mssm_result {
 } mssm_result;
 
 // One line for people. Never null.
-const char *mssm_result_string(mssm_result r);
+MSSM_API const char *mssm_result_string(mssm_result r);
 
 // A light and its frustum. Fill it with one of the functions below, or by hand for frusta of your
 // own.
@@ -195,48 +211,48 @@ typedef struct mssm_light {
 // holds at its rim stands for them; otherwise all is lit there. direction needs not be unit. axis_u is made orthogonal to it; where that is
 // impossible another axis is taken. Fails, with light untouched, on numbers that are not finite, a
 // zero direction or box_min > box_max.
-mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
-                                   const float axis_u[3], float tan_half_u, float tan_half_v,
-                                   const float box_min[3], const float box_max[3]);
+MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
+                                            const float axis_u[3], float tan_half_u, float tan_half_v,
+                                            const float box_min[3], const float box_max[3]);
 
 // A rectangle of half_width_u by half_width_v >= 0 (world units) at position, shining along
 // -direction into a square pyramid of half-angle tangent tan_half_fov > 0 between the distances 0 <
 // z_near < z_far. Casters must lie between the two. A near plane close to the light costs nothing
 // but depth precision (mssm_light_fit). The map's rim stands for casters beyond the sides; further
 // out all counts as lit: the cone's falloff is the caller's. Fails as above.
-mssm_result mssm_light_spot(mssm_light *light, const float position[3], const float direction[3],
-                            const float axis_u[3], float tan_half_fov, float z_near, float z_far,
-                            float half_width_u, float half_width_v);
+MSSM_API mssm_result mssm_light_spot(mssm_light *light, const float position[3], const float direction[3],
+                                     const float axis_u[3], float tan_half_fov, float z_near, float z_far,
+                                     float half_width_u, float half_width_v);
 
 // Shadow-space x, y, depth of a world-space point: what a depth map for mssm_map_update must hold.
 // Returns 0, with shadow untouched, where the point has none (behind a spot light, not finite).
-int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3]);
+MSSM_API int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3]);
 
 // The six frusta of a light that shines everywhere: +x, -x, +y, -y, +z, -z. Each is a square of
 // half_width >= 0 that faces its side, and reaches far enough beyond its 90 degrees that no kernel
 // leaves it: by half_width / z_near, so z_near should be near the nearest caster. Fails as above.
-mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
-                             float z_far, float half_width);
+MSSM_API mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
+                                      float z_far, float half_width);
 
 // For a box that follows the camera: moves the frustum of a directional light sideways by at most half
 // a texel of its map, so that the texels lie on the same places of the world whatever the box, as long
 // as its size stays, and edges of shadows do not crawl. Leave that much of a margin in the box. Fails,
 // with light untouched, for perspective lights and side < 1.
-mssm_result mssm_light_snap(mssm_light *light, int side);
+MSSM_API mssm_result mssm_light_snap(mssm_light *light, int side);
 
 // The same light with its depth range fitted to what is drawn: from the nearest to the farthest
 // depth of its own map (mssm_depth_range). For precision, where planes set by hand are hundreds of
 // times further apart than the casters are deep. To be used for the next map: what lies nearer than
 // nearest is cut off, so leave a margin if casters move. Fails, with light untouched, unless
 // -1 <= nearest <= farthest <= 1.
-mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest);
+MSSM_API mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest);
 
 // Least and greatest depth of count that something was drawn at; 0 where nothing was (all are 1).
-int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest);
+MSSM_API int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest);
 
 // Depth z of what a GPU has stored as window depth, 0 to 1 or reversed, with the planes of the light: what
 // mssm_map_update wants, element by element. On the GPU it is mssm_gl_set_depth.
-float mssm_light_depth(const mssm_light *light, float stored, int reversed);
+MSSM_API float mssm_light_depth(const mssm_light *light, float stored, int reversed);
 
 // [glsl begin lights]
 // Faces of mssm_light_point that a receiver asks, and their weights, sum 1. Next to an edge of the
@@ -245,19 +261,19 @@ typedef struct mssm_faces { int face[3]; float weight[3]; } mssm_faces;
 // [glsl end]
 
 // From the vector from the light to the receiver.
-mssm_faces mssm_point_faces(float x, float y, float z);
+MSSM_API mssm_faces mssm_point_faces(float x, float y, float z);
 
 // Share of a light's strength that arrives at a distance >= 0: 1 / (constant + linear d + quadratic
 // d^2), at most 1 for constant >= 1. (0, 0, 1) is a small lamp's. 0 where the sum is not positive.
-float mssm_attenuation(float distance, float constant, float linear, float quadratic);
+MSSM_API float mssm_attenuation(float distance, float constant, float linear, float quadratic);
 
 // Share of a spot light's strength by the cosine of the angle from its axis: cosine^exponent, faded
 // smoothly from 1 at cos_inner to 0 at cos_outer < cos_inner. cosine is clamped to [-1,1]; its power is
 // 1 for an exponent <= 0, else 0 below 0.
-float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent);
+MSSM_API float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent);
 
 // GLSL 4.50 text of mssm_faces and the last three functions. It stands alone. Static storage.
-const char *mssm_glsl_lights(void);
+MSSM_API const char *mssm_glsl_lights(void);
 
 // ------------------------------------------------------------------------------------------------
 // Moment map: one light's summed-area tables, in memory that the caller owns
@@ -283,41 +299,41 @@ typedef struct mssm_map mssm_map;
 
 // Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * (moments * 4 + 1), the 1 for
 // least depths, and a third more for the coarser levels. 0 if the arguments are out of range.
-size_t mssm_map_bytes(int side, int moments);
+MSSM_API size_t mssm_map_bytes(int side, int moments);
 
 // Lays out a map in memory (any alignment; must not be moved while in use). The map starts empty:
 // everything is lit. Fails with *map untouched.
-mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments);
+MSSM_API mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments);
 
 // Takes a depth map and builds all tables. Depth at [(y*side + x)*samples + s], 1 to 64 samples a
 // texel, 1 where nothing is hit, clamped to [-1,1], NaN counts as 1. With back (the depth of back
 // faces, same layout) the mean of both is used, sample by sample: no depth bias, so firmer contact
 // shadows of separate convex casters under small lights, but leaks next to concave ones; NULL for
 // open meshes. Fails with the map untouched.
-mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples);
+MSSM_API mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples);
 
 // Visibility of the light from a world-space point, in [0,1]. settings may be NULL. Points outside
 // the map, nearer than its near plane or not finite are lit.
-float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
-                          const mssm_settings *settings, const float point[3]);
+MSSM_API float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
+                                   const mssm_settings *settings, const float point[3]);
 
 // The same with the receiver's normal, of any length, NULL or zero where it is not known. It tells the
 // receiver's own surface from blockers. Best is the geometric one, towards the viewer's side.
-float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
-                                 const mssm_settings *settings, const float point[3],
-                                 const float normal[3]);
+MSSM_API float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
+                                          const mssm_settings *settings, const float point[3],
+                                          const float normal[3]);
 
 // The same for many points: what depends on the light alone is done once. normals may be NULL;
 // visibility may not overlap the rest.
-void mssm_map_visibility_many(const mssm_map *map, const mssm_light *light,
-                              const mssm_settings *settings, int count, const float (*points)[3],
-                              const float (*normals)[3], float *visibility);
+MSSM_API void mssm_map_visibility_many(const mssm_map *map, const mssm_light *light,
+                                       const mssm_settings *settings, int count, const float (*points)[3],
+                                       const float (*normals)[3], float *visibility);
 
 // Moments of depth of a rectangle of the map, for estimators of one's own: centre and half-sizes in
 // shadow space, at least half a texel. Beyond the map its outermost texels stand for as much as the
 // rectangle has inside, and depth 1 for the rest. Not biased yet:
 // mssm_moments6_bias(m, MSSM_BIAS6_DECODED) makes them safe. With 4 moments the last two are 0.
-mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
+MSSM_API mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
 
 #ifndef MSSM_NO_FILTERED
 // ------------------------------------------------------------------------------------------------
@@ -337,44 +353,44 @@ typedef struct mssm_filtered mssm_filtered;
 
 // Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments, 0 if out of range: 2 for each
 // moment and a third more for the mip chain, and 8 to work in (so that every level is rounded once).
-size_t mssm_filtered_bytes(int side, int moments);
+MSSM_API size_t mssm_filtered_bytes(int side, int moments);
 
 // As mssm_map_init: any alignment, not to be moved, everything lit. Fails with *map untouched.
-mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, int side,
-                               int moments);
+MSSM_API mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, int side,
+                                        int moments);
 
 // Takes a depth map, laid out as for mssm_map_update, blurs it by a Gaussian of 2 * radius + 1 texels
 // (standard deviation radius / 2; 0 to 32) and makes the mip chain. Beyond the map its outermost texels go
 // on, as far as Gaussian and footprint reach. Fails with the map untouched.
-mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples, int radius);
+MSSM_API mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples, int radius);
 
 // The same from encoded moments of one's own, encoded[(y*side + x)*moments + k]: what
 // mssm_moments*_encode gives, for translucent casters what mssm_moments*_blend has made of it.
-mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encoded, int radius);
+MSSM_API mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encoded, int radius);
 
 // Soft shadows of the same moments.
-mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded);
+MSSM_API mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded);
 
 // Moments at shadow-space x, y under a footprint that is width wide (shadow space; 0: the finest).
 // Not biased yet. With 4 moments the last two are 0. Outside the map: of depth 1.
-mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, float width);
+MSSM_API mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, float width);
 
 // Visibility of the light from a world-space point, in [0,1]: the upper bound. width: the pixel's
 // footprint in world units at the point; 0: a point. filter may be NULL. Points outside the map,
 // nearer than its near plane or not finite are lit.
-float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
-                               const mssm_filter *filter, const float point[3], float width);
+MSSM_API float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
+                                        const mssm_filter *filter, const float point[3], float width);
 
 // Both bounds of it. Inside of smoke their middle is nearer to the truth: the upper bound takes a
 // receiver to be the last of its surface, and half of the smoke round it is behind it.
-mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *light,
-                                 const mssm_filter *filter, const float point[3], float width);
+MSSM_API mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *light,
+                                          const mssm_filter *filter, const float point[3], float width);
 
 // A layer at depth z that lets 1 - opacity of the light through, over what is there: standard alpha
 // blending. After layers from far to near, P(depth < z) is exactly the light that those nearer than z
 // keep off, 1 - product(1 - opacity): so the bounds enclose the transmittance.
-mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity);
-mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity);
+MSSM_API mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity);
+MSSM_API mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity);
 #endif
 
 #ifndef MSSM_NO_SCATTERING
@@ -414,36 +430,36 @@ typedef struct mssm_points2 { float z[2], w[2]; } mssm_points2;
 
 // The camera at eye sees what is between four directions: corners of the picture, in order around
 // it. The light must be directional, extinction >= 0. Fails with s untouched.
-mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, const float eye[3],
-                                 const float corners[12], float extinction);
+MSSM_API mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, const float eye[3],
+                                          const float corners[12], float extinction);
 
-mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth);
-float mssm_scattering_distance(mssm_epipolar row, float column);  // r at 0 to 1 of all columns
+MSSM_API mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth);
+MSSM_API float mssm_scattering_distance(mssm_epipolar row, float column);  // r at 0 to 1 of all columns
 
 // Two depths, ascending, with the first three moments; a single surface gets a little variance.
-mssm_points2 mssm_reconstruct3(float b1, float b2, float b3);
+MSSM_API mssm_points2 mssm_reconstruct3(float b1, float b2, float b3);
 
 // Inclination, as a depth in [-1,1], of the point of a light ray at shadow-space depth z; what is
 // behind all casters (MSSM_FAR_CASTER) goes to infinity. And its moments from those of z.
-float mssm_inclination(mssm_scattering s, float r, float z);
-mssm_moments6 mssm_scattering_moments(mssm_scattering s, float r, float b1, float b2, float b3);
+MSSM_API float mssm_inclination(mssm_scattering s, float r, float z);
+MSSM_API mssm_moments6 mssm_scattering_moments(mssm_scattering s, float r, float b1, float b2, float b3);
 
 // A unit direction in world space; distance to the surface, or to where the medium ends.
-mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, float distance);
+MSSM_API mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, float distance);
 
 // Mean visibility along the ray, weighted by transmittance to the camera: times unshadowed single
 // scattering it is the shafts. m: biased mean moments of the columns up to the ray's. It takes the
 // upper bound with weight (1 - cos(inclination)) / 2, as in the slides, the lower one with the rest;
 // balance 0.5 goes halfway to the share of what is lit for sure in all that is sure.
-float mssm_scattering_visibility(mssm_view_ray ray, mssm_moments6 m);
+MSSM_API float mssm_scattering_visibility(mssm_view_ray ray, mssm_moments6 m);
 
 // GLSL 4.50 text of all but mssm_scattering_init, to be put after mssm_glsl_math(). Static storage.
-const char *mssm_glsl_scattering(void);
+MSSM_API const char *mssm_glsl_scattering(void);
 #endif
 
 // GLSL 4.50 text of the moment math alone: same names and structs as the C functions above.
 // To be put after #version; before or after other texts that include it, too. Static storage.
-const char *mssm_glsl_math(void);
+MSSM_API const char *mssm_glsl_math(void);
 
 // GLSL 4.50 text of the estimators, for a pipeline of one's own (Vulkan, other table formats); to
 // be put after mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map,
@@ -452,8 +468,9 @@ const char *mssm_glsl_math(void);
 // that a rectangle of the map holds. A macro MSSM_SEARCH may name a cheaper one for the search, and
 // MSSM_LEAST_DEPTH a float f(int map, float x, float y, float half_size): the least depth within
 // half_size texels, which proves receivers lit and lets near planes and far casters do no harm.
-const char *mssm_glsl_shading(void);
+MSSM_API const char *mssm_glsl_shading(void);
 
+#if !(defined MSSM_STATIC && defined MSSM_NO_GL)  // a static function must be defined
 // ------------------------------------------------------------------------------------------------
 // OpenGL 4.5
 // ------------------------------------------------------------------------------------------------
@@ -500,21 +517,21 @@ typedef struct mssm_gl mssm_gl;
 // Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 25
 // bytes and a third more, and two depth targets of side^2 * samples * 4. On failure *gl is
 // untouched, nothing is left behind, and the log has said why.
-mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
+MSSM_API mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
 
 // Bytes of its textures and buffers, if the driver gives the samples asked for. Needs no context. 0, with a
 // word in the log, where numbers are out of range.
-size_t mssm_gl_bytes(const mssm_gl_desc *desc);
+MSSM_API size_t mssm_gl_bytes(const mssm_gl_desc *desc);
 
 // Deletes all objects. gl may be NULL. A depth pass under way is ended.
-void mssm_gl_destroy(mssm_gl *gl);
+MSSM_API void mssm_gl_destroy(mssm_gl *gl);
 
 // Other numbers of lights or texels, 0 for the defaults. Lights stay set, maps must be drawn again.
 // On failure everything is as it was.
-mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side);
+MSSM_API mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side);
 
 // The light with this index, from mssm_light_directional or mssm_light_spot, or filled in by hand.
-mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
+MSSM_API mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
 
 // Between these two the application draws its casters into the light's depth map. begin binds a
 // multisampled framebuffer without colour, sets viewport, depth test, depth range and clip control
@@ -523,8 +540,8 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
 // restores all of that; depth becomes moments with whatever call comes next, so that front faces need not
 // where back faces follow. A pass with back_faces must directly follow the light's pass without: the mean
 // of both is used then, sample by sample, as with mssm_map_update.
-mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
-mssm_result mssm_gl_end_depth(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
+MSSM_API mssm_result mssm_gl_end_depth(mssm_gl *gl);
 
 // How a depth map holds depth.
 typedef enum mssm_stored {
@@ -555,32 +572,32 @@ typedef struct mssm_gl_depth {  // zero means default everywhere
 // mode, filters, swizzle, stencil mode. Its lowest level is read, at once; what shaders stored there by
 // imageStore wants glMemoryBarrier before. Fails with the light's map as it was. Then mssm_gl_build. Within
 // mssm_gl_begin_frame GL is asked about a texture only the first time a light gets it with these numbers.
-mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
-                              const mssm_gl_depth *back);
+MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
+                                       const mssm_gl_depth *back);
 
 // Round the passes and the build of a frame, where their calls of GL count: GL's state is saved and put
 // back once, not for each light, and nothing in between asks GL for it, which can cost a wait. Drawing
 // may then change programs, buffers, textures, vertex arrays, culling, viewport, scissor and depth test;
 // what else a pass sets must stay as it is. mssm_gl_bind comes after the end. Brackets of several objects
 // nest: the last that was begun ends first.
-mssm_result mssm_gl_begin_frame(mssm_gl *gl);
-mssm_result mssm_gl_end_frame(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_begin_frame(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_end_frame(mssm_gl *gl);
 
 // Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of
 // as many levels as the widest light needs. Where nothing has changed it returns at once.
-mssm_result mssm_gl_build(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_build(mssm_gl *gl);
 
 // Binds what shading reads: textures at units first_texture_unit and the next two (and no samplers), a
 // shader storage buffer at first_buffer_binding. Once a frame after the build, or whenever these
 // were changed. The first time the log is told what else was bound there.
-mssm_result mssm_gl_bind(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_bind(mssm_gl *gl);
 
 // What is not up to date, as bits. 0 for a wrong index, which the log is told.
 enum {
     MSSM_STALE_MAP = 1,    // nothing was drawn, or the light's frustum was changed since: only its size may be
     MSSM_STALE_TABLES = 2  // mssm_gl_build has something to do for it
 };
-int mssm_gl_stale(const mssm_gl *gl, int index);
+MSSM_API int mssm_gl_stale(const mssm_gl *gl, int index);
 
 // To look at: draws the map of a light in shades of grey, nearest black, into the viewport of the draw
 // framebuffer that is bound. Needs built tables; not within mssm_gl_begin_frame.
@@ -588,18 +605,18 @@ typedef enum mssm_show {
     MSSM_SHOW_MEAN = 0,  // mean depth of each texel
     MSSM_SHOW_LEAST      // least depths, a texel for four
 } mssm_show;
-mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what);
+MSSM_API mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what);
 
 // GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
 // float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth. 1 where there is
 // no such light. Lives as long as gl.
-const char *mssm_gl_shader(const mssm_gl *gl);
+MSSM_API const char *mssm_gl_shader(const mssm_gl *gl);
 
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
 // levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments; 2:
 // least depths from half the side down (R32F). Before
 // reading them back: glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
-unsigned mssm_gl_texture(const mssm_gl *gl, int which);
+MSSM_API unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
 #ifndef MSSM_NO_FILTERED
 // Filtered hard shadows, with translucent casters where wanted. For each light that has changed:
@@ -635,46 +652,47 @@ typedef struct mssm_gl_filtered mssm_gl_filtered;
 
 // N lights of side^2: N * side^2 * 8 bytes (12 with 6 moments) and a third more; to work in, for all
 // lights together, side^2 * (4 * samples + 79).
-mssm_result mssm_gl_filtered_create(mssm_gl_filtered **gl, const mssm_gl_filtered_desc *desc);
-void mssm_gl_filtered_destroy(mssm_gl_filtered *gl);  // gl may be NULL
-mssm_result mssm_gl_filtered_set_light(mssm_gl_filtered *gl, int index, const mssm_light *light);
+MSSM_API mssm_result mssm_gl_filtered_create(mssm_gl_filtered **gl, const mssm_gl_filtered_desc *desc);
+MSSM_API void mssm_gl_filtered_destroy(mssm_gl_filtered *gl);  // gl may be NULL
+MSSM_API mssm_result mssm_gl_filtered_set_light(mssm_gl_filtered *gl, int index, const mssm_light *light);
 
 // As those of mssm_gl; without back faces.
-mssm_result mssm_gl_filtered_begin_frame(mssm_gl_filtered *gl);
-mssm_result mssm_gl_filtered_end_frame(mssm_gl_filtered *gl);
-mssm_result mssm_gl_filtered_begin_depth(mssm_gl_filtered *gl, int index);
-mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl);
+MSSM_API mssm_result mssm_gl_filtered_begin_frame(mssm_gl_filtered *gl);
+MSSM_API mssm_result mssm_gl_filtered_end_frame(mssm_gl_filtered *gl);
+MSSM_API mssm_result mssm_gl_filtered_begin_depth(mssm_gl_filtered *gl, int index);
+MSSM_API mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl);
 
 // Between these the application blends translucent casters, from far to near, into the moments of the
 // light just drawn: its fragment shader calls mssm_translucent (mssm_glsl_translucent). Blending is
 // its own to set, for both targets: glEnable(GL_BLEND); glBlendFunc(GL_SRC_ALPHA,
 // GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out what lies behind opaque casters.
-mssm_result mssm_gl_filtered_begin_translucent(mssm_gl_filtered *gl);
-mssm_result mssm_gl_filtered_end_translucent(mssm_gl_filtered *gl);
+MSSM_API mssm_result mssm_gl_filtered_begin_translucent(mssm_gl_filtered *gl);
+MSSM_API mssm_result mssm_gl_filtered_end_translucent(mssm_gl_filtered *gl);
 
 // GLSL for that shader, after mssm_glsl_math(): void mssm_translucent(float depth, float opacity),
 // depth as in shadow space (directional lights: 2 * gl_FragCoord.z - 1). Static storage.
-const char *mssm_glsl_translucent(void);
+MSSM_API const char *mssm_glsl_translucent(void);
 
 // Gaussian and mip chain of the light just drawn.
-mssm_result mssm_gl_filtered_build(mssm_gl_filtered *gl);
-mssm_result mssm_gl_filtered_bind(mssm_gl_filtered *gl);
+MSSM_API mssm_result mssm_gl_filtered_build(mssm_gl_filtered *gl);
+MSSM_API mssm_result mssm_gl_filtered_bind(mssm_gl_filtered *gl);
 
 // GLSL 4.50 text to put after #version: float mssm_filtered_visibility(int light, vec3
 // world_position, vec3 ddx, vec3 ddy), the latter the derivatives of the position (dFdx and dFdy in a
 // forward pass, zero for a point); and mssm_bounds mssm_filtered_bounds of the same. Includes
 // mssm_glsl_math(). Lives as long as gl.
-const char *mssm_gl_filtered_shader(const mssm_gl_filtered *gl);
+MSSM_API const char *mssm_gl_filtered_shader(const mssm_gl_filtered *gl);
 
 // Textures, for tools and tests. which 0, 1: the maps, 2D arrays with a layer a light (RGBA16, RG16
 // or 0); 2: the encoded moments of the light just drawn, before the Gaussian until the build and
 // after it from then on: an array of two layers (RGBA32F), moments 1 to 3 and 4 to 6.
-unsigned mssm_gl_filtered_texture(const mssm_gl_filtered *gl, int which);
+MSSM_API unsigned mssm_gl_filtered_texture(const mssm_gl_filtered *gl, int which);
 
 // Soft shadows of such moments: in place of a depth pass of mssm_gl. texture: an array of two layers
 // as above, at least as large as the map. Texels beyond the map are not read. Then mssm_gl_build.
-mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
+MSSM_API mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
 #endif
+#endif  // MSSM_STATIC, MSSM_NO_GL
 
 #ifdef __cplusplus
 }
