@@ -568,10 +568,10 @@ typedef struct mssm_gl_depth {  // zero means default everywhere
 
 // In place of the passes of a light that was set: front, and where not NULL back, which then must be like
 // front but for texture, layer, x and y. Columns and rows are shadow-space x and y. The far end (1, reversed
-// 0) counts as nothing hit. Texel state and samplers of the texture are not in the way and stay: compare
-// mode, filters, swizzle, stencil mode. Its lowest level is read, at once; what shaders stored there by
-// imageStore wants glMemoryBarrier before. Fails with the light's map as it was. Then mssm_gl_build. Within
-// mssm_gl_begin_frame GL is asked about a texture only the first time a light gets it with these numbers.
+// 0) counts as nothing hit. The texture's own state and samplers stay and are not in the way: compare mode,
+// filters, swizzle, stencil mode; its base level is read, at once. Fails with the light's map as it was. Then
+// mssm_gl_build. Within mssm_gl_begin_frame GL is asked about a texture only the first time that a light gets
+// it with these numbers.
 MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
                                        const mssm_gl_depth *back);
 

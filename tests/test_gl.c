@@ -2817,6 +2817,112 @@ static void given_depth_means_what_it_says(void)
     end_gl();
 }
 
+// A renderer's own depth pass: casters by its matrix into a layer of its texture, single-sampled.
+static void own_pass(const mesh *m, const mssm_light *drawn, GLuint texture, int layer, const int area[3], bool reversed,
+                     GLuint program)
+{
+    const GLfloat farthest = reversed ? 0 : 1;
+    GLuint framebuffer;
+    gl.CreateFramebuffers(1, &framebuffer);
+    if (layer < 0) gl.NamedFramebufferTexture(framebuffer, 0x8D00, texture, 0);
+    else gl.NamedFramebufferTextureLayer(framebuffer, 0x8D00, texture, 0, layer);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl.ClearNamedFramebufferfv(framebuffer, 0x1801, 0, &farthest); // GL_DEPTH
+    gl.Viewport(area[0], area[1], area[2], area[2]);
+    gl.ClipControl(0x8CA1, 0x935F); // lower left, zero to one
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(reversed ? 0x0204 : GL_LESS); // GL_GREATER
+    gl.ProgramUniformMatrix4fv(program, gl.GetUniformLocation(program, "world_to_shadow"), 1, GL_FALSE,
+                               drawn->world_to_shadow);
+    gl.UseProgram(program);
+    gl.BindVertexArray(m->array);
+    gl.DrawArrays(GL_TRIANGLES, 0, m->vertices);
+    gl.UseProgram(0);
+    gl.BindVertexArray(0);
+    gl.ClipControl(0x8CA1, 0x935E);
+    gl.DepthFunc(GL_LESS);
+    gl.Disable(GL_DEPTH_TEST);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl.DeleteFramebuffers(1, &framebuffer);
+}
+
+// As docs/integration.md has it: a sun with depth of 0 to 1, normal and reversed, a lamp in an atlas, reversed and
+// without a far plane, and a face of distances. The shadows are those of the library's own pass.
+static void own_depth_maps_cast_the_same_shadows(void)
+{
+    enum { SIDE = 128, POINTS = 3000 };
+    static const char *const distances[2] = {
+        "layout(location = 0) in vec3 position;\n"
+        "uniform mat4 world_to_shadow;\n"
+        "out vec3 world;\n"
+        "void main() { world = position; gl_Position = world_to_shadow * vec4(position, 1); }\n",
+        "in vec3 world;\n"
+        "uniform vec4 lamp;\n"
+        "void main() { gl_FragDepth = distance(world, lamp.xyz) / lamp.w; }\n"};
+    static float points[3 * POINTS], v[2][POINTS];
+    const mssm_gl_desc d = description(2, SIDE, 4, 6);
+    const float eye[3] = {0.5f, 6, 1}, to_light[3] = {0.05f, 1, 0.1f}, axis[3] = {1, 0, 0}, far = 12;
+    uint64_t seed = 65;
+    scene c;
+    mesh m;
+    subject s;
+    if (!begin_gl()) return;
+    scene_make(&c, 1);
+    make_mesh(&m, &c);
+    const GLuint program = link_program(distances);
+    const float lamp[4] = {eye[0], eye[1], eye[2], far};
+    gl.ProgramUniform4fv(program, gl.GetUniformLocation(program, "lamp"), 1, lamp);
+    if (make_subject(&s, &d)) {
+        for (int kind = 0; kind < 4; kind++) {
+            const bool sun = kind < 2, reversed = kind == 1 || kind == 2;
+            const int size = 2 * SIDE, at = kind == 2 ? 31 : 0, area[3] = {at, at, size};
+            mssm_gl_depth given;
+            memset(&given, 0, sizeof given);
+            mssm_light light, drawn;
+            if (sun) CHECK(!scene_light(&c, 0.1, 0.1, &light), "light");
+            else CHECK(!mssm_light_spot(&light, eye, to_light, axis, 1, 0.5f, far, 0.5f, 0.5f), "light");
+            drawn = light;
+            for (int i = 0; i < 4; i++) { // the matrix of a clip space from 0 to 1
+                float *row = &drawn.world_to_shadow[4 * i];
+                if (sun) row[2] = reversed ? 0.5f * (row[3] - row[2]) : 0.5f * (row[3] + row[2]);
+                else row[2] = reversed ? (i == 3 ? light.z_near : 0) : 0.5f * row[3];
+            }
+            given.target = kind == 3 ? CUBE : FLAT;
+            given.layer = kind == 3 ? 3 : 0;
+            given.x = given.y = at;
+            given.width = given.height = size;
+            given.reversed = reversed;
+            given.stored = kind == 3 ? MSSM_STORED_RADIAL : MSSM_STORED_WINDOW;
+            given.z_near = kind == 2 ? light.z_near : 0;
+            given.z_far = kind == 2 ? INFINITY : kind == 3 ? far : 0;
+            gl.CreateTextures(given.target, 1, &given.texture);
+            gl.TextureStorage2D(given.texture, 1, GL_DEPTH_COMPONENT32F, at + size, at + size);
+            own_pass(&m, &drawn, given.texture, kind == 3 ? 3 : -1, area, reversed, kind == 3 ? program : stage.casters);
+            s.light[0] = light;
+            draw_light(&s, &m, false);
+            CHECK(!mssm_gl_set_light(s.gl, 1, &light) && !mssm_gl_set_depth(s.gl, 1, &given, NULL), "%s", fakes.message);
+            build(&s);
+            random_points(&c, POINTS, points, &seed);
+            for (int i = 0; i < 2; i++) ask(&s, i, false, POINTS, points, v[i]);
+            double sum = 0, far_off = 0, dark = 0; // samples lie elsewhere in a texel
+            for (int i = 0; i < POINTS; i++) {
+                const double off = fabs((double)(v[0][i] - v[1][i]));
+                sum += off;
+                far_off += off > 0.1;
+                dark += v[0][i] < 0.9f;
+            }
+            test_note("%d: visibility differs by %.2g in the mean, by more than .1 for %.0f; %.0f of %d in shadow", kind,
+                      sum / POINTS, far_off, dark, (int)POINTS);
+            CHECK(dark > 100 && sum / POINTS < 0.01 && far_off < 0.01 * POINTS, "%d: other shadows", kind);
+            gl.DeleteTextures(1, &given.texture);
+        }
+        drop_subject(&s);
+    }
+    gl.DeleteProgram(program);
+    drop_mesh(&m);
+    end_gl();
+}
+
 // What cannot be read is refused by name and range, and the light's map stays as it was.
 static void bad_depth_maps_are_refused(void)
 {
@@ -3301,6 +3407,7 @@ const test_case gl_tests[] = {
     {"GL's maps can be seen", maps_can_be_seen},
     {"GL's given depth maps are what a pass makes of them", given_depth_is_a_pass},
     {"GL's given depth maps mean what they say", given_depth_means_what_it_says},
+    {"GL's own depth maps cast the same shadows", own_depth_maps_cast_the_same_shadows},
     {"GL's given depth maps that cannot be read are refused", bad_depth_maps_are_refused},
     {"GL's given depth maps leave the caller's bindings alone", given_depth_leaves_bindings_alone},
     {"GL shaders pass a second compiler", second_compiler_agrees},
