@@ -7109,6 +7109,11 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
     mssm__gl_bindings saved;
     mssm__gl_state caller, s;
     mssm__save_state(gl, &caller);
+    if (f->CheckNamedFramebufferStatus((unsigned)caller.framebuffer, MSSM__GL_DRAW_FRAMEBUFFER) !=
+        MSSM__GL_FRAMEBUFFER_COMPLETE) {
+        mssm__log(gl, "mssm_gl_show: the draw framebuffer is not complete", NULL);
+        return MSSM_ERROR_GL;
+    }
     gl->targets |= 1 << 2;  // 2D arrays
     mssm__save_bindings(gl, &saved);
     s = caller;

@@ -1898,6 +1898,21 @@ static mssm_result give_depth(mssm_gl *g)
     return r;
 }
 
+static mssm_result show_map(mssm_gl *g)
+{
+    GLuint texture, framebuffer;
+    gl.CreateTextures(0x0DE1, 1, &texture); // GL_TEXTURE_2D
+    gl.TextureStorage2D(texture, 1, GL_R32F, 8, 8);
+    gl.CreateFramebuffers(1, &framebuffer);
+    gl.NamedFramebufferTexture(framebuffer, 0x8CE0, texture, 0); // GL_COLOR_ATTACHMENT0
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    const mssm_result r = mssm_gl_show(g, 0, MSSM_SHOW_LEAST);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl.DeleteFramebuffers(1, &framebuffer);
+    gl.DeleteTextures(1, &texture);
+    return r;
+}
+
 static mssm_result whole_life(mssm_gl **g)
 {
     const mssm_gl_desc d = description(2, 64, 4, 6);
@@ -1911,7 +1926,7 @@ static mssm_result whole_life(mssm_gl **g)
     if (!r) r = mssm_gl_build(*g);
     if (!r) r = give_depth(*g);
     if (!r) r = mssm_gl_build(*g);
-    if (!r) r = mssm_gl_show(*g, 0, MSSM_SHOW_LEAST);
+    if (!r) r = show_map(*g);
     if (!r) r = mssm_gl_bind(*g);
     if (!r) r = mssm_gl_resize(*g, 3, 100);
     if (!r) r = mssm_gl_build(*g);
@@ -3219,6 +3234,8 @@ static void maps_can_be_seen(void)
         WATCH_FAIL(mssm_gl_show(s.gl, 0, MSSM_SHOW_MEAN), MSSM_ERROR_ORDER); // has no map
         WATCH_FAIL(mssm_gl_show(s.gl, 2, MSSM_SHOW_MEAN), MSSM_ERROR_ARGUMENT);
         WATCH_FAIL(mssm_gl_show(s.gl, 1, (mssm_show)2), MSSM_ERROR_ARGUMENT);
+        gl.NamedFramebufferTexture(framebuffer, 0x8CE0, 0, 0);
+        WATCH_FAIL(mssm_gl_show(s.gl, 1, MSSM_SHOW_MEAN), MSSM_ERROR_GL); // into nothing
         WATCH_FAIL(mssm_gl_show(NULL, 1, MSSM_SHOW_MEAN), MSSM_ERROR_ARGUMENT);
         gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
         gl.DeleteFramebuffers(1, &framebuffer);
