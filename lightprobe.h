@@ -3168,7 +3168,9 @@ struct lightprobe_gl {
 #pragma GCC diagnostic ignored "-Woverlength-strings"
 #endif
 
-// The public text: the lights as shading reads them. Our own shaders read the previous ones by it.
+// The public text: the lights as shading reads them. Our own shaders read the previous ones by it. Texts of
+// mssm.h before it have defined what they take.
+#define LIGHTPROBE__TAKEN(n) " || (LIGHTPROBE_BINDING == " #n " && defined MSSM_BINDING_" #n ")"
 static const char lightprobe__glsl_lights[] =
     "#if __VERSION__ < 430\n"
     "#error lightprobe.h needs #version 430 or higher above its text\n"
@@ -3176,10 +3178,11 @@ static const char lightprobe__glsl_lights[] =
     "#ifndef LIGHTPROBE_BINDING\n"
     "#define LIGHTPROBE_BINDING 0\n"
     "#endif\n"
-    "#ifdef MSSM_BINDING\n"
-    "#if LIGHTPROBE_BINDING == MSSM_BINDING\n"
+    "#if 0" LIGHTPROBE__TAKEN(0) LIGHTPROBE__TAKEN(1) LIGHTPROBE__TAKEN(2) LIGHTPROBE__TAKEN(3)
+    LIGHTPROBE__TAKEN(4) LIGHTPROBE__TAKEN(5) LIGHTPROBE__TAKEN(6) LIGHTPROBE__TAKEN(7) LIGHTPROBE__TAKEN(8)
+    LIGHTPROBE__TAKEN(9) LIGHTPROBE__TAKEN(10) LIGHTPROBE__TAKEN(11) LIGHTPROBE__TAKEN(12) LIGHTPROBE__TAKEN(13)
+    LIGHTPROBE__TAKEN(14) LIGHTPROBE__TAKEN(15) "\n"
     "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
-    "#endif\n"
     "#endif\n"
     "struct lightprobe_light {\n"
     "    vec3 direction; float cos_alpha;\n"

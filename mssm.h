@@ -467,7 +467,8 @@ MSSM_API const char *mssm_glsl_math(void);
 // float x, float y, float half_x, float half_y), which is yours to define: the Chebyshev moments
 // that a rectangle of the map holds. A macro MSSM_SEARCH may name a cheaper one for the search, and
 // MSSM_LEAST_DEPTH a float f(int map, float x, float y, float half_size): the least depth within
-// half_size texels, which proves receivers lit and lets near planes and far casters do no harm.
+// half_size texels, which proves receivers lit and lets near planes and far casters do no harm: to be
+// defined right before the text, which forgets them. A type of map other than int is MSSM_MAP's.
 MSSM_API const char *mssm_glsl_shading(void);
 
 #if !(defined MSSM_STATIC && defined MSSM_NO_GL)  // a static function must be defined
@@ -502,20 +503,29 @@ typedef mssm_gl_function (*mssm_gl_loader)(const char *name);  // glfwGetProcAdd
 typedef struct mssm_gl_desc {  // zero means default everywhere
     mssm_gl_loader load;       // needed
     int lights;                // as many as the driver's array layers, 2048 on most; default 1
-    int side;                  // of the maps, 1 to 16384; default 256
+    int side;                  // of the maps, 1 to 16384; default 256, filtered 1024
     int samples;               // of the depth target, 1 to 64; default 4
-    int moments;               // 4 or 6; default 6. settings.moments chooses among what is stored
-    mssm_settings settings;    // compiled into the shading text
-    int first_texture_unit;    // mssm_gl_bind takes three texture units from here; default 80
-    int first_buffer_binding;  // and this binding of shader storage buffers; default 7
+    int moments;               // 4 or 6; default 6, filtered 4. settings.moments chooses among what is stored
+    mssm_settings settings;    // of soft shadows, compiled into the shading text
+    int first_texture_unit;    // mssm_gl_bind takes three from here; default 80. Filtered: two, 83
+    int first_buffer_binding;  // and this binding of shader storage buffers; default 7, filtered 6
     void (*log)(void *user, const char *message);  // one line, or a shader's whole log; may be NULL
     void *user;
+    const char *name;          // of the function that the shading text declares; default mssm_visibility,
+                               // filtered mssm_filtered_visibility. Not kept
+#ifndef MSSM_NO_FILTERED
+    int filtered;              // 1: filtered hard shadows, with translucent casters; then of the
+    int radius;                // Gaussian, 1 to 32 texels, -1: none; default 2
+    int anisotropy;            // looks along the longer side of a pixel's footprint, 1 to 16; default 4
+    mssm_filter filter;        // compiled into the shading text
+#endif
 } mssm_gl_desc;
 
 typedef struct mssm_gl mssm_gl;
 
 // Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 25
-// bytes and a third more, and two depth targets of side^2 * samples * 4. On failure *gl is
+// bytes and a third more, and two depth targets of side^2 * samples * 4. Filtered: N * side^2 * 8 (12
+// with 6 moments) and a third more, and to work in side^2 * (4 * samples + 79). On failure *gl is
 // untouched, nothing is left behind, and the log has said why.
 MSSM_API mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
 
@@ -539,7 +549,7 @@ MSSM_API mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light 
 // else could keep fragments or colours out is off: clip distances, stencil, masks, alpha test ... end
 // restores all of that; depth becomes moments with whatever call comes next, so that front faces need not
 // where back faces follow. A pass with back_faces must directly follow the light's pass without: the mean
-// of both is used then, sample by sample, as with mssm_map_update.
+// of both is used then, sample by sample, as with mssm_map_update. Filtered maps take none.
 MSSM_API mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
 MSSM_API mssm_result mssm_gl_end_depth(mssm_gl *gl);
 
@@ -584,7 +594,8 @@ MSSM_API mssm_result mssm_gl_begin_frame(mssm_gl *gl);
 MSSM_API mssm_result mssm_gl_end_frame(mssm_gl *gl);
 
 // Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of
-// as many levels as the widest light needs. Where nothing has changed it returns at once.
+// as many levels as the widest light needs. Filtered: Gaussian and mip chain of the light drawn last,
+// those of the others have been made when the next began. Where nothing has changed it returns at once.
 MSSM_API mssm_result mssm_gl_build(mssm_gl *gl);
 
 // Binds what shading reads: textures at units first_texture_unit and the next two (and no samplers), a
@@ -603,93 +614,49 @@ MSSM_API int mssm_gl_stale(const mssm_gl *gl, int index);
 // framebuffer that is bound. Needs built tables; not within mssm_gl_begin_frame.
 typedef enum mssm_show {
     MSSM_SHOW_MEAN = 0,  // mean depth of each texel
-    MSSM_SHOW_LEAST      // least depths, a texel for four
+    MSSM_SHOW_LEAST      // least depths, a texel for four; not of filtered maps
 } mssm_show;
 MSSM_API mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what);
 
 // GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
-// float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth. 1 where there is
-// no such light. Lives as long as gl.
+// float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth; with a name of
+// your own NAME and NAME_at. Filtered: float mssm_filtered_visibility(int light, vec3 world_position,
+// vec3 ddx, vec3 ddy), the latter the derivatives of the position (dFdx and dFdy in a forward pass, zero
+// for a point), and mssm_bounds mssm_filtered_bounds of the same, or NAME and NAME_bounds. 1 where there
+// is no such light. Lives as long as gl. One shader may have the texts of several mssm_gl, with names,
+// units and bindings of their own, in any order and beside all other texts of this header.
 MSSM_API const char *mssm_gl_shader(const mssm_gl *gl);
 
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
 // levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments; 2:
-// least depths from half the side down (R32F). Before
+// least depths from half the side down (R32F). Filtered: 0 and 1 the maps (RGBA16, RG16); 3: the encoded
+// moments of the light just drawn, before the Gaussian until it is built and after it from then on: an
+// array of two layers (RGBA32F), moments 1 to 3 and 4 to 6. Before
 // reading them back: glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
 MSSM_API unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
 #ifndef MSSM_NO_FILTERED
-// Filtered hard shadows, with translucent casters where wanted. For each light that has changed:
+// Filtered hard shadows have the same life cycle, and translucent casters where wanted. After a light's
+// mssm_gl_end_depth, before the next begin or the build:
 //
-//     mssm_gl_filtered_set_light(gl, i, &light);
-//     mssm_gl_filtered_begin_depth(gl, i);
-//     draw_casters(light.world_to_shadow);
-//     mssm_gl_filtered_end_depth(gl);
-//     mssm_gl_filtered_begin_translucent(gl);  // these three only where there is smoke or glass
+//     mssm_gl_begin_translucent(gl);
 //     draw_smoke_from_far_to_near(light.world_to_shadow);
-//     mssm_gl_filtered_end_translucent(gl);
-//     mssm_gl_filtered_build(gl);
+//     mssm_gl_end_translucent(gl);
 //
-// then mssm_gl_filtered_bind and drawing. The promises about GL state, contexts and labels are those
-// of mssm_gl.
-
-typedef struct mssm_gl_filtered_desc {  // zero means default everywhere
-    mssm_gl_loader load;       // needed
-    int lights;                // as in mssm_gl_desc; default 1
-    int side;                  // of the maps, best a power of two; default 1024
-    int samples;               // of the depth target, default 4
-    int moments;               // 4 (64 bits a texel) or 6 (96); default 4
-    int radius;                // of the Gaussian, 1 to 32 texels, -1: none; default 2
-    int anisotropy;            // looks along the longer side of a pixel's footprint, 1 to 16; default 4
-    mssm_filter filter;        // compiled into the shading text
-    int first_texture_unit;    // mssm_gl_filtered_bind takes two texture units from here; default 83
-    int first_buffer_binding;  // and this binding of shader storage buffers; default 6
-    void (*log)(void *user, const char *message);  // as in mssm_gl_desc
-    void *user;
-} mssm_gl_filtered_desc;
-
-typedef struct mssm_gl_filtered mssm_gl_filtered;
-
-// N lights of side^2: N * side^2 * 8 bytes (12 with 6 moments) and a third more; to work in, for all
-// lights together, side^2 * (4 * samples + 79).
-MSSM_API mssm_result mssm_gl_filtered_create(mssm_gl_filtered **gl, const mssm_gl_filtered_desc *desc);
-MSSM_API void mssm_gl_filtered_destroy(mssm_gl_filtered *gl);  // gl may be NULL
-MSSM_API mssm_result mssm_gl_filtered_set_light(mssm_gl_filtered *gl, int index, const mssm_light *light);
-
-// As those of mssm_gl; without back faces.
-MSSM_API mssm_result mssm_gl_filtered_begin_frame(mssm_gl_filtered *gl);
-MSSM_API mssm_result mssm_gl_filtered_end_frame(mssm_gl_filtered *gl);
-MSSM_API mssm_result mssm_gl_filtered_begin_depth(mssm_gl_filtered *gl, int index);
-MSSM_API mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl);
-
-// Between these the application blends translucent casters, from far to near, into the moments of the
-// light just drawn: its fragment shader calls mssm_translucent (mssm_glsl_translucent). Blending is
-// its own to set, for both targets: glEnable(GL_BLEND); glBlendFunc(GL_SRC_ALPHA,
-// GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out what lies behind opaque casters.
-MSSM_API mssm_result mssm_gl_filtered_begin_translucent(mssm_gl_filtered *gl);
-MSSM_API mssm_result mssm_gl_filtered_end_translucent(mssm_gl_filtered *gl);
+// Between the two the application blends into the moments of the light just drawn: its fragment shader
+// calls mssm_translucent (mssm_glsl_translucent). Blending is its own to set, for both targets:
+// glEnable(GL_BLEND); glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out what
+// lies behind opaque casters.
+MSSM_API mssm_result mssm_gl_begin_translucent(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_end_translucent(mssm_gl *gl);
 
 // GLSL for that shader, after mssm_glsl_math(): void mssm_translucent(float depth, float opacity),
 // depth as in shadow space (directional lights: 2 * gl_FragCoord.z - 1). Static storage.
 MSSM_API const char *mssm_glsl_translucent(void);
 
-// Gaussian and mip chain of the light just drawn.
-MSSM_API mssm_result mssm_gl_filtered_build(mssm_gl_filtered *gl);
-MSSM_API mssm_result mssm_gl_filtered_bind(mssm_gl_filtered *gl);
-
-// GLSL 4.50 text to put after #version: float mssm_filtered_visibility(int light, vec3
-// world_position, vec3 ddx, vec3 ddy), the latter the derivatives of the position (dFdx and dFdy in a
-// forward pass, zero for a point); and mssm_bounds mssm_filtered_bounds of the same. Includes
-// mssm_glsl_math(). Lives as long as gl.
-MSSM_API const char *mssm_gl_filtered_shader(const mssm_gl_filtered *gl);
-
-// Textures, for tools and tests. which 0, 1: the maps, 2D arrays with a layer a light (RGBA16, RG16
-// or 0); 2: the encoded moments of the light just drawn, before the Gaussian until the build and
-// after it from then on: an array of two layers (RGBA32F), moments 1 to 3 and 4 to 6.
-MSSM_API unsigned mssm_gl_filtered_texture(const mssm_gl_filtered *gl, int which);
-
-// Soft shadows of such moments: in place of a depth pass of mssm_gl. texture: an array of two layers
-// as above, at least as large as the map. Texels beyond the map are not read. Then mssm_gl_build.
+// Soft shadows of such moments: in place of a depth pass of an mssm_gl that is not filtered. texture: an
+// array of two layers as mssm_gl_texture(filtered, 3), at least as large as the map. Texels beyond the
+// map are not read. Then mssm_gl_build.
 MSSM_API mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
 #endif
 #endif  // MSSM_STATIC, MSSM_NO_GL
@@ -2347,7 +2314,7 @@ static float mssm__least_depth(const mssm_map *map, float x, float y, float half
 
 // ---- Estimators (docs/moments.md, "Layers") ----
 //
-// Shared with GLSL, where a map is the number of a light.
+// Shared with GLSL, where a map is the number of a light, in a type of its mssm_gl's own.
 #define MSSM_MAP const mssm_map *
 #define MSSM_SEARCH mssm__query_texels
 #define MSSM_LEAST_DEPTH mssm__least_depth
@@ -2492,6 +2459,8 @@ MSSM_SHARED float mssm_half_width(mssm_view v, float kernel, float d)
     return mssm_clamp(kernel * d, 0.5f, v.max_half);
 }
 
+// [glsl end]
+// [glsl begin estimate]
 // Chebyshev moments of the kernel for blockers at distance d.
 MSSM_SHARED mssm_moments6 mssm_filter_moments(MSSM_MAP map, mssm_view v, struct mssm_receiver r,
                                               int moments, float d)
@@ -2499,7 +2468,9 @@ MSSM_SHARED mssm_moments6 mssm_filter_moments(MSSM_MAP map, mssm_view v, struct 
     return mssm_query(map, moments, r.x, r.y, mssm_half_width(v, v.kernel_u, d),
                       mssm_half_width(v, v.kernel_v, d));
 }
+// [glsl end]
 
+// [glsl begin shading]
 MSSM_SHARED struct mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)
 {
     mssm_moments4 t4;
@@ -2530,6 +2501,8 @@ MSSM_CALLED mssm_points4 mssm_layers(struct mssm_options o, int moments, mssm_mo
     return q;
 }
 
+// [glsl end]
+// [glsl begin estimate]
 // The least distance that the kernel of every blocker of the receiver reaches no further than, or 0
 // where nothing can block: from the least depth in the cone of the light up to the near plane, and
 // then in the cone up to there, as long as that helps.
@@ -2548,7 +2521,9 @@ MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receive
     } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);
     return d;
 }
+// [glsl end]
 
+// [glsl begin shading]
 // What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.
 MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
 {
@@ -2570,6 +2545,8 @@ MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
     return mssm_clamp((distance - 0.3f * plane_reach) / (0.5f * plane_reach + 1e-30f), 0.0f, 1.0f);
 }
 
+// [glsl end]
+// [glsl begin estimate]
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
 // the receiver's own surface does no harm. Only where to look first depends on it, so that four
 // moments do, and the rectangle may be rounded to what is cheap to read.
@@ -2591,7 +2568,9 @@ MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_opti
     }
     return mssm_min(squares / mssm_max(sum, 1e-37f), d);
 }
+// [glsl end]
 
+// [glsl begin shading]
 // One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider one
 // does, in part for those down to inner, where the next begins, and the last for all that are nearer.
 struct mssm_nested {
@@ -2714,6 +2693,8 @@ MSSM_SHARED float mssm_next_distance(mssm_view v, struct mssm_receiver r, float 
     return mssm_clamp(first / sum, 0.2f * d, 0.7f * d);
 }
 
+// [glsl end]
+// [glsl begin estimate]
 // Nested kernels from the widest in: each takes the part of its blockers that it stands for as what
 // blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its blockers
 // there is one layer, and what it does not block is lit but for blockers that only narrower kernels
@@ -2911,17 +2892,22 @@ struct mssm_filtered {
     float *work, *rows;  // side^2 texels each and 8 floats more; what a moment lacks to 1
 };
 
-// The view is that of mssm_map_visibility; of the settings, max_kernel is the Gaussian's width, and
-// tolerance what occlusion may lack to count as all.
-static mssm_settings mssm__filter_settings(const mssm_filter *filter, int moments, int radius)
+// The view and receiver are those of mssm_map_visibility.
+static mssm_settings mssm__filter_settings(const mssm_filter *filter, int moments)
 {
     static const mssm_filter defaults = {0, 0, 0};
     const mssm_filter *f = filter ? filter : &defaults;
     const float alpha = moments == 6 ? MSSM_BIAS6_UNORM16_FILTERED : MSSM_BIAS4_UNORM16_FILTERED;
-    mssm_settings s = {moments, MSSM_LAYERED, 0, f->depth_bias, 2 * radius + 1, 0};
+    mssm_settings s = {moments, MSSM_LAYERED, 0, f->depth_bias, 0, 0};
     s.moment_bias = mssm__or_default(f->moment_bias, alpha);
-    s.tolerance = 1.0f - mssm_clamp(mssm__or_default(f->full_shadow, 0.98f), 0.5f, 1.0f - 1e-7f);
     return s;
+}
+
+// What occlusion may lack to count as all.
+static float mssm__filter_lack(const mssm_filter *filter)
+{
+    const float full = filter ? mssm__or_default(filter->full_shadow, 0.98f) : 0.98f;
+    return 1.0f - mssm_clamp(full, 0.5f, 1.0f - 1e-7f);
 }
 
 // [glsl begin filtered]
@@ -2938,28 +2924,28 @@ MSSM_SHARED int mssm_beside(mssm_view v, struct mssm_receiver r)
     return mssm_max(fabsf(r.x - middle), fabsf(r.y - middle)) > middle ? 1 : 0;
 }
 
-// Bounds from Chebyshev moments under a footprint that is width texels wide. Of all that is not at the
+// Bounds from Chebyshev moments under a Gaussian and footprint, width texels wide. Of all that is not at the
 // receiver's depth a share lies beyond it: there its surface goes on, if it is steep or ends here, and
 // then it rises before the receiver as well. The depth bias is an eighth of a texel and that share of
-// three quarters of Gaussian and footprint. Where nothing lies beyond, more would only light what is
-// close behind a caster.
+// three quarters of the width. Where nothing lies beyond, more would only light what is close behind a
+// caster. Occlusion that lacks no more than that counts as all.
 MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, struct mssm_options o, struct mssm_receiver r,
-                                          mssm_moments6 t, float width)
+                                          mssm_moments6 t, float width, float lack)
 {
     float texel = o.depth_bias > 0.0f ? 0.0f : mssm_texel_at(v, r);
     float z = r.z_own - 0.125f * texel;
     z = mssm_min(z, r.z_test);
     struct mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, z));
     float beyond = (1.0f - s.self - s.nearer) / (1.001f - s.self);
-    z = z - 0.75f * beyond * (width + 2.0f * v.max_half - 1.0f) * texel;
+    z = z - 0.75f * beyond * width * texel;
     mssm_bounds b;
     if (o.moments == 6) {
         b = mssm_split_bounds(mssm_split6(mssm_kernel6_stored(t, o.alpha6, z)));
     } else {
         b = mssm_split_bounds(mssm_split4(mssm_kernel4_stored(t, o.alpha4, z)));
     }
-    b.lower = mssm_clamp((b.lower - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);
-    b.upper = mssm_clamp((b.upper - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);
+    b.lower = mssm_clamp((b.lower - lack) / (1.0f - lack), 0.0f, 1.0f);
+    b.upper = mssm_clamp((b.upper - lack) / (1.0f - lack), 0.0f, 1.0f);
     return b;
 }
 // [glsl end]
@@ -3185,14 +3171,15 @@ mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *lig
 {
     const mssm_bounds lit = {1, 1};
     if (!map || !light || !point || !mssm__all_finite(point, 3)) return lit;
-    const mssm_settings s = mssm__filter_settings(filter, map->moments, map->radius);
+    const mssm_settings s = mssm__filter_settings(filter, map->moments);
     const mssm_view v = mssm__view(light, &s, map->side, map->levels, 1);
     const struct mssm_options o = mssm__options(&s, map->moments);
     const struct mssm_receiver r = mssm_receive(v, o, point[0], point[1], point[2]);
     if (r.lit || mssm_beside(v, r)) return lit;
     const float texels = width / (mssm_texel_at(v, r) * v.distance_scale);
     const float footprint = mssm__is_finite(texels) ? mssm_clamp(texels, 1, v.side) : 1.0f;
-    return mssm_bounds_under(v, o, r, mssm__sample(map, r.x, r.y, footprint), footprint);
+    const float total = footprint + 2 * (float)map->radius;
+    return mssm_bounds_under(v, o, r, mssm__sample(map, r.x, r.y, footprint), total, mssm__filter_lack(filter));
 }
 
 float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
@@ -4226,19 +4213,15 @@ static const char mssm__glsl_math[] =
 #define MSSM__TEXT_OF(x) #x
 #define MSSM__TEXT(x) MSSM__TEXT_OF(x)
 
+// Twice: what does not depend on a map, once; and for each type of map MSSM_MAP the functions that ask it,
+// overloaded. Without one it is int, for a pipeline of the user's own.
 static const char mssm__glsl_shading[] =
+    "#ifndef MSSM_GLSL_SHADING\n"
+    "#define MSSM_GLSL_SHADING\n"
     MSSM__GLSL_NAMES
-    "#define MSSM_MAP int\n"
     "#define MSSM_KERNEL " MSSM__TEXT(MSSM_KERNEL) "\n"
     "#define MSSM_FAR_CASTER " MSSM__TEXT(MSSM_FAR_CASTER) "\n"
     "#define MSSM_FAR_AWAY " MSSM__TEXT(MSSM_FAR_AWAY) "\n"
-    "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y);\n"
-    "#ifndef MSSM_LEAST_DEPTH\n"
-    "#define MSSM_LEAST_DEPTH(map, x, y, half_size) (-1.0)\n"
-    "#endif\n"
-    "#ifndef MSSM_SEARCH\n"
-    "#define MSSM_SEARCH mssm_query\n"
-    "#endif\n"
     // [glsl text begin shading] made by "make glsl", do not edit
     "// One axis of an interpolated query: four table columns (or rows), and the weights of the three strips\n"
     "// between them: a part of the first texel, whole texels (weight 1), a part of the last one.\n"
@@ -4453,14 +4436,6 @@ static const char mssm__glsl_shading[] =
     "    return mssm_clamp(kernel * d, 0.5f, v.max_half);\n"
     "}\n"
     "\n"
-    "// Chebyshev moments of the kernel for blockers at distance d.\n"
-    "MSSM_SHARED mssm_moments6 mssm_filter_moments(MSSM_MAP map, mssm_view v, mssm_receiver r,\n"
-    "                                              int moments, float d)\n"
-    "{\n"
-    "    return mssm_query(map, moments, r.x, r.y, mssm_half_width(v, v.kernel_u, d),\n"
-    "                      mssm_half_width(v, v.kernel_v, d));\n"
-    "}\n"
-    "\n"
     "MSSM_SHARED mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)\n"
     "{\n"
     "    mssm_moments4 t4;\n"
@@ -4491,25 +4466,6 @@ static const char mssm__glsl_shading[] =
     "    return q;\n"
     "}\n"
     "\n"
-    "// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0\n"
-    "// where nothing can block: from the least depth in the cone of the light up to the near plane, and\n"
-    "// then in the cone up to there, as long as that helps.\n"
-    "MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, mssm_receiver r)\n"
-    "{\n"
-    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
-    "    float d = r.d_max;\n"
-    "    float before;\n"
-    "    int i = 0;\n"
-    "    do {\n"
-    "        float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));\n"
-    "        if (z >= r.z_test) return 0.0f;\n"
-    "        before = d;\n"
-    "        d = mssm_min(mssm_spread_to(v, r, z), d);\n"
-    "        i = i + 1;\n"
-    "    } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);\n"
-    "    return d;\n"
-    "}\n"
-    "\n"
     "// What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.\n"
     "MSSM_SHARED float mssm_blocked(mssm_receiver r, float z, float w)\n"
     "{\n"
@@ -4529,28 +4485,6 @@ static const char mssm__glsl_shading[] =
     "MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)\n"
     "{\n"
     "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.5f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
-    "}\n"
-    "\n"
-    "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
-    "// the receiver's own surface does no harm. Only where to look first depends on it, so that four\n"
-    "// moments do, and the rectangle may be rounded to what is cheap to read.\n"
-    "MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, mssm_options o,\n"
-    "                                     mssm_receiver r, float d)\n"
-    "{\n"
-    "    mssm_moments6 t = MSSM_SEARCH(map, 4, r.x, r.y, mssm_half_width(v, v.kernel_u, d),\n"
-    "                                  mssm_half_width(v, v.kernel_v, d));\n"
-    "    mssm_points4 p = mssm_layers(o, 4, t, r.z_test);\n"
-    "    float plane_reach = mssm_plane_reach(v, r, d);\n"
-    "    float sum = 1e-3f * d;\n"
-    "    float squares = sum * d;\n"
-    "    for (int j = 1; j < 3; j++) {\n"
-    "        if (p.z[j] >= r.z_test) continue;\n"
-    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
-    "        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(distance, plane_reach) : p.w[j];\n"
-    "        sum += w * distance;\n"
-    "        squares += w * distance * distance;\n"
-    "    }\n"
-    "    return mssm_min(squares / mssm_max(sum, 1e-37f), d);\n"
     "}\n"
     "\n"
     "// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider one\n"
@@ -4674,6 +4608,72 @@ static const char mssm__glsl_shading[] =
     "    }\n"
     "    return mssm_clamp(first / sum, 0.2f * d, 0.7f * d);\n"
     "}\n"
+    // [glsl text end]
+    MSSM__GLSL_FORGET
+    "#endif\n"
+    "#if !defined MSSM_MAP && !defined MSSM_GLSL_ESTIMATE && !defined MSSM_NO_ESTIMATE\n"
+    "#define MSSM_GLSL_ESTIMATE\n"
+    "#define MSSM_MAP int\n"
+    "#endif\n"
+    "#ifdef MSSM_MAP\n"
+    MSSM__GLSL_NAMES
+    "mssm_moments6 mssm_query(MSSM_MAP map, int moments, float x, float y, float half_x, float half_y);\n"
+    "#ifndef MSSM_LEAST_DEPTH\n"
+    "#define MSSM_LEAST_DEPTH(map, x, y, half_size) (-1.0)\n"
+    "#endif\n"
+    "#ifndef MSSM_SEARCH\n"
+    "#define MSSM_SEARCH mssm_query\n"
+    "#endif\n"
+    // [glsl text begin estimate] made by "make glsl", do not edit
+    "\n"
+    "// Chebyshev moments of the kernel for blockers at distance d.\n"
+    "MSSM_SHARED mssm_moments6 mssm_filter_moments(MSSM_MAP map, mssm_view v, mssm_receiver r,\n"
+    "                                              int moments, float d)\n"
+    "{\n"
+    "    return mssm_query(map, moments, r.x, r.y, mssm_half_width(v, v.kernel_u, d),\n"
+    "                      mssm_half_width(v, v.kernel_v, d));\n"
+    "}\n"
+    "\n"
+    "// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0\n"
+    "// where nothing can block: from the least depth in the cone of the light up to the near plane, and\n"
+    "// then in the cone up to there, as long as that helps.\n"
+    "MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, mssm_receiver r)\n"
+    "{\n"
+    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
+    "    float d = r.d_max;\n"
+    "    float before;\n"
+    "    int i = 0;\n"
+    "    do {\n"
+    "        float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));\n"
+    "        if (z >= r.z_test) return 0.0f;\n"
+    "        before = d;\n"
+    "        d = mssm_min(mssm_spread_to(v, r, z), d);\n"
+    "        i = i + 1;\n"
+    "    } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);\n"
+    "    return d;\n"
+    "}\n"
+    "\n"
+    "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
+    "// the receiver's own surface does no harm. Only where to look first depends on it, so that four\n"
+    "// moments do, and the rectangle may be rounded to what is cheap to read.\n"
+    "MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, mssm_options o,\n"
+    "                                     mssm_receiver r, float d)\n"
+    "{\n"
+    "    mssm_moments6 t = MSSM_SEARCH(map, 4, r.x, r.y, mssm_half_width(v, v.kernel_u, d),\n"
+    "                                  mssm_half_width(v, v.kernel_v, d));\n"
+    "    mssm_points4 p = mssm_layers(o, 4, t, r.z_test);\n"
+    "    float plane_reach = mssm_plane_reach(v, r, d);\n"
+    "    float sum = 1e-3f * d;\n"
+    "    float squares = sum * d;\n"
+    "    for (int j = 1; j < 3; j++) {\n"
+    "        if (p.z[j] >= r.z_test) continue;\n"
+    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
+    "        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(distance, plane_reach) : p.w[j];\n"
+    "        sum += w * distance;\n"
+    "        squares += w * distance * distance;\n"
+    "    }\n"
+    "    return mssm_min(squares / mssm_max(sum, 1e-37f), d);\n"
+    "}\n"
     "\n"
     "// Nested kernels from the widest in: each takes the part of its blockers that it stands for as what\n"
     "// blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its blockers\n"
@@ -4749,9 +4749,15 @@ static const char mssm__glsl_shading[] =
     "    return mssm_single(map, v, o, r);\n"
     "}\n"
     // [glsl text end]
-    MSSM__GLSL_FORGET;
+    MSSM__GLSL_FORGET
+    "#undef MSSM_LEAST_DEPTH\n"
+    "#undef MSSM_SEARCH\n"
+    "#undef MSSM_MAP\n"
+    "#endif\n";
 
 static const char mssm__glsl_lights[] =
+    "#ifndef MSSM_GLSL_LIGHTS\n"
+    "#define MSSM_GLSL_LIGHTS\n"
     MSSM__GLSL_NAMES
     "#define MSSM_FACE_BAND " MSSM__TEXT(MSSM_FACE_BAND) "\n"
     // [glsl text begin lights] made by "make glsl", do not edit
@@ -4803,10 +4809,12 @@ static const char mssm__glsl_lights[] =
     "    return t > 0.0f ? t * t * (3.0f - 2.0f * t) * along : 0.0f;\n"
     "}\n"
     // [glsl text end]
-    MSSM__GLSL_FORGET;
+    MSSM__GLSL_FORGET "#endif\n";
 
 #ifndef MSSM_NO_FILTERED
 static const char mssm__glsl_filtered[] =
+    "#ifndef MSSM_GLSL_FILTERED\n"
+    "#define MSSM_GLSL_FILTERED\n"
     MSSM__GLSL_NAMES
     // [glsl text begin filtered] made by "make glsl", do not edit
     "// Width of a texel at the receiver in units of z.\n"
@@ -4822,36 +4830,38 @@ static const char mssm__glsl_filtered[] =
     "    return mssm_max(fabsf(r.x - middle), fabsf(r.y - middle)) > middle ? 1 : 0;\n"
     "}\n"
     "\n"
-    "// Bounds from Chebyshev moments under a footprint that is width texels wide. Of all that is not at the\n"
+    "// Bounds from Chebyshev moments under a Gaussian and footprint, width texels wide. Of all that is not at the\n"
     "// receiver's depth a share lies beyond it: there its surface goes on, if it is steep or ends here, and\n"
     "// then it rises before the receiver as well. The depth bias is an eighth of a texel and that share of\n"
-    "// three quarters of Gaussian and footprint. Where nothing lies beyond, more would only light what is\n"
-    "// close behind a caster.\n"
+    "// three quarters of the width. Where nothing lies beyond, more would only light what is close behind a\n"
+    "// caster. Occlusion that lacks no more than that counts as all.\n"
     "MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, mssm_options o, mssm_receiver r,\n"
-    "                                          mssm_moments6 t, float width)\n"
+    "                                          mssm_moments6 t, float width, float lack)\n"
     "{\n"
     "    float texel = o.depth_bias > 0.0f ? 0.0f : mssm_texel_at(v, r);\n"
     "    float z = r.z_own - 0.125f * texel;\n"
     "    z = mssm_min(z, r.z_test);\n"
     "    mssm_split s = mssm_split4(mssm_kernel4_stored(t, o.alpha4, z));\n"
     "    float beyond = (1.0f - s.self - s.nearer) / (1.001f - s.self);\n"
-    "    z = z - 0.75f * beyond * (width + 2.0f * v.max_half - 1.0f) * texel;\n"
+    "    z = z - 0.75f * beyond * width * texel;\n"
     "    mssm_bounds b;\n"
     "    if (o.moments == 6) {\n"
     "        b = mssm_split_bounds(mssm_split6(mssm_kernel6_stored(t, o.alpha6, z)));\n"
     "    } else {\n"
     "        b = mssm_split_bounds(mssm_split4(mssm_kernel4_stored(t, o.alpha4, z)));\n"
     "    }\n"
-    "    b.lower = mssm_clamp((b.lower - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);\n"
-    "    b.upper = mssm_clamp((b.upper - o.tolerance) / (1.0f - o.tolerance), 0.0f, 1.0f);\n"
+    "    b.lower = mssm_clamp((b.lower - lack) / (1.0f - lack), 0.0f, 1.0f);\n"
+    "    b.upper = mssm_clamp((b.upper - lack) / (1.0f - lack), 0.0f, 1.0f);\n"
     "    return b;\n"
     "}\n"
     // [glsl text end]
-    MSSM__GLSL_FORGET;
+    MSSM__GLSL_FORGET "#endif\n";
 #endif
 
 #ifndef MSSM_NO_SCATTERING
 static const char mssm__glsl_scattering[] =
+    "#ifndef MSSM_GLSL_SCATTERING\n"
+    "#define MSSM_GLSL_SCATTERING\n"
     MSSM__GLSL_NAMES
     "#define atan2f atan\n#define cosf cos\n#define sinf sin\n#define expf exp\n#define logf log\n"
     // [glsl text begin scattering] made by "make glsl", do not edit
@@ -4978,7 +4988,7 @@ static const char mssm__glsl_scattering[] =
     "}\n"
     // [glsl text end]
     "#undef atan2f\n#undef cosf\n#undef sinf\n#undef expf\n#undef logf\n"
-    MSSM__GLSL_FORGET;
+    MSSM__GLSL_FORGET "#endif\n";
 
 const char *mssm_glsl_scattering(void)
 {
@@ -5251,7 +5261,7 @@ typedef struct mssm__gl_functions {
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
 
-enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__COPY,
+enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__STORE, MSSM__COPY,
        MSSM__SHOW, MSSM__GIVEN, MSSM__PROGRAMS = MSSM__GIVEN + 12 };  // a given depth map: for each target, without and with back faces
 enum { MSSM__FIRST_UNIT = 80, MSSM__FIRST_BINDING = 7 };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
@@ -5303,7 +5313,6 @@ struct mssm_gl {
     int stale;          // something has changed since the last build
     int first_changed, last_changed;  // lights whose views the buffer does not have
     int bound;          // by mssm_gl_bind, at least once
-    int depths;         // how many depth targets there are
     mssm__glenum format[3];  // of the tables, and of least depths
     unsigned depth[2], framebuffer[2], table[3], views, program[MSSM__PROGRAMS];
     unsigned sampler;   // that of given depth maps
@@ -5315,7 +5324,22 @@ struct mssm_gl {
     mssm__gl_light *lights;
     mssm_view *view;
     char *shader;
+    int filtered;       // and of such:
+    int radius, anisotropy;
+    int ready;          // light whose moments are in work, not built yet, or -1
+    int translucent;    // the pass under way is one of translucent casters
+    unsigned work, rows, farthest, target, triangle;
 };
+
+#ifndef MSSM_NO_FILTERED
+static mssm_result mssm__check_filtered(mssm_gl *gl);
+static mssm_result mssm__filtered_programs(mssm_gl *gl);
+static mssm_result mssm__filtered_targets(mssm_gl *gl);
+static void mssm__filtered_take(mssm_gl *gl, int index, unsigned program, int linear, int samples);
+static const char *mssm__filtered_resolve_text(void);
+static void mssm__filtered_resolve(mssm_gl *gl);
+static void mssm__filtered_build(mssm_gl *gl);
+#endif
 
 static const char mssm__glsl_version[] = "#version 450 core\n";
 
@@ -5323,12 +5347,6 @@ static const char mssm__glsl_version[] = "#version 450 core\n";
 static const char mssm__glsl_needs[] = "#if __VERSION__ < 430\n"
                                        "#error mssm.h needs #version 430 or higher above its text\n"
                                        "#endif\n";
-static const char mssm__glsl_collisions[] =
-    "#ifdef LIGHTPROBE_BINDING\n"
-    "#if LIGHTPROBE_BINDING == MSSM_BINDING\n"
-    "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
-    "#endif\n"
-    "#endif\n";
 static const char mssm__glsl_end[] = "#line 1\n";
 
 // Depth as drawn to depth linear in distance.
@@ -5346,17 +5364,19 @@ static const char mssm__glsl_linear_depth[] =
 static const char mssm__glsl_drawn[] =
     "#define MSSM_SAMPLER sampler2DMS\n"
     "#define MSSM_SIDE textureSize(front).x\n"
+    "#define MSSM_LAYER layer\n"
     "#define MSSM_DEPTH(map, i, p, s) linear_depth(texelFetch(map, p, s).x)\n";
 
 // Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth. No branch
 // hangs on a uniform: zink of Mesa 22 takes the one of the dispatch before.
 static const char mssm__glsl_given[] =
     "#define MSSM_SIDE from[3]\n"
-    "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 4 + 3 * i), from[6 + 3 * i], s % from[2]), p)\n"
-    "layout(location = 3) uniform vec4 stored;  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
-    "layout(location = 4) uniform vec4 law;  // distance as a quotient of polynomials of nearness\n"
-    "layout(location = 5) uniform vec4 straight;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
-    "layout(location = 6) uniform int from[10];  // texels across and up, samples of each, side; x, y, layer\n"
+    "#define MSSM_LAYER from[4]\n"
+    "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 5 + 3 * i), from[7 + 3 * i], s % from[2]), p)\n"
+    "layout(location = 2) uniform vec4 stored;  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
+    "layout(location = 3) uniform vec4 law;  // distance as a quotient of polynomials of nearness\n"
+    "layout(location = 4) uniform vec4 straight;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
+    "layout(location = 5) uniform int from[11];  // texels across and up, samples of each, side, light; x, y, layer\n"
     "ivec2 given_texel(ivec2 p, int s, int x)\n"
     "{\n"
     "    int t = s / from[2];\n"
@@ -5397,7 +5417,9 @@ static const char mssm__glsl_resolve[] =
     "#endif\n"
     "layout(binding = 2, r32f) writeonly uniform image2DArray depths;\n"
     "layout(location = 1) uniform int samples;\n"
+    "#ifndef MSSM_FETCH\n"
     "layout(location = 2) uniform int layer;\n"
+    "#endif\n"
     "shared float nearest[64];\n"
     "ivec4 to_integer(vec4 t)\n"
     "{\n"
@@ -5424,9 +5446,9 @@ static const char mssm__glsl_resolve[] =
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
     "    } while (++s < samples);\n"
     "    if (all(lessThan(p, imageSize(table0).xy))) {\n"
-    "        imageStore(table0, ivec3(p, layer), to_integer(sum));\n"
+    "        imageStore(table0, ivec3(p, MSSM_LAYER), to_integer(sum));\n"
     "#if MSSM_MOMENTS == 6\n"
-    "        imageStore(table1, ivec3(p, layer), to_integer(more));\n"
+    "        imageStore(table1, ivec3(p, MSSM_LAYER), to_integer(more));\n"
     "#endif\n"
     "    }\n"
     "    int i = int(gl_LocalInvocationIndex);\n"
@@ -5435,7 +5457,7 @@ static const char mssm__glsl_resolve[] =
     "    barrier();\n"
     "    if (i >= 32 || (i & 1) == 1) return;\n"
     "    least = min(min(nearest[i], nearest[i + 1]), min(nearest[i + 32], nearest[i + 33]));\n"
-    "    imageStore(depths, ivec3(p / 2, layer), vec4(least));\n"  // beyond the image nothing is stored
+    "    imageStore(depths, ivec3(p / 2, MSSM_LAYER), vec4(least));\n"  // beyond the image nothing is stored
     "}\n";
 
 // Least depths of three levels from the one below: a work group's 8 x 8, 4 x 4 and 2 x 2 texels.
@@ -5611,17 +5633,22 @@ static const char mssm__glsl_columns[] =
     "    }\n"
     "}\n";
 
-// Goes before the estimators.
+// In the texts of an mssm_gl @ stands for the name of its function, $ for what its other names begin with.
+// The estimators are overloaded for its own type of map. This goes before them.
 static const char mssm__glsl_search[] =
-    "mssm_moments6 mssm_query_texels(int light, int moments, float x, float y, float half_x,\n"
-    "                                float half_y);\n"
-    "float mssm_least_depth(int light, float x, float y, float half_size);\n"
+    "struct $map { int light; };\n"
+    "mssm_moments6 mssm_query_texels($map map, int moments, float x, float y, float half_x, float half_y);\n"
+    "float mssm_least_depth($map map, float x, float y, float half_size);\n"
+    "#define MSSM_MAP $map\n"
     "#define MSSM_SEARCH mssm_query_texels\n"
     "#define MSSM_LEAST_DEPTH mssm_least_depth\n";
 
 // Nine rectangles of whole texels with their weights, as mssm__add_strips does. A row of entries starts
 // the differences of the next: the first takes no floats.
 static const char mssm__glsl_strips[] =
+    "#ifndef MSSM_GLSL_STRIPS\n"
+    "#define MSSM_GLSL_STRIPS\n"
+    "#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n"
     "// A row of table entries of one texture, as exact differences modulo 2^32.\n"
     "struct mssm_entries { ivec4 first, whole, last; };\n"
     "mssm_entries mssm_read(isampler2DArray table, ivec4 x, int keep, ivec3 row)\n"
@@ -5656,81 +5683,6 @@ static const char mssm__glsl_strips[] =
     "    mssm_entries r3 = mssm_read(table, x, keep, ivec3(y.w, light, level));\n"
     "    partial += sy.last * mssm_strip(r1, r3, sx);\n"
     "    return partial + whole;\n"
-    "}\n";
-
-// Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first
-// texel they are 0.
-static const char mssm__glsl_entry[] =
-    "layout(binding = MSSM_UNIT) uniform isampler2DArray mssm_table0;\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "layout(binding = MSSM_NEXT_UNIT) uniform isampler2DArray mssm_table1;\n"
-    "#endif\n"
-    "layout(binding = MSSM_DEPTH_UNIT) uniform sampler2DArray mssm_depths;\n"
-    "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
-    "int mssm_side = 1, mssm_levels = 1; // of the light at hand: read once, not for every query\n"
-    "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y)\n"
-    "{\n"
-    "    int level = mssm_level_of(2.0 * mssm_max(half_x, half_y), mssm_levels);\n"
-    "    float size = float((mssm_side + (1 << level) - 1) >> level);\n"
-    "    float scale = intBitsToFloat((127 - level) << 23);\n"
-    "    mssm_strips sx = mssm_cut((x - half_x) * scale, (x + half_x) * scale, size);\n"
-    "    mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);\n"
-    "    float area = sx.whole * sy.whole;\n"
-    "    float inverse = MSSM_INVERSE_SCALE / area;\n"
-    "    float outside = (area - sx.known * sy.known) / area;\n"
-    "    ivec4 x4 = ivec4(int(sx.edge[0]), int(sx.edge[1]), int(sx.edge[2]), int(sx.edge[3])) - 1;\n"
-    "    ivec4 y4 = ivec4(int(sy.edge[0]), int(sy.edge[1]), int(sy.edge[2]), int(sy.edge[3])) - 1;\n"
-    "    vec4 low = mssm_sum(mssm_table0, light, level, x4, y4, sx, sy) * inverse + outside;\n"
-    "    vec4 high = vec4(0.0);\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "    if (moments == 6) {\n"
-    "        high = mssm_sum(mssm_table1, light, level, x4, y4, sx, sy) * inverse + outside;\n"
-    "    }\n"
-    "#endif\n"
-    "    mssm_moments6 t;\n"
-    "    t.b[0] = low.x;\n"
-    "    t.b[1] = low.y;\n"
-    "    t.b[2] = low.z;\n"
-    "    t.b[3] = low.w;\n"
-    "    t.b[4] = moments == 6 ? high.x : 0.0;\n"
-    "    t.b[5] = moments == 6 ? high.y : 0.0;\n"
-    "    return t;\n"
-    "}\n";
-
-// What is called, and the query of the search. Goes behind all else.
-static const char mssm__glsl_texels[] =
-    "// Without texels, that is lit, where there is no such light.\n"
-    "mssm_view mssm_view_of(int light)\n"
-    "{\n"
-    "    bool good = uint(light) < uint(mssm_views.length());\n"
-    "    mssm_view v = mssm_views[good ? light : 0];\n"
-    "    if (!good) v.side = 0.0;\n"
-    "    mssm_side = int(v.side);\n"
-    "    mssm_levels = v.levels;\n"
-    "    return v;\n"
-    "}\n"
-    "// Visibility of a light from a world-space point: 1 where the whole light is seen. The normal is the\n"
-    "// receiver's, of any length; zero: not known.\n"
-    "float mssm_visibility(int light, vec3 world_position, vec3 normal)\n"
-    "{\n"
-    "    mssm_view v = mssm_view_of(light);\n"
-    "    vec3 p = world_position, n = normal;\n"
-    "    if (v.side <= 0.0) return 1.0;\n"
-    "    mssm_receiver r = mssm_receive(v, mssm_chosen, p.x, p.y, p.z);\n"
-    "    return mssm_estimate(light, v, mssm_chosen, mssm_tangent(v, r, n.x, n.y, n.z));\n"
-    "}\n"
-    "float mssm_visibility(int light, vec3 world_position)\n"
-    "{\n"
-    "    return mssm_visibility(light, world_position, vec3(0.0));\n"
-    "}\n"
-    "\n"
-    "// The same from shadow-space x, y in [-1,1] and depth, for frusta of one's own.\n"
-    "float mssm_visibility_at(int light, vec3 shadow)\n"
-    "{\n"
-    "    mssm_view v = mssm_view_of(light);\n"
-    "    if (v.side <= 0.0) return 1.0;\n"
-    "    return mssm_estimate(light, v, mssm_chosen,\n"
-    "                         mssm_receive_at(v, mssm_chosen, shadow.x, shadow.y, shadow.z));\n"
     "}\n"
     "// All texels of a rectangle of table entries, low and high in x and y.\n"
     "ivec4 mssm_texels(isampler2DArray table, ivec4 at, int light, int level)\n"
@@ -5743,18 +5695,94 @@ static const char mssm__glsl_texels[] =
     "    e += texelFetch(table, ivec3(p.x, p.y, light), level) & (x & y);\n"
     "    return e;\n"
     "}\n"
+    "#endif\n";
+
+// Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first
+// texel they are 0.
+static const char mssm__glsl_entry[] =
+    "layout(binding = MSSM_UNIT) uniform isampler2DArray $table0;\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform isampler2DArray $table1;\n"
+    "#endif\n"
+    "layout(binding = MSSM_DEPTH_UNIT) uniform sampler2DArray $depths;\n"
+    "layout(std430, binding = MSSM_BINDING) readonly buffer $view_block { mssm_view $views[]; };\n"
+    "int $side = 1, $levels = 1; // of the light at hand: read once, not for every query\n"
+    "mssm_moments6 mssm_query($map map, int moments, float x, float y, float half_x, float half_y)\n"
+    "{\n"
+    "    int level = mssm_level_of(2.0 * mssm_max(half_x, half_y), $levels);\n"
+    "    float size = float(($side + (1 << level) - 1) >> level);\n"
+    "    float scale = intBitsToFloat((127 - level) << 23);\n"
+    "    mssm_strips sx = mssm_cut((x - half_x) * scale, (x + half_x) * scale, size);\n"
+    "    mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);\n"
+    "    float area = sx.whole * sy.whole;\n"
+    "    float inverse = MSSM_INVERSE_SCALE / area;\n"
+    "    float outside = (area - sx.known * sy.known) / area;\n"
+    "    ivec4 x4 = ivec4(int(sx.edge[0]), int(sx.edge[1]), int(sx.edge[2]), int(sx.edge[3])) - 1;\n"
+    "    ivec4 y4 = ivec4(int(sy.edge[0]), int(sy.edge[1]), int(sy.edge[2]), int(sy.edge[3])) - 1;\n"
+    "    vec4 low = mssm_sum($table0, map.light, level, x4, y4, sx, sy) * inverse + outside;\n"
+    "    vec4 high = vec4(0.0);\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    if (moments == 6) {\n"
+    "        high = mssm_sum($table1, map.light, level, x4, y4, sx, sy) * inverse + outside;\n"
+    "    }\n"
+    "#endif\n"
+    "    mssm_moments6 t;\n"
+    "    t.b[0] = low.x;\n"
+    "    t.b[1] = low.y;\n"
+    "    t.b[2] = low.z;\n"
+    "    t.b[3] = low.w;\n"
+    "    t.b[4] = moments == 6 ? high.x : 0.0;\n"
+    "    t.b[5] = moments == 6 ? high.y : 0.0;\n"
+    "    return t;\n"
+    "}\n";
+
+// What is called, and the query of the search.
+static const char mssm__glsl_texels[] =
+    "// Without texels, that is lit, where there is no such light.\n"
+    "mssm_view $view_of(int light)\n"
+    "{\n"
+    "    bool good = uint(light) < uint($views.length());\n"
+    "    mssm_view v = $views[good ? light : 0];\n"
+    "    if (!good) v.side = 0.0;\n"
+    "    $side = int(v.side);\n"
+    "    $levels = v.levels;\n"
+    "    return v;\n"
+    "}\n"
+    "// Visibility of a light from a world-space point: 1 where the whole light is seen. The normal is the\n"
+    "// receiver's, of any length; zero: not known.\n"
+    "float @(int light, vec3 world_position, vec3 normal)\n"
+    "{\n"
+    "    mssm_view v = $view_of(light);\n"
+    "    vec3 p = world_position, n = normal;\n"
+    "    if (v.side <= 0.0) return 1.0;\n"
+    "    mssm_receiver r = mssm_receive(v, $chosen, p.x, p.y, p.z);\n"
+    "    return mssm_estimate($map(light), v, $chosen, mssm_tangent(v, r, n.x, n.y, n.z));\n"
+    "}\n"
+    "float @(int light, vec3 world_position)\n"
+    "{\n"
+    "    return @(light, world_position, vec3(0.0));\n"
+    "}\n"
+    "\n"
+    "// The same from shadow-space x, y in [-1,1] and depth, for frusta of one's own.\n"
+    "float @_at(int light, vec3 shadow)\n"
+    "{\n"
+    "    mssm_view v = $view_of(light);\n"
+    "    if (v.side <= 0.0) return 1.0;\n"
+    "    return mssm_estimate($map(light), v, $chosen,\n"
+    "                         mssm_receive_at(v, $chosen, shadow.x, shadow.y, shadow.z));\n"
+    "}\n"
     "// Four of them, which are all that the search asks for.\n"
-    "mssm_moments6 mssm_query_texels(int light, int moments, float x, float y, float half_x,\n"
+    "mssm_moments6 mssm_query_texels($map map, int moments, float x, float y, float half_x,\n"
     "                                float half_y)\n"
     "{\n"
-    "    int level = mssm_level_of(2.0 * mssm_max(half_x, half_y), mssm_levels);\n"
-    "    float size = float((mssm_side + (1 << level) - 1) >> level);\n"
+    "    int level = mssm_level_of(2.0 * mssm_max(half_x, half_y), $levels);\n"
+    "    float size = float(($side + (1 << level) - 1) >> level);\n"
     "    float scale = intBitsToFloat((127 - level) << 23);\n"
     "    mssm_span sx = mssm_cut_texels((x - half_x) * scale, (x + half_x) * scale, size);\n"
     "    mssm_span sy = mssm_cut_texels((y - half_y) * scale, (y + half_y) * scale, size);\n"
     "    float inverse = MSSM_INVERSE_SCALE / ((sx.high - sx.low) * (sy.high - sy.low));\n"
     "    ivec4 at = ivec4(int(sx.low), int(sy.low), int(sx.high), int(sy.high)) - 1;\n"
-    "    vec4 low = vec4(mssm_texels(mssm_table0, at, light, level)) * inverse;\n"
+    "    vec4 low = vec4(mssm_texels($table0, at, map.light, level)) * inverse;\n"
     "    mssm_moments6 t;\n"
     "    t.b[0] = low.x;\n"
     "    t.b[1] = low.y;\n"
@@ -5764,10 +5792,10 @@ static const char mssm__glsl_texels[] =
     "    t.b[5] = 0.0;\n"
     "    return t;\n"
     "}\n"
-    "float mssm_least_depth(int light, float x, float y, float half_size)\n"
+    "float mssm_least_depth($map map, float x, float y, float half_size)\n"
     "{\n"
-    "    int level = mssm_depth_level(half_size, max(findMSB(mssm_side - 1) + 1, 1));\n"
-    "    float size = float((mssm_side + (2 << level) - 1) >> (level + 1));\n"
+    "    int level = mssm_depth_level(half_size, max(findMSB($side - 1) + 1, 1));\n"
+    "    float size = float(($side + (2 << level) - 1) >> (level + 1));\n"
     "    float scale = intBitsToFloat((126 - level) << 23);\n"
     "    mssm_span sx = mssm_cut_depths(x, half_size, scale, size);\n"
     "    mssm_span sy = mssm_cut_depths(y, half_size, scale, size);\n"
@@ -5776,8 +5804,8 @@ static const char mssm__glsl_texels[] =
     "    float least = 1.0;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        for (int j = 0; j < 3; j++) {\n"
-    "            ivec3 at = ivec3(x3[j], y3[i], light);\n"
-    "            least = min(texelFetch(mssm_depths, at, level).x, least);\n"
+    "            ivec3 at = ivec3(x3[j], y3[i], map.light);\n"
+    "            least = min(texelFetch($depths, at, level).x, least);\n"
     "        }\n"
     "    }\n"
     "    return least;\n"
@@ -5895,8 +5923,8 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
 }
 
 static const char *const mssm__program_names[MSSM__GIVEN] = {
-    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm copy",
-    "mssm show"};
+    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm store",
+    "mssm copy", "mssm show"};
 
 static const char *mssm__program_name(int which)
 {
@@ -5941,6 +5969,130 @@ static mssm_result mssm__build_program(mssm_gl *gl, int which, const char *const
     return r ? r : mssm__link(gl, which);
 }
 
+// A float constant as GLSL reads it in any locale.
+static int mssm__print_float(char *to, size_t size, const char *before, float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return snprintf(to, size, "%suintBitsToFloat(0x%08xu)", before, (unsigned)bits);
+}
+
+// Whether shading reads this of the three textures.
+static int mssm__has_texture(const mssm_gl *gl, int i)
+{
+    return i == 1 ? gl->desc.moments == 6 : gl->format[i] != 0;
+}
+
+static mssm_settings mssm__settings(const mssm_gl *gl)
+{
+#ifndef MSSM_NO_FILTERED
+    if (gl->filtered) return mssm__filter_settings(&gl->desc.filter, gl->desc.moments);
+#endif
+    return gl->desc.settings;
+}
+
+// Whether GLSL takes it, and what is made of it: gl_ and double underscores are its own.
+static int mssm__is_name(const char *name)
+{
+    int i = 0;
+    for (; name[i]; i++) {
+        const char c = name[i];
+        const int letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+        const int between = (c >= '0' && c <= '9') || (c == '_' && name[i + 1] && name[i + 1] != '_');
+        if (i == 64 || (!letter && (i == 0 || !between))) return 0;
+    }
+    return i > 0 && strncmp(name, "gl_", 3);
+}
+
+// Two texts of a shader that take the same unit, binding or name say so.
+static int mssm__print_taken(char *to, size_t size, const char *what, int number, const char *member)
+{
+    return snprintf(to, size,
+                    "#ifdef MSSM_%s_%d\n#error %s: %d of @ is that of another mssm_gl above\n#endif\n"
+                    "#define MSSM_%s_%d\n",
+                    what, number, member, number, what, number);
+}
+
+static void mssm__print_collisions(const mssm_gl *gl, char *to, size_t size)
+{
+    const int unit = gl->desc.first_texture_unit, binding = gl->desc.first_buffer_binding;
+    int at = snprintf(to, size,
+                      "#ifdef MSSM_NAME_@\n#error name: two mssm_gl declare @, one needs another mssm_gl_desc.name\n"
+                      "#endif\n#define MSSM_NAME_@\n#ifdef LIGHTPROBE_BINDING\n#if LIGHTPROBE_BINDING == %d\n"
+                      "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
+                      "#endif\n#endif\n",
+                      binding);
+    at += mssm__print_taken(to + at, size - (size_t)at, "BINDING", binding, "first_buffer_binding");
+    for (int i = 0; i < 3; i++) {
+        if (!mssm__has_texture(gl, i)) continue;
+        at += mssm__print_taken(to + at, size - (size_t)at, "UNIT", unit + i, "first_texture_unit");
+    }
+}
+
+static void mssm__print_defines(const mssm_gl *gl, char *to, size_t size)
+{
+    const mssm_settings s = mssm__settings(gl);
+    const struct mssm_options o = mssm__options(&s, gl->desc.moments);
+    const char *const names[] = {"MOMENTS", "UNIT", "NEXT_UNIT", "DEPTH_UNIT", "BINDING", "SCALE"};
+    const int unit = gl->desc.first_texture_unit;
+    const int values[] = {gl->desc.moments, unit, unit + 1, unit + 2, gl->desc.first_buffer_binding, MSSM_SCALE};
+    const float numbers[] = {o.alpha4, o.alpha6, o.depth_bias, o.tolerance};
+    int at = 0;
+    for (int i = 0; i < 6; i++) {
+        at += snprintf(to + at, size - (size_t)at, "#undef MSSM_%s\n#define MSSM_%s %d\n", names[i], names[i],
+                       values[i]);
+    }
+    at += snprintf(to + at, size - (size_t)at, "#define $chosen mssm_options(%d, %d", o.moments, o.estimator);
+    for (int i = 0; i < 4; i++) at += mssm__print_float(to + at, size - (size_t)at, ", ", numbers[i]);
+    at += snprintf(to + at, size - (size_t)at, ")\n");
+#ifndef MSSM_NO_FILTERED
+    if (!gl->filtered) return;
+    at += snprintf(to + at, size - (size_t)at, "#undef MSSM_ANISOTROPY\n#define MSSM_ANISOTROPY %d\n#undef MSSM_BLUR\n"
+                   "#define MSSM_BLUR %d.0\n#undef MSSM_LACK\n", gl->anisotropy, 2 * gl->radius);
+    at += mssm__print_float(to + at, size - (size_t)at, "#define MSSM_LACK ", mssm__filter_lack(&gl->desc.filter));
+    snprintf(to + at, size - (size_t)at, "\n");
+#endif
+}
+
+// Adds a text with the object's names; counts its characters where there is nothing to write to.
+static size_t mssm__add_text(char *to, size_t at, const char *text, const char *name, const char *others)
+{
+    for (; *text; text++) {
+        const char *piece = *text == '@' ? name : *text == '$' ? others : text;
+        size_t length = piece == text ? 1 : strlen(piece);
+        if (to) memcpy(to + at, piece, length);
+        at += length;
+    }
+    return at;
+}
+
+// The text for shading. own: before and after what the estimators share, and two at the end.
+static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[4])
+{
+    const char *name = gl->desc.name;
+    char collisions[1400], defines[700], others[80];
+    if (name) snprintf(others, sizeof others, "mssm_%s_", name);
+    else snprintf(others, sizeof others, gl->filtered ? "mssm_filtered_" : "mssm_");
+    mssm__print_collisions(gl, collisions, sizeof collisions);
+    if (!name && gl->filtered) strcat(collisions, "#define mssm_filtered_bounds mssm_filtered_visibility_bounds\n");
+    if (!name) name = gl->filtered ? "mssm_filtered_visibility" : "mssm_visibility";
+    mssm__print_defines(gl, defines, sizeof defines);
+    const char *const parts[] = {mssm__glsl_needs, mssm__glsl_math, collisions, own[0], mssm__glsl_shading,
+                                 own[1],           defines,         own[2],     own[3], mssm__glsl_end};
+    const int count = (int)(sizeof parts / sizeof *parts);
+    size_t length = 0;
+    for (int i = 0; i < count; i++) length = mssm__add_text(NULL, length, parts[i], name, others);
+    gl->shader = (char *)MSSM_MALLOC(length + 1);
+    if (!gl->shader) {
+        mssm__log(gl, "no memory", NULL);
+        return MSSM_ERROR_MEMORY;
+    }
+    length = 0;
+    for (int i = 0; i < count; i++) length = mssm__add_text(gl->shader, length, parts[i], name, others);
+    gl->shader[length] = 0;
+    return MSSM_OK;
+}
+
 static void mssm__write_defines(const mssm_gl *gl, char defines[256])
 {
     snprintf(defines, 256,
@@ -5952,6 +6104,9 @@ static void mssm__write_defines(const mssm_gl *gl, char defines[256])
 
 static mssm_result mssm__build_programs(mssm_gl *gl)
 {
+#ifndef MSSM_NO_FILTERED
+    if (gl->filtered) return mssm__filtered_programs(gl);
+#endif
     char defines[256];
     mssm__write_defines(gl, defines);
     const char *const resolve[] = {mssm__glsl_version,      defines,          mssm__glsl_math,
@@ -5964,57 +6119,15 @@ static mssm_result mssm__build_programs(mssm_gl *gl)
     const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables,
                                    mssm__glsl_columns};
     const char *const least[] = {mssm__glsl_version, defines, mssm__glsl_least};
+    static const char *const shading[4] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_entry,
+                                           mssm__glsl_texels};
     mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
     if (!r) r = mssm__build_program(gl, MSSM__AVERAGE, average, 7);
     if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
     if (!r) r = mssm__build_program(gl, MSSM__HALVE, halve, 5);
     if (!r) r = mssm__build_program(gl, MSSM__COLUMNS, columns, 4);
     if (!r) r = mssm__build_program(gl, MSSM__LEAST, least, 3);
-    return r;
-}
-
-// A float constant as GLSL reads it in any locale.
-static int mssm__print_float(char *to, size_t size, const char *before, float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return snprintf(to, size, "%suintBitsToFloat(0x%08xu)", before, (unsigned)bits);
-}
-
-// Soft and filtered shadows have texts of their own: one before and one behind what estimators share,
-// and two at the end.
-static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[4], int taps)
-{
-    const struct mssm_options o = mssm__options(&gl->desc.settings, gl->desc.moments);
-    const float numbers[] = {o.alpha4, o.alpha6, o.depth_bias, o.tolerance};
-    char defines[400], chosen[512];
-    snprintf(
-        defines, sizeof defines,
-        "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
-        "#define MSSM_DEPTH_UNIT %d\n#define MSSM_BINDING %d\n"
-        "#define MSSM_SCALE %d\n#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n"
-        "#define MSSM_ANISOTROPY %d\n",
-        gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
-        gl->desc.first_texture_unit + 2, gl->desc.first_buffer_binding, MSSM_SCALE, taps);
-    int at = snprintf(chosen, sizeof chosen, "#define mssm_chosen mssm_options(%d, %d", o.moments,
-                      o.estimator);
-    for (int i = 0; i < 4; i++) {
-        at += mssm__print_float(chosen + at, sizeof chosen - (size_t)at, ", ", numbers[i]);
-    }
-    snprintf(chosen + at, sizeof chosen - (size_t)at, ")\n");
-    const char *const parts[] = {mssm__glsl_needs, mssm__glsl_math, own[0], mssm__glsl_shading, own[1],
-                                 defines, mssm__glsl_collisions,         chosen, own[2],             own[3], mssm__glsl_end};
-    const int count = (int)(sizeof parts / sizeof *parts);
-    size_t length = 1;
-    for (int i = 0; i < count; i++) length += strlen(parts[i]);
-    gl->shader = (char *)MSSM_MALLOC(length);
-    if (!gl->shader) {
-        mssm__log(gl, "no memory", NULL);
-        return MSSM_ERROR_MEMORY;
-    }
-    gl->shader[0] = 0;
-    for (int i = 0; i < count; i++) strcat(gl->shader, parts[i]);
-    return MSSM_OK;
+    return r ? r : mssm__write_shader(gl, shading);
 }
 
 static void mssm__delete_storage(mssm_gl *gl)
@@ -6038,6 +6151,13 @@ static void mssm__delete_storage(mssm_gl *gl)
         }
     }
     gl->views = 0;
+#ifndef MSSM_NO_FILTERED
+    if (gl->target) f->DeleteFramebuffers(1, &gl->target);
+    if (gl->triangle) f->DeleteVertexArrays(1, &gl->triangle);
+    if (gl->work) f->DeleteTextures(1, &gl->work);
+    if (gl->rows) f->DeleteTextures(1, &gl->rows);
+    if (gl->farthest) f->DeleteTextures(1, &gl->farthest);
+#endif
     MSSM_FREE(gl->lights);
     MSSM_FREE(gl->view);
     gl->lights = NULL;
@@ -6119,7 +6239,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     memset(gl->lights, 0, count * sizeof *gl->lights);
     memset(gl->view, 0, count * sizeof *gl->view);
     mssm_result r = MSSM_OK;
-    for (int i = 0; i < gl->depths && !r; i++) r = mssm__create_depth(gl, i);
+    for (int i = 0; i < (gl->filtered ? 1 : 2) && !r; i++) r = mssm__create_depth(gl, i);
     if (!r) r = mssm__create_table(gl, 0);
     if (!r && gl->desc.moments == 6) r = mssm__create_table(gl, 1);
     if (!r && gl->format[2]) r = mssm__create_table(gl, 2);
@@ -6133,13 +6253,16 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
         f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
         f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
     }
+#ifndef MSSM_NO_FILTERED
+    if (!r && gl->filtered) r = mssm__filtered_targets(gl);
+#endif
     const mssm__glenum error = mssm__take_error(gl);
     if (error || r) {
         mssm__log(gl, "no storage for the moment maps: ",
                   error == MSSM__GL_OUT_OF_MEMORY ? "out of memory" : "the driver refuses it");
         return MSSM_ERROR_GL;
     }
-    gl->drawing = gl->front_of = gl->unresolved = gl->last_changed = -1;
+    gl->drawing = gl->front_of = gl->ready = gl->unresolved = gl->last_changed = -1;
     gl->stale = 0;
     return MSSM_OK;
 }
@@ -6276,7 +6399,6 @@ static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linea
     }
     f->ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->z_near, light->z_far, 0);
     f->ProgramUniform1i(program, 1, samples);
-    f->ProgramUniform1i(program, 2, index);
     f->UseProgram(program);
     // After shading, or an earlier resolve of this layer; what follows has the barrier of the build.
     (f->MemoryBarrier)(MSSM__GL_BARRIERS);
@@ -6292,8 +6414,9 @@ static void mssm__resolve(mssm_gl *gl, int index)
         mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
                            gl->depth[i]);
     }
-    mssm__take_depth(gl, index, gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE],
-                     !gl->lights[index].drawn.perspective, gl->samples);
+    const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
+    gl->f.ProgramUniform1i(program, 2, index);
+    mssm__take_depth(gl, index, program, !gl->lights[index].drawn.perspective, gl->samples);
     mssm__restore_bindings(gl, &saved);
 }
 
@@ -6383,7 +6506,8 @@ static void mssm__make_view(const mssm_gl *gl, mssm__gl_light *l, mssm_view *v)
     l->changed = 0;
     l->widest = 0;
     if (!l->filled || !(l->light.z_far > l->light.z_near)) return;
-    *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
+    const mssm_settings settings = mssm__settings(gl);
+    *v = mssm__view(&l->light, &settings, gl->desc.side, l->built, l->averaged);
     // For receivers down to depth 17, eight times as deep as all casters: further ones see
     // wider kernels than the tables hold, and get the widest.
     const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
@@ -6466,6 +6590,16 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
 static mssm_result mssm__check_desc(mssm_gl *gl)
 {
     mssm_gl_desc *d = &gl->desc;
+#ifndef MSSM_NO_FILTERED
+    gl->filtered = d->filtered;
+    if (gl->filtered && mssm__check_filtered(gl)) return MSSM_ERROR_ARGUMENT;
+#endif
+    if (d->name && !mssm__is_name(d->name)) {
+        char line[160];
+        snprintf(line, sizeof line, "name %.64s: up to 64 letters, digits and single _, from a letter on, not gl_", d->name);
+        mssm__log(gl, line, NULL);
+        return MSSM_ERROR_ARGUMENT;
+    }
     if (d->lights == 0) d->lights = 1;
     if (d->side == 0) d->side = 256;
     if (d->samples == 0) d->samples = 4;
@@ -6492,17 +6626,12 @@ static mssm_result mssm__check_units(mssm_gl *gl)
                : MSSM_ERROR_ARGUMENT;
 }
 
-static mssm_result mssm__log_null(void (*log)(void *user, const char *message), void *user)
-{
-    if (log) log(user, "mssm: desc.load or gl is null");
-    return MSSM_ERROR_ARGUMENT;
-}
-
 mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 {
-    static const char *const texts[4] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_entry,
-                                         mssm__glsl_texels};
-    if (!gl || !desc || !desc->load) return mssm__log_null(desc ? desc->log : NULL, desc ? desc->user : NULL);
+    if (!gl || !desc || !desc->load) {
+        if (desc && desc->log) desc->log(desc->user, "mssm: desc.load or gl is null");
+        return MSSM_ERROR_ARGUMENT;
+    }
     mssm_gl *g = (mssm_gl *)MSSM_MALLOC(sizeof *g);
     if (!g) {
         if (desc->log) desc->log(desc->user, "mssm: no memory");
@@ -6511,7 +6640,6 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     memset(g, 0, sizeof *g);
     g->desc = *desc;
     g->drawing = -1;
-    g->depths = 2;
     g->format[0] = MSSM__GL_RGBA32I;
     g->format[1] = MSSM__GL_RG32I;
     g->format[2] = MSSM__GL_R32F;
@@ -6524,12 +6652,12 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     if (mssm__take_error(g)) mssm__log(g, "a GL error was pending before mssm_gl_create", NULL);
     r = mssm__check_units(g);
     if (!r) r = mssm__build_programs(g);
-    if (!r) r = mssm__write_shader(g, texts, 1);
     if (!r) r = mssm__create_storage(g);
     if (r) {
         mssm_gl_destroy(g);
         return r;
     }
+    g->desc.name = NULL;  // the caller's
     *gl = g;
     return MSSM_OK;
 }
@@ -6544,9 +6672,11 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
     mssm__set_sizes(&g);
     const uint64_t side = (uint64_t)g.desc.side, texel = g.desc.moments == 6 ? 24 : 16;
     uint64_t light = sizeof(mssm_view);
-    for (int i = 0; i < g.levels; i++) light += texel * (uint64_t)(g.padded >> i) * (uint64_t)(g.padded >> i);
-    for (int i = 0; i < g.depth_levels; i++) light += (uint64_t)4 << (2 * i);
-    const uint64_t targets = 8 * side * side * (uint64_t)g.desc.samples;
+    uint64_t texels = 0, targets = 8 * side * side * (uint64_t)g.desc.samples;
+    for (int i = 0; i < g.levels; i++) texels += (uint64_t)(g.padded >> i) * (uint64_t)(g.padded >> i);
+    light += (g.filtered ? texel / 2 : texel) * texels;
+    for (int i = 0; i < g.depth_levels && !g.filtered; i++) light += (uint64_t)4 << (2 * i);
+    if (g.filtered) targets = targets / 2 + 32 * texels + 36 * (uint64_t)g.padded * (uint64_t)g.padded; // to work in
     if (light > (SIZE_MAX - targets) / (uint64_t)g.desc.lights) {
         mssm__log(&g, "more bytes than a size_t holds", NULL);
         return 0;
@@ -6585,7 +6715,7 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
     if (r) return r;
     for (int i = 0; i < 2; i++) fresh.depth[i] = fresh.framebuffer[i] = 0;
     for (int i = 0; i < 3; i++) fresh.table[i] = 0;
-    fresh.views = 0;
+    fresh.views = fresh.work = fresh.rows = fresh.farthest = fresh.target = fresh.triangle = 0;
     fresh.lights = NULL;
     fresh.view = NULL;
     if (mssm__take_error(gl)) mssm__log(gl, "a GL error was pending before mssm_gl_resize", NULL);
@@ -6670,6 +6800,10 @@ mssm_result mssm_gl_end_frame(mssm_gl *gl)
 mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
 {
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return MSSM_ERROR_ARGUMENT;
+    if (back_faces && gl->filtered) {
+        mssm__log(gl, "filtered maps have no back faces", NULL);
+        return MSSM_ERROR_ARGUMENT;
+    }
     // Back faces are averaged with the front faces of the same light, which must have come before.
     if (gl->drawing >= 0 || (back_faces && gl->front_of != index)) {
         mssm__log(gl,
@@ -6680,6 +6814,9 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
     }
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_depth");
     if (r) return r;
+#ifndef MSSM_NO_FILTERED
+    if (gl->ready != index) mssm__filtered_build(gl);
+#endif
     const float farthest = 1;
     if (!back_faces) mssm__settle(gl, index);
     gl->drawing = index;
@@ -6692,13 +6829,19 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
 mssm_result mssm_gl_end_depth(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing < 0) {
+    if (gl->drawing < 0 || gl->translucent) {
         mssm__log(gl, "mssm_gl_end_depth without mssm_gl_begin_depth", NULL);
         return MSSM_ERROR_ORDER;
     }
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_depth");
     if (r) return r;
     mssm__restore_state(gl);
+#ifndef MSSM_NO_FILTERED
+    if (gl->filtered) {
+        mssm__filtered_resolve(gl);
+        return MSSM_OK;
+    }
+#endif
     mssm__filled(gl, gl->drawing, gl->back);
     if (gl->back) mssm__resolve(gl, gl->drawing);
     gl->front_of = gl->unresolved = gl->back ? -1 : gl->drawing;
@@ -6860,9 +7003,13 @@ static mssm_result mssm__prepare_depth(mssm_gl *gl, int kind, int back)
     if (gl->program[which]) return MSSM_OK;
     char defines[256];
     mssm__write_defines(gl, defines);
+    const char *resolve = mssm__glsl_resolve;
+#ifndef MSSM_NO_FILTERED
+    if (gl->filtered) resolve = mssm__filtered_resolve_text();
+#endif
     const char *const text[] = {mssm__glsl_version, defines, back ? "#define MSSM_AVERAGE\n" : "",
                                 mssm__targets[kind].text, mssm__glsl_math, mssm__glsl_linear_depth,
-                                mssm__glsl_given, mssm__glsl_resolve};
+                                mssm__glsl_given, resolve};
     const mssm_result r = mssm__build_program(gl, which, text, 8);
     if (r && gl->program[which]) gl->f.DeleteProgram(gl->program[which]);
     if (r) gl->program[which] = 0;
@@ -6879,15 +7026,23 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
     float low, high;
     const int ours = mssm__depth_ends(light, d, &low, &high), radial = d->stored == MSSM_STORED_RADIAL;
     const float ratio = low / high, straight = !ours || radial || (d->reversed && hyperbolic) ? 0.0f : d->reversed ? -1.0f : 1.0f;
-    const int from[10] = {s->across, s->up,    s->each,   gl->desc.side, d->x,
-                          d->y,      d->layer, s[1].is.x, s[1].is.y,     s[1].is.layer};
-    gl->f.ProgramUniform4f(program, 3, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
+    const int from[11] = {s->across, s->up,    s->each,   gl->desc.side, index,        d->x,
+                          d->y,      d->layer, s[1].is.x, s[1].is.y,     s[1].is.layer}, linear = !hyperbolic;
+    const int samples = s->across * s->up * s->each;
+    gl->f.ProgramUniform4f(program, 2, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
                            radial ? light->extent_u : 0.0f, radial ? light->extent_v : 0.0f);
-    if (hyperbolic) gl->f.ProgramUniform4f(program, 4, low, 0, ratio, 1 - ratio);
-    else gl->f.ProgramUniform4f(program, 4, high, low - high, 1, 0);
-    gl->f.ProgramUniform4f(program, 5, straight, 0, 0, 0);
-    gl->f.ProgramUniform1iv(program, 6, back ? 10 : 7, from);
-    mssm__take_depth(gl, index, program, !hyperbolic, s->across * s->up * s->each);
+    if (hyperbolic) gl->f.ProgramUniform4f(program, 3, low, 0, ratio, 1 - ratio);
+    else gl->f.ProgramUniform4f(program, 3, high, low - high, 1, 0);
+    gl->f.ProgramUniform4f(program, 4, straight, 0, 0, 0);
+    gl->f.ProgramUniform1iv(program, 5, back ? 11 : 8, from);
+#ifndef MSSM_NO_FILTERED
+    if (gl->filtered) {
+        mssm__filtered_take(gl, index, program, linear, samples);
+        return;
+    }
+#endif
+    mssm__filled(gl, index, back);
+    mssm__take_depth(gl, index, program, linear, samples);
 }
 
 // Whether both are read in the same way.
@@ -6909,10 +7064,14 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
     if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_depth")) return MSSM_ERROR_ORDER;
     const int kind = mssm__check_depth(gl, &light->light, front);
     const int other = back && kind >= 0 ? mssm__check_depth(gl, &light->light, back) : kind;
-    if (kind < 0 || other < 0) return MSSM_ERROR_ARGUMENT;
+    if (back && gl->filtered) mssm__log(gl, "filtered maps have no back faces", NULL);
+    if (kind < 0 || other < 0 || (back && gl->filtered)) return MSSM_ERROR_ARGUMENT;
     const mssm_result r = mssm__prepare_depth(gl, kind, back != NULL);
     if (r) return r;
     mssm__settle(gl, -1);
+#ifndef MSSM_NO_FILTERED
+    if (gl->ready != index) mssm__filtered_build(gl);
+#endif
     gl->targets |= 1 << kind;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
@@ -6927,14 +7086,13 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
             good = 0;
         }
     }
-    if (good) mssm__filled(gl, index, back != NULL);
     if (good) mssm__take_given(gl, index, light->source, back != NULL);
     while (bound-- > 0) {
         gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + bound));
         mssm__set_texture_state(gl, &light->source[bound], 0, 0);
     }
     mssm__restore_bindings(gl, &saved);
-    gl->front_of = -1;
+    if (good) gl->front_of = -1;
     return good ? MSSM_OK : MSSM_ERROR_ARGUMENT;
 }
 
@@ -6968,6 +7126,13 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     if (!gl->stale) return MSSM_OK;
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_build");
     if (r) return r;
+#ifndef MSSM_NO_FILTERED
+    if (gl->filtered) {
+        mssm__filtered_build(gl);
+        gl->stale = 0;
+        return MSSM_OK;
+    }
+#endif
     const int levels = mssm__make_views(gl), framing = gl->framing;
     int work = gl->unresolved >= 0;
     for (int i = 0; i < gl->desc.lights; i++) work |= gl->lights[i].filled && gl->lights[i].built < levels;
@@ -7038,9 +7203,10 @@ int mssm_gl_stale(const mssm_gl *gl, int index)
     mssm_light drawn = l->drawn;
     drawn.half_u = l->light.half_u;
     drawn.half_v = l->light.half_v;
-    const int moved = !l->filled || memcmp(&drawn, &l->light, sizeof drawn) != 0;
+    const int ready = gl->ready == index, moved = (!l->filled && !ready) || memcmp(&drawn, &l->light, sizeof drawn) != 0;
     const int levels = 1 + mssm_level_of(l->widest, gl->levels);
-    return (moved ? MSSM_STALE_MAP : 0) | (l->filled && (l->changed || l->built < levels) ? MSSM_STALE_TABLES : 0);
+    const int coarse = !gl->filtered && l->filled && (l->changed || l->built < levels);
+    return (moved ? MSSM_STALE_MAP : 0) | (ready || coarse ? MSSM_STALE_TABLES : 0);
 }
 
 static const char mssm__glsl_place[] =
@@ -7051,21 +7217,31 @@ static const char mssm__glsl_place[] =
     "    gl_Position = vec4(place * 2.0 - 1.0, 0.0, 1.0);\n"
     "}\n";
 static const char mssm__glsl_show[] =
+    "#ifdef MSSM_FILTERED\n"
+    "layout(binding = MSSM_UNIT) uniform sampler2DArray map;\n"
+    "#else\n"
     "layout(binding = MSSM_UNIT) uniform isampler2DArray sums;\n"
     "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray depths;\n"
+    "#endif\n"
     "layout(location = 0) uniform int show[3];  // light, what, side\n"
     "layout(location = 0) in vec2 place;\n"
     "layout(location = 0) out vec4 color;\n"
+    "#ifndef MSSM_FILTERED\n"
     "int sum(ivec2 p)\n"
     "{\n"
     "    return p.x < 0 || p.y < 0 ? 0 : texelFetch(sums, ivec3(p, show[0]), 0).x;\n"
     "}\n"
+    "#endif\n"
     "void main()\n"
     "{\n"
     "    ivec2 p = clamp(ivec2(place * float(show[2])), ivec2(0), ivec2(show[2] - 1));\n"
+    "#ifdef MSSM_FILTERED\n"
+    "    float z = 2.0 * texelFetch(map, ivec3(p, show[0]), 0).x - 1.0;\n"
+    "#else\n"
     "    int value = sum(p) - sum(p - ivec2(1, 0)) - sum(p - ivec2(0, 1)) + sum(p - 1);\n"
     "    float z = float(value) / float(MSSM_SCALE), least = texelFetch(depths, ivec3(p / 2, show[0]), 0).x;\n"
     "    z = show[1] == 0 ? z : least;\n"
+    "#endif\n"
     "    color = vec4(vec3(0.5 + 0.5 * z), 1.0);\n"
     "}\n";
 
@@ -7082,9 +7258,10 @@ static mssm_result mssm__prepare_show(mssm_gl *gl)
     if (gl->program[MSSM__SHOW]) return MSSM_OK;
     mssm__write_defines(gl, defines);
     const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
-    const char *const fragment[] = {mssm__glsl_version, defines, mssm__glsl_show};
+    const char *const fragment[] = {mssm__glsl_version, defines, gl->filtered ? "#define MSSM_FILTERED\n" : "",
+                                    mssm__glsl_show};
     mssm_result r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_VERTEX_SHADER, vertex, 2);
-    if (!r) r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_FRAGMENT_SHADER, fragment, 3);
+    if (!r) r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_FRAGMENT_SHADER, fragment, 4);
     if (!r) r = mssm__link(gl, MSSM__SHOW);
     if (r && gl->program[MSSM__SHOW]) gl->f.DeleteProgram(gl->program[MSSM__SHOW]);
     if (r) gl->program[MSSM__SHOW] = 0;
@@ -7094,7 +7271,7 @@ static mssm_result mssm__prepare_show(mssm_gl *gl)
 mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
 {
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1) ||
-        !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, 1)) {
+        !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, gl->filtered ? 0 : 1)) {
         return MSSM_ERROR_ARGUMENT;
     }
     if (gl->drawing >= 0 || gl->framing || !gl->lights[index].built) {
@@ -7143,7 +7320,7 @@ const char *mssm_gl_shader(const mssm_gl *gl)
 
 unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 {
-    return gl && which >= 0 && which < 3 ? gl->table[which] : 0;
+    return gl && which >= 0 && which < 3 ? gl->table[which] : gl && which == 3 ? gl->work : 0;
 }
 
 #ifndef MSSM_NO_FILTERED
@@ -7163,16 +7340,9 @@ enum {
     MSSM__GL_ALL_BARRIERS = 0x20 | 0x8 | 0x400  // image access, texture fetch, framebuffer
 };
 
-struct mssm_gl_filtered {
-    mssm_gl base;  // first, as mssm_gl_destroy frees it; its tables are the filtered maps
-    mssm_filter filter;
-    int radius, anisotropy;
-    int ready;        // light whose moments are in `work`, not built yet, or -1
-    int translucent;  // the pass under way is one of translucent casters
-    unsigned work, rows, depth, target, triangle;
-};
-
 static const char mssm__glsl_translucent[] =
+    "#ifndef MSSM_GLSL_TRANSLUCENT\n"
+    "#define MSSM_GLSL_TRANSLUCENT\n"
     "layout(location = 0) out vec4 mssm_layer_low;\n"
     "layout(location = 1) out vec4 mssm_layer_high;\n"
     "void mssm_translucent(float depth, float opacity)\n"
@@ -7182,6 +7352,7 @@ static const char mssm__glsl_translucent[] =
     "    mssm_layer_low = vec4(0.5 + 0.5 * vec3(t.b[0], t.b[1], t.b[2]), a);\n"
     "    mssm_layer_high = vec4(0.5 + 0.5 * vec3(t.b[3], t.b[4], t.b[5]), a);\n"
     "}\n"
+    "#endif\n"
     "#line 1\n";
 
 const char *mssm_glsl_translucent(void)
@@ -7193,16 +7364,16 @@ const char *mssm_glsl_translucent(void)
 // blending.
 static const char mssm__glsl_filtered_resolve[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
-    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
     "layout(binding = 0, rgba32f) writeonly uniform image2DArray work;\n"
     "layout(location = 1) uniform int samples;\n"
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    if (any(greaterThanEqual(p, textureSize(front)))) return;\n"
+    "    if (any(greaterThanEqual(p, ivec2(MSSM_SIDE)))) return;\n"
     "    vec3 low = vec3(0.0), high = vec3(0.0);\n"
     "    for (int s = 0; s < samples; s++) {\n"
-    "        mssm_moments6 t = mssm_chebyshev(linear_depth(texelFetch(front, p, s).x));\n"
+    "        mssm_moments6 t = mssm_chebyshev(MSSM_DEPTH(front, 0, p, s));\n"
     "        low += vec3(t.b[0], t.b[1], t.b[2]);\n"
     "        high += vec3(t.b[3], t.b[4], t.b[5]);\n"
     "    }\n"
@@ -7292,30 +7463,30 @@ static const char mssm__glsl_filter[] =
 // Shading. The longer axis of the footprint is covered by taps of our own: moments are linear, and
 // llvmpipe hangs with anisotropic samplers.
 static const char mssm__glsl_filtered_entry[] =
-    "layout(binding = MSSM_UNIT) uniform sampler2DArray mssm_map0;\n"
+    "layout(binding = MSSM_UNIT) uniform sampler2DArray $map0;\n"
     "#if MSSM_MOMENTS == 6\n"
-    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray mssm_map1;\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray $map1;\n"
     "#endif\n"
-    "layout(std430, binding = MSSM_BINDING) readonly buffer mssm_view_block { mssm_view mssm_views[]; };\n"
-    "vec2 mssm_ddx = vec2(1.0), mssm_ddy = vec2(1.0); // of the place in the map, in texels\n"
-    "vec2 mssm_axis(vec2 d, vec2 least, float most)\n"
+    "layout(std430, binding = MSSM_BINDING) readonly buffer $view_block { mssm_view $views[]; };\n"
+    "vec2 $ddx = vec2(1.0), $ddy = vec2(1.0); // of the place in the map, in texels\n"
+    "vec2 $axis(vec2 d, vec2 least, float most)\n"
     "{\n"
     "    float l = length(d);\n"
     "    return l > 1.0 ? d * (min(l, most) / l) : least;\n"
     "}\n"
-    "mssm_moments6 mssm_query(int light, int moments, float x, float y, float half_x, float half_y)\n"
+    "mssm_moments6 $sample(int light, float x, float y)\n"
     "{\n"
-    "    vec2 scale = 1.0 / vec2(textureSize(mssm_map0, 0).xy), at = vec2(x, y) * scale;\n"
-    "    bool swap = length(mssm_ddx) < length(mssm_ddy);\n"
-    "    vec2 wide = (swap ? mssm_ddy : mssm_ddx) * scale, slim = (swap ? mssm_ddx : mssm_ddy) * scale;\n"
+    "    vec2 scale = 1.0 / vec2(textureSize($map0, 0).xy), at = vec2(x, y) * scale;\n"
+    "    bool swap = length($ddx) < length($ddy);\n"
+    "    vec2 wide = (swap ? $ddy : $ddx) * scale, slim = (swap ? $ddx : $ddy) * scale;\n"
     "    int taps = int(clamp(floor(length(wide) / length(slim) + 0.5), 1.0, float(MSSM_ANISOTROPY)));\n"
     "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
     "    wide /= float(taps);\n"
     "    for (int i = 0; i < taps; i++) {\n"
     "        vec3 p = vec3(at + (float(i) + 0.5 - 0.5 * float(taps)) * wide, float(light));\n"
-    "        low += (2.0 * textureGrad(mssm_map0, p, wide, slim) - 1.0) / float(taps);\n"
+    "        low += (2.0 * textureGrad($map0, p, wide, slim) - 1.0) / float(taps);\n"
     "#if MSSM_MOMENTS == 6\n"
-    "        high += (2.0 * textureGrad(mssm_map1, p, wide, slim) - 1.0) / float(taps);\n"
+    "        high += (2.0 * textureGrad($map1, p, wide, slim) - 1.0) / float(taps);\n"
     "#endif\n"
     "    }\n"
     "    mssm_moments6 t;\n"
@@ -7327,26 +7498,26 @@ static const char mssm__glsl_filtered_entry[] =
     "    t.b[5] = high.y;\n"
     "    return t;\n"
     "}\n"
-    "mssm_bounds mssm_filtered_bounds(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
+    "mssm_bounds @_bounds(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
     "{\n"
     "    mssm_bounds lit = mssm_bounds(1.0, 1.0);\n"
-    "    if (uint(light) >= uint(mssm_views.length())) return lit;\n"
-    "    mssm_view v = mssm_views[light];\n"
+    "    if (uint(light) >= uint($views.length())) return lit;\n"
+    "    mssm_view v = $views[light];\n"
     "    if (v.side == 0.0) return lit;\n"
     "    vec3 p = world_position, px = p + ddx, py = p + ddy;\n"
-    "    mssm_receiver r = mssm_receive(v, mssm_chosen, p.x, p.y, p.z);\n"
-    "    mssm_receiver rx = mssm_receive(v, mssm_chosen, px.x, px.y, px.z);\n"
-    "    mssm_receiver ry = mssm_receive(v, mssm_chosen, py.x, py.y, py.z);\n"
+    "    mssm_receiver r = mssm_receive(v, $chosen, p.x, p.y, p.z);\n"
+    "    mssm_receiver rx = mssm_receive(v, $chosen, px.x, px.y, px.z);\n"
+    "    mssm_receiver ry = mssm_receive(v, $chosen, py.x, py.y, py.z);\n"
     "    if (r.lit != 0 || mssm_beside(v, r) != 0) return lit;\n"
-    "    mssm_ddx = mssm_axis(vec2(rx.x - r.x, rx.y - r.y), vec2(1.0, 0.0), v.side);\n"
-    "    mssm_ddy = mssm_axis(vec2(ry.x - r.x, ry.y - r.y), vec2(0.0, 1.0), v.side);\n"
-    "    float width = min(length(mssm_ddx), length(mssm_ddy));\n"
-    "    mssm_moments6 t = mssm_query(light, MSSM_MOMENTS, r.x, r.y, 0.5, 0.5);\n"
-    "    return mssm_bounds_under(v, mssm_chosen, r, t, width);\n"
+    "    $ddx = $axis(vec2(rx.x - r.x, rx.y - r.y), vec2(1.0, 0.0), v.side);\n"
+    "    $ddy = $axis(vec2(ry.x - r.x, ry.y - r.y), vec2(0.0, 1.0), v.side);\n"
+    "    float width = min(length($ddx), length($ddy));\n"
+    "    mssm_moments6 t = $sample(light, r.x, r.y);\n"
+    "    return mssm_bounds_under(v, $chosen, r, t, width + MSSM_BLUR, MSSM_LACK);\n"
     "}\n"
-    "float mssm_filtered_visibility(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
+    "float @(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
     "{\n"
-    "    return mssm_filtered_bounds(light, world_position, ddx, ddy).upper;\n"
+    "    return @_bounds(light, world_position, ddx, ddy).upper;\n"
     "}\n";
 
 static unsigned mssm__filtered_array(mssm_gl *gl, int levels, mssm__glenum format, int layers,
@@ -7363,194 +7534,120 @@ static unsigned mssm__filtered_array(mssm_gl *gl, int levels, mssm__glenum forma
 }
 
 // The maps are read trilinearly; beyond their edges the outermost texels go on.
-static void mssm__filtered_sampling(mssm_gl_filtered *gl, unsigned texture)
+static void mssm__filtered_sampling(mssm_gl *gl, unsigned texture)
 {
-    const mssm__gl_functions *f = &gl->base.f;
+    const mssm__gl_functions *f = &gl->f;
     f->TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_LINEAR_MIPMAP_LINEAR);
     f->TextureParameteri(texture, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_LINEAR);
     f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_EDGE);
     f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_EDGE);
 }
 
-static mssm_result mssm__filtered_targets(mssm_gl_filtered *gl)
+static mssm_result mssm__filtered_targets(mssm_gl *gl)
 {
     static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
                                             MSSM__GL_COLOR_ATTACHMENT0 + 1};
-    mssm_gl *b = &gl->base;
-    const mssm__gl_functions *f = &b->f;
-    gl->work = mssm__filtered_array(b, b->levels, MSSM__GL_RGBA32F, 2, "mssm moments");
-    gl->rows = mssm__filtered_array(b, 1, MSSM__GL_RGBA32F, 2, "mssm blurred rows");
-    gl->depth = mssm__filtered_array(b, 1, MSSM__GL_DEPTH_COMPONENT32F, 1, "mssm depth, one sample");
+    const mssm__gl_functions *f = &gl->f;
+    gl->work = mssm__filtered_array(gl, gl->levels, MSSM__GL_RGBA32F, 2, "mssm moments");
+    gl->rows = mssm__filtered_array(gl, 1, MSSM__GL_RGBA32F, 2, "mssm blurred rows");
+    gl->farthest = mssm__filtered_array(gl, 1, MSSM__GL_DEPTH_COMPONENT32F, 1, "mssm depth, one sample");
     f->CreateFramebuffers(1, &gl->target);
     f->CreateVertexArrays(1, &gl->triangle);
-    if (!gl->work || !gl->rows || !gl->depth || !gl->target || !gl->triangle) return MSSM_ERROR_GL;
+    if (!gl->work || !gl->rows || !gl->farthest || !gl->target || !gl->triangle) return MSSM_ERROR_GL;
     f->ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->triangle, -1, "mssm triangle");
     for (int i = 0; i < 2; i++) {
-        if (b->table[i]) mssm__filtered_sampling(gl, b->table[i]);
+        if (gl->table[i]) mssm__filtered_sampling(gl, gl->table[i]);
         f->NamedFramebufferTextureLayer(gl->target, buffers[i], gl->work, 0, i);
     }
-    f->NamedFramebufferTextureLayer(gl->target, MSSM__GL_DEPTH_ATTACHMENT, gl->depth, 0, 0);
+    f->NamedFramebufferTextureLayer(gl->target, MSSM__GL_DEPTH_ATTACHMENT, gl->farthest, 0, 0);
     f->NamedFramebufferDrawBuffers(gl->target, 2, buffers);
     f->ObjectLabel(MSSM__GL_FRAMEBUFFER, gl->target, -1, "mssm translucent casters");
-    const int good = f->CheckNamedFramebufferStatus(gl->target, MSSM__GL_DRAW_FRAMEBUFFER) ==
-                     MSSM__GL_FRAMEBUFFER_COMPLETE;
-    return !mssm__take_error(b) && good ? MSSM_OK : MSSM_ERROR_GL;
+    return f->CheckNamedFramebufferStatus(gl->target, MSSM__GL_DRAW_FRAMEBUFFER) == MSSM__GL_FRAMEBUFFER_COMPLETE
+               ? MSSM_OK
+               : MSSM_ERROR_GL;
 }
 
-static mssm_result mssm__filtered_objects(mssm_gl_filtered *gl)
+static const char *mssm__filtered_resolve_text(void)
 {
-    mssm_gl *b = &gl->base;
+    return mssm__glsl_filtered_resolve;
+}
+
+static mssm_result mssm__filtered_programs(mssm_gl *gl)
+{
     char defines[128];
     snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n",
-             b->desc.moments, b->desc.first_texture_unit);
+             gl->desc.moments, gl->desc.first_texture_unit);
     const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
-                                   mssm__glsl_linear_depth, mssm__glsl_filtered_resolve};
+                                   mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_filtered_resolve};
     const char *const filter[] = {mssm__glsl_version, defines, mssm__glsl_filter};
     const char *const triangle[] = {mssm__glsl_version, mssm__glsl_triangle};
     const char *const copy[] = {mssm__glsl_version, defines, mssm__glsl_copy};
-    const char *const texts[4] = {"", mssm__glsl_filtered, mssm__glsl_filtered_entry, ""};
-    mssm_result r = mssm__check_units(b);
-    if (!r) r = mssm__build_program(b, MSSM__RESOLVE, resolve, 5);
-    if (!r) r = mssm__build_program(b, MSSM__FILTER, filter, 3);
-    if (!r) r = mssm__add_shader(b, MSSM__COPY, MSSM__GL_VERTEX_SHADER, triangle, 2);
-    if (!r) r = mssm__add_shader(b, MSSM__COPY, MSSM__GL_FRAGMENT_SHADER, copy, 3);
-    if (!r) r = mssm__link(b, MSSM__COPY);
-    if (!r) r = mssm__write_shader(b, texts, gl->anisotropy);
-    if (!r) r = mssm__create_storage(b);
-    if (r) return r;
-    r = mssm__filtered_targets(gl);
-    if (r) mssm__log(b, "the driver refuses the targets of filtered maps", NULL);
-    return r;
+    static const char *const shading[4] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered,
+                                           mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n"};
+    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
+    if (!r) r = mssm__build_program(gl, MSSM__FILTER, filter, 3);
+    if (!r) r = mssm__add_shader(gl, MSSM__COPY, MSSM__GL_VERTEX_SHADER, triangle, 2);
+    if (!r) r = mssm__add_shader(gl, MSSM__COPY, MSSM__GL_FRAGMENT_SHADER, copy, 3);
+    if (!r) r = mssm__link(gl, MSSM__COPY);
+    return r ? r : mssm__write_shader(gl, shading);
 }
 
-// Defaults filled in, or MSSM_ERROR_ARGUMENT.
-static mssm_result mssm__check_filtered(mssm_gl_filtered *gl, const mssm_gl_filtered_desc *d)
+// Defaults filled in where they are not those of soft shadows.
+static mssm_result mssm__check_filtered(mssm_gl *gl)
 {
-    mssm_gl_desc *b = &gl->base.desc;
-    b->load = d->load;
-    b->lights = d->lights;
-    b->side = d->side ? d->side : 1024;
-    b->samples = d->samples;
-    b->moments = d->moments ? d->moments : 4;
-    b->first_texture_unit = d->first_texture_unit ? d->first_texture_unit : MSSM__FIRST_UNIT + 3;
-    b->first_buffer_binding = d->first_buffer_binding ? d->first_buffer_binding : MSSM__FIRST_BINDING - 1;
-    b->log = d->log;
-    b->user = d->user;
+    mssm_gl_desc *d = &gl->desc;
+    if (d->side == 0) d->side = 1024;
+    if (d->moments == 0) d->moments = 4;
+    if (d->first_texture_unit == 0) d->first_texture_unit = MSSM__FIRST_UNIT + 3;
+    if (d->first_buffer_binding == 0) d->first_buffer_binding = MSSM__FIRST_BINDING - 1;
     gl->radius = d->radius == -1 ? 0 : d->radius ? d->radius : 2;
     gl->anisotropy = d->anisotropy ? d->anisotropy : 4;
-    b->settings = mssm__filter_settings(&d->filter, b->moments, gl->radius);
-    const mssm_result r = mssm__check_desc(&gl->base);
-    if (r) return r;
-    return mssm__in_range(&gl->base, "radius", d->radius, -1, MSSM__RADIUS) &&
-                   mssm__in_range(&gl->base, "anisotropy", gl->anisotropy, 1, 16)
+    gl->format[0] = MSSM__GL_RGBA16;
+    gl->format[1] = MSSM__GL_RG16;
+    gl->format[2] = 0;
+    return mssm__in_range(gl, "radius", d->radius, -1, MSSM__RADIUS) &&
+                   mssm__in_range(gl, "anisotropy", gl->anisotropy, 1, 16)
                ? MSSM_OK
                : MSSM_ERROR_ARGUMENT;
 }
 
-mssm_result mssm_gl_filtered_create(mssm_gl_filtered **gl, const mssm_gl_filtered_desc *desc)
+// Depth that is bound, as moments of a light to be built.
+static void mssm__filtered_take(mssm_gl *gl, int index, unsigned program, int linear, int samples)
 {
-    if (!gl || !desc || !desc->load) return mssm__log_null(desc ? desc->log : NULL, desc ? desc->user : NULL);
-    mssm_gl_filtered *g = (mssm_gl_filtered *)MSSM_MALLOC(sizeof *g);
-    if (!g) {
-        if (desc->log) desc->log(desc->user, "mssm: no memory");
-        return MSSM_ERROR_MEMORY;
-    }
-    memset(g, 0, sizeof *g);
-    g->base.drawing = g->ready = -1;
-    g->base.depths = 1;
-    g->base.format[0] = MSSM__GL_RGBA16;
-    g->base.format[1] = MSSM__GL_RG16;
-    mssm_result r = mssm__check_filtered(g, desc);
-    if (!r) r = mssm__load(&g->base);
-    if (r) {
-        MSSM_FREE(g);
-        return r;
-    }
-    if (mssm__take_error(&g->base)) {
-        mssm__log(&g->base, "a GL error was pending before mssm_gl_filtered_create", NULL);
-    }
-    r = mssm__filtered_objects(g);
-    if (!r) *gl = g;
-    else mssm_gl_filtered_destroy(g);
-    return r;
+    const unsigned groups = (unsigned)(gl->padded + 7) / 8;
+    mssm__gl_light *light = &gl->lights[index];
+    light->drawn = light->light;
+    gl->f.BindImageTexture(0, gl->work, 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
+    gl->f.ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->drawn.z_near, light->drawn.z_far, 0);
+    gl->f.ProgramUniform1i(program, 1, samples);
+    gl->f.UseProgram(program);
+    gl->f.DispatchCompute(groups, groups, 1);
+    (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+    gl->ready = index;
+    gl->stale = 1;
 }
 
-void mssm_gl_filtered_destroy(mssm_gl_filtered *gl)
+static void mssm__filtered_resolve(mssm_gl *gl)
 {
-    if (!gl) return;
-    const unsigned textures[3] = {gl->work, gl->rows, gl->depth};
-    if (gl->target) gl->base.f.DeleteFramebuffers(1, &gl->target);
-    if (gl->triangle) gl->base.f.DeleteVertexArrays(1, &gl->triangle);
-    for (int i = 0; i < 3; i++) {
-        if (textures[i]) gl->base.f.DeleteTextures(1, &textures[i]);
-    }
-    mssm_gl_destroy(&gl->base);
-}
-
-mssm_result mssm_gl_filtered_set_light(mssm_gl_filtered *gl, int index, const mssm_light *light)
-{
-    return gl ? mssm_gl_set_light(&gl->base, index, light) : MSSM_ERROR_ARGUMENT;
-}
-
-mssm_result mssm_gl_filtered_begin_frame(mssm_gl_filtered *gl)
-{
-    return gl ? mssm_gl_begin_frame(&gl->base) : MSSM_ERROR_ARGUMENT;
-}
-
-mssm_result mssm_gl_filtered_end_frame(mssm_gl_filtered *gl)
-{
-    return gl ? mssm_gl_end_frame(&gl->base) : MSSM_ERROR_ARGUMENT;
-}
-
-mssm_result mssm_gl_filtered_begin_depth(mssm_gl_filtered *gl, int index)
-{
-    return gl ? mssm_gl_begin_depth(&gl->base, index, 0) : MSSM_ERROR_ARGUMENT;
-}
-
-// Order of calls: says what is wrong unless `good`, or if transform feedback is active.
-static mssm_result mssm__filtered_order(const mssm_gl_filtered *gl, int good, const char *what)
-{
-    if (good) return mssm__check_feedback(&gl->base, "passes of mssm_gl_filtered");
-    mssm__log(&gl->base, what, NULL);
-    return MSSM_ERROR_ORDER;
-}
-
-mssm_result mssm_gl_filtered_end_depth(mssm_gl_filtered *gl)
-{
-    if (!gl) return MSSM_ERROR_ARGUMENT;
-    mssm_gl *b = &gl->base;
-    const mssm_result r = mssm__filtered_order(gl, b->drawing >= 0 && !gl->translucent,
-                                               "mssm_gl_filtered_end_depth without its begin");
-    if (r) return r;
-    const mssm_light *light = &b->lights[b->drawing].light;
-    const unsigned program = b->program[MSSM__RESOLVE], groups = (unsigned)(b->padded + 7) / 8;
+    const int index = gl->drawing;
     mssm__gl_bindings saved;
-    mssm__restore_state(b);
-    mssm__save_bindings(b, &saved);
-    mssm__bind_texture(b, b->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, b->depth[0]);
-    b->f.BindImageTexture(0, gl->work, 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
-    b->f.ProgramUniform4f(program, 0, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
-                          0);
-    b->f.ProgramUniform1i(program, 1, b->samples);
-    b->f.UseProgram(program);
-    b->f.DispatchCompute(groups, groups, 1);
-    (b->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
-    mssm__restore_bindings(b, &saved);
-    gl->ready = b->drawing;
-    b->drawing = -1;
-    return MSSM_OK;
+    mssm__save_bindings(gl, &saved);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[0]);
+    mssm__filtered_take(gl, index, gl->program[MSSM__RESOLVE], !gl->lights[index].light.perspective, gl->samples);
+    mssm__restore_bindings(gl, &saved);
+    gl->front_of = index;
+    gl->drawing = -1;
 }
 
 // Into the target whose pass has begun.
-static void mssm__copy_depth(mssm_gl_filtered *gl)
+static void mssm__copy_depth(mssm_gl *gl)
 {
-    mssm_gl *b = &gl->base;
-    const mssm__gl_functions *f = &b->f;
+    const mssm__gl_functions *f = &gl->f;
     mssm__gl_bindings saved;
-    mssm__save_bindings(b, &saved);
-    mssm__bind_texture(b, b->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, b->depth[0]);
-    f->ProgramUniform1i(b->program[MSSM__COPY], 0, b->samples);
-    f->UseProgram(b->program[MSSM__COPY]);
+    mssm__save_bindings(gl, &saved);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[0]);
+    f->ProgramUniform1i(gl->program[MSSM__COPY], 0, gl->samples);
+    f->UseProgram(gl->program[MSSM__COPY]);
     f->BindVertexArray(gl->triangle);
     f->DepthFunc(MSSM__GL_ALWAYS);
     f->DepthMask(1);
@@ -7559,90 +7656,75 @@ static void mssm__copy_depth(mssm_gl_filtered *gl)
     for (unsigned i = 0; i < 2; i++) f->ColorMaski(i, 1, 1, 1, 1);
     f->DepthMask(0);
     f->DepthFunc(MSSM__GL_LESS);
-    mssm__restore_bindings(b, &saved);
+    mssm__restore_bindings(gl, &saved);
 }
 
-mssm_result mssm_gl_filtered_begin_translucent(mssm_gl_filtered *gl)
+mssm_result mssm_gl_begin_translucent(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    mssm_gl *b = &gl->base;
-    mssm_result r =
-        mssm__filtered_order(gl, b->drawing < 0 && gl->ready >= 0,
-                             "translucent casters must follow the depth pass of their light");
+    if (gl->drawing >= 0 || gl->ready < 0 || gl->front_of != gl->ready) {
+        mssm__log(gl, "translucent casters must follow the depth pass of their light, of a filtered mssm_gl", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_translucent");
     if (r) return r;
-    mssm__pass_state(b, gl->target, 0, 0);
+    mssm__pass_state(gl, gl->target, 0, 0);
     mssm__copy_depth(gl);
-    b->drawing = gl->ready;
+    gl->drawing = gl->ready;
     gl->translucent = 1;
     return MSSM_OK;
 }
 
-mssm_result mssm_gl_filtered_end_translucent(mssm_gl_filtered *gl)
+mssm_result mssm_gl_end_translucent(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    const mssm_result r = mssm__filtered_order(
-        gl, gl->translucent, "mssm_gl_filtered_end_translucent without its begin");
+    if (!gl->translucent) {
+        mssm__log(gl, "mssm_gl_end_translucent without mssm_gl_begin_translucent", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_translucent");
     if (r) return r;
-    mssm__restore_state(&gl->base);
+    mssm__restore_state(gl);
     gl->translucent = 0;
-    gl->base.drawing = -1;
+    gl->drawing = -1;
     return MSSM_OK;
 }
 
-static void mssm__filter_level(mssm_gl_filtered *gl, unsigned source, int source_level,
-                               unsigned target, int level, const int pass[7])
+static void mssm__filter_level(const mssm_gl *gl, unsigned source, int source_level, unsigned target,
+                               int level, const int pass[7])
 {
-    const mssm_gl *b = &gl->base;
-    const unsigned groups = ((unsigned)(b->padded >> level) + 7) / 8;
-    mssm__bind_level(b, 0, level, MSSM__GL_READ_WRITE);
-    b->f.BindImageTexture(2, source, source_level, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
-    b->f.BindImageTexture(3, target, level, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
-    b->f.ProgramUniform1iv(b->program[MSSM__FILTER], 0, 7, pass);
-    b->f.DispatchCompute(groups, groups, 1);
-    (b->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+    const unsigned groups = ((unsigned)(gl->padded >> level) + 7) / 8;
+    mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
+    gl->f.BindImageTexture(2, source, source_level, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
+    gl->f.BindImageTexture(3, target, level, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
+    gl->f.ProgramUniform1iv(gl->program[MSSM__FILTER], 0, 7, pass);
+    gl->f.DispatchCompute(groups, groups, 1);
+    (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
 }
 
-mssm_result mssm_gl_filtered_build(mssm_gl_filtered *gl)
+// Gaussian and mip chain of the light just drawn, if there is one.
+static void mssm__filtered_build(mssm_gl *gl)
 {
-    if (!gl) return MSSM_ERROR_ARGUMENT;
-    mssm_gl *b = &gl->base;
-    const mssm_result error = mssm__filtered_order(gl, b->drawing < 0 && gl->ready >= 0,
-                                                   "mssm_gl_filtered_build before a light was drawn");
-    if (error) return error;
+    if (gl->ready < 0) return;
     const int r = gl->radius, index = gl->ready;
-    const int side = b->desc.side, rows[7] = {-r, 0, r, 0, 1, index, side};
+    const int side = gl->desc.side, rows[7] = {-r, 0, r, 0, 1, index, side};
     const int columns[7] = {0, -r, 0, r, 1, index, side};
     int halve[7] = {0, 0, 1, 1, 2, index, side};
-    mssm__gl_light *light = &b->lights[index];
+    mssm__gl_light *light = &gl->lights[index];
     mssm__gl_bindings saved;
-    (b->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
-    mssm__save_bindings(b, &saved);
-    b->f.UseProgram(b->program[MSSM__FILTER]);
+    (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+    mssm__save_bindings(gl, &saved);
+    gl->f.UseProgram(gl->program[MSSM__FILTER]);
     mssm__filter_level(gl, gl->work, 0, gl->rows, 0, rows);
     mssm__filter_level(gl, gl->rows, 0, gl->work, 0, columns);
-    for (int i = 1; i < b->levels; i++, halve[6] = (halve[6] + 1) / 2) {
+    for (int i = 1; i < gl->levels; i++, halve[6] = (halve[6] + 1) / 2) {
         mssm__filter_level(gl, gl->work, i - 1, gl->work, i, halve);
     }
-    mssm__restore_bindings(b, &saved);
-    mssm__filled(b, index, 1);
-    light->built = b->levels;
+    mssm__restore_bindings(gl, &saved);
+    light->filled = light->averaged = 1;
+    light->built = gl->levels;
+    mssm__change(gl, index);
     gl->ready = -1;
-    return MSSM_OK;
-}
-
-mssm_result mssm_gl_filtered_bind(mssm_gl_filtered *gl)
-{
-    return gl ? mssm_gl_bind(&gl->base) : MSSM_ERROR_ARGUMENT;
-}
-
-const char *mssm_gl_filtered_shader(const mssm_gl_filtered *gl)
-{
-    return gl ? gl->base.shader : NULL;
-}
-
-unsigned mssm_gl_filtered_texture(const mssm_gl_filtered *gl, int which)
-{
-    return gl && which == 2 ? gl->work : gl ? mssm_gl_texture(&gl->base, which) : 0;
 }
 
 mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
@@ -7654,14 +7736,18 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     }
     if (gl->drawing >= 0) mssm__log(gl, "mssm_gl_set_moments before mssm_gl_end_depth", NULL);
     if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_moments")) return MSSM_ERROR_ORDER;
-    unsigned *program = &gl->program[MSSM__FILTER];
+    if (gl->filtered) {
+        mssm__log(gl, "mssm_gl_set_moments is for soft shadows", NULL);
+        return MSSM_ERROR_ARGUMENT;
+    }
+    unsigned *program = &gl->program[MSSM__STORE];
     if (!*program) {  // made when first needed
         char defines[128];
         snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_SCALE %d\n",
                  gl->desc.moments, MSSM_SCALE);
         const char *const text[] = {mssm__glsl_version, defines, "#define MSSM_EMPTY 0.99999\n",
                                     mssm__glsl_filter};
-        const mssm_result r = mssm__build_program(gl, MSSM__FILTER, text, 4);
+        const mssm_result r = mssm__build_program(gl, MSSM__STORE, text, 4);
         if (r && *program) gl->f.DeleteProgram(*program);
         if (r) *program = 0;
         if (r) return r;

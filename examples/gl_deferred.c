@@ -49,7 +49,8 @@ static bool create(renderer *r, message *why)
 {
     const lightprobe_gl_desc from = {
         .load = gl_context_function, .side = 128, .max_lights = LIGHTS};
-    const mssm_gl_desc desc = {gl_context_function, LIGHTS, 256, 4, 6, {0}, 4, 1, NULL, NULL};
+    const mssm_gl_desc desc = {.load = gl_context_function, .lights = LIGHTS, .first_texture_unit = 4,
+                               .first_buffer_binding = 1};
     const GLenum view_formats[] = {GL_RGBA32F, GL_RGBA16F, GL_RGBA8}, formats[3] = {GL_RGBA32F};
     if (lightprobe_gl_create(&r->probe, &from)) return fail(why, "no lights from probes");
     if (mssm_gl_create(&r->shadows, &desc)) return fail(why, "no shadow maps");

@@ -87,13 +87,13 @@ static bool draw(GLuint program, const char *file, const char *end, message *why
 
 static bool compare(const char *file, int radius, int moments, message *why)
 {
-    const mssm_gl_filtered_desc desc = {
-        .load = gl_context_function, .side = SIDE, .radius = radius, .moments = moments};
-    mssm_gl_filtered *shadow;
-    if (mssm_gl_filtered_create(&shadow, &desc)) return fail(why, "no filtered maps");
+    const mssm_gl_desc desc = {
+        .load = gl_context_function, .filtered = 1, .side = SIDE, .radius = radius, .moments = moments};
+    mssm_gl *shadow;
+    if (mssm_gl_create(&shadow, &desc)) return fail(why, "no filtered maps");
     const char *const vertices[] = {gl_scene_vertex, NULL};
     const char *const rival[] = {pcf_text, shading, NULL};
-    const char *const texts[] = {mssm_gl_filtered_shader(shadow), moments_text, shading, NULL};
+    const char *const texts[] = {mssm_gl_shader(shadow), moments_text, shading, NULL};
     const GLuint depth = gl_program_simple("depth", gl_depth_vertex, NULL, why);
     const GLuint pcf = gl_program("percentage-closer filtering", vertices, rival, why);
     const GLuint program = gl_program("moments", vertices, texts, why);
@@ -105,15 +105,15 @@ static bool compare(const char *file, int radius, int moments, message *why)
     gl.Enable(GL_DEPTH_TEST);
     gl.UseProgram(depth);
     gl_mesh_draw(&solids);
-    mssm_gl_filtered_set_light(shadow, 0, &light);
-    mssm_gl_filtered_begin_depth(shadow, 0);
+    mssm_gl_set_light(shadow, 0, &light);
+    mssm_gl_begin_depth(shadow, 0, 0);
     gl_mesh_draw(&solids);
-    mssm_gl_filtered_end_depth(shadow);
-    mssm_gl_filtered_build(shadow);
-    mssm_gl_filtered_bind(shadow);
+    mssm_gl_end_depth(shadow);
+    mssm_gl_build(shadow);
+    mssm_gl_bind(shadow);
     gl.BindTextureUnit(2, plain.depth);
     const bool done = draw(pcf, file, "-pcf", why) && draw(program, file, "", why);
-    mssm_gl_filtered_destroy(shadow);
+    mssm_gl_destroy(shadow);
     return done;
 }
 

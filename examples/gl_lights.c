@@ -66,7 +66,8 @@ static mssm_light area_light(const void *half, float x, float y)
 
 static bool create(const scene *s, message *why)
 {
-    const mssm_gl_desc desc = {gl_context_function, MAPS, 512, 4, 6, {0}, 4, 1, NULL, NULL};
+    const mssm_gl_desc desc = {.load = gl_context_function, .lights = MAPS, .side = 512,
+                               .first_texture_unit = 4, .first_buffer_binding = 1};
     if (mssm_light_directional(&light[SUN], sun, axis, 0.06f, 0.06f, room[0], room[1]) ||
         mssm_light_directional(&light[BOXED], sun, axis, 0.06f, 0.06f, box[0], box[1]) ||
         mssm_light_spot(&light[SPOT], position, aim, axis, 0.76f, 0.5f, 9, 0.1f, 0.1f) ||

@@ -27,7 +27,7 @@ static camera eye;
 static scene hall;
 static mssm_light light;
 static mssm_scattering from;
-static mssm_gl_filtered *map;
+static mssm_gl *map;
 static gl_mesh solids;
 static gl_surfaces seen;
 static gl_target target, depth_map;
@@ -37,14 +37,14 @@ static GLuint depth, shade, moments, march;
 static bool create(message *why)
 {
     const GLenum color[GL_TARGET_COLORS] = {GL_RGBA32F}, none[GL_TARGET_COLORS] = {0};
-    const mssm_gl_filtered_desc desc = {.load = gl_context_function, .side = SIDE, .radius = 1};
+    const mssm_gl_desc desc = {.load = gl_context_function, .filtered = 1, .side = SIDE, .radius = 1};
     eye = camera_look(vec(2.5f, 1.4f, 3.2f), vec(-0.5f, 1.2f, -2), 0.9f, (float)WIDTH / HEIGHT);
     if (!shafts_hall(&hall) || !image_create(&truth, WIDTH, HEIGHT)) return fail(why, "no memory");
     light = shafts_sun(&hall, to_sun);
     shafts_look(&from, &light, &eye, extinction);
-    if (mssm_gl_filtered_create(&map, &desc)) return fail(why, "no filtered map");
+    if (mssm_gl_create(&map, &desc)) return fail(why, "no filtered map");
     const char *const vertices[] = {gl_scene_vertex, NULL};
-    const char *const shading[] = {mssm_gl_filtered_shader(map), shade_text, NULL};
+    const char *const shading[] = {mssm_gl_shader(map), shade_text, NULL};
     return (depth = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
            (shade = gl_program("shading", vertices, shading, why)) &&
            (moments = gl_shafts_program("shafts", NULL, why)) &&
@@ -63,13 +63,13 @@ static bool prepare(message *why)
                                light.world_to_shadow);
     gl.ProgramUniformMatrix4fv(shade, 0, 1, GL_FALSE, world_to_clip);
     gl.ProgramUniform3fv(shade, gl.GetUniformLocation(shade, "to_sun"), 1, to_sun);
-    mssm_gl_filtered_set_light(map, 0, &light);
-    mssm_gl_filtered_begin_depth(map, 0);
+    mssm_gl_set_light(map, 0, &light);
+    mssm_gl_begin_depth(map, 0, 0);
     gl.UseProgram(depth);
     gl_mesh_draw(&solids);
-    mssm_gl_filtered_end_depth(map);
-    mssm_gl_filtered_build(map);
-    mssm_gl_filtered_bind(map);
+    mssm_gl_end_depth(map);
+    mssm_gl_build(map);
+    mssm_gl_bind(map);
     gl.Enable(GL_DEPTH_TEST);
     gl_target_begin(&depth_map);
     gl.UseProgram(depth);
@@ -95,7 +95,7 @@ static double draw(const char *name, int rows, int columns, image *out)
         gl_target_begin(&target);
         gl.Finish();
         const clock_t start = clock();
-        if (rows) gl_shafts_update(&s, &from, mssm_gl_filtered_texture(map, 0));
+        if (rows) gl_shafts_update(&s, &from, mssm_gl_texture(map, 0));
         gl_shafts_draw(rows ? moments : march, seen.target.color[0], &eye, extinction, far_end,
                        vec(1, 1, 1));
         gl.Finish();
@@ -143,7 +143,7 @@ int main(int argc, char **argv)
     if (!gl_context_create(&context, &missing)) return fprintf(stderr, "%s\n", missing), 1;
     const bool done = run(argc > 1 ? argv[1] : "shafts.png", &why);
     if (!done) fprintf(stderr, "gl_shafts: %s\n", why.text);
-    mssm_gl_filtered_destroy(map);
+    mssm_gl_destroy(map);
     gl_context_destroy(&context);
     return done ? 0 : 1;
 }

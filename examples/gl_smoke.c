@@ -38,15 +38,15 @@ static gl_smoke_plume smoke;
 static const gl_smoke_sun sun[2] = {{{-0.6f, 0.64f, 0.48f}, {0, 1, 0}, 0},
                                     {{-0.6f, 0.64f, 0.48f}, {0, 1, 0}, 0.1f}};
 static mssm_light light;
-static mssm_gl_filtered *hard;
+static mssm_gl *hard;
 static mssm_gl *soft;
 static GLuint depth, layer;
 
 static bool create(int moments, message *why)
 {
-    const mssm_gl_filtered_desc hard_desc = {
-        .load = gl_context_function, .side = SIDE, .moments = moments, .first_buffer_binding = 1};
-    const mssm_gl_desc soft_desc = {gl_context_function, 1, SIDE, 4, 6, {0}, 0, 1, NULL, NULL};
+    const mssm_gl_desc hard_desc = {
+        .load = gl_context_function, .filtered = 1, .side = SIDE, .moments = moments, .first_buffer_binding = 1};
+    const mssm_gl_desc soft_desc = {.load = gl_context_function, .side = SIDE, .first_buffer_binding = 1};
     const char *const vertex[] = {gl_smoke_vertex, NULL};
     const char *const text[] = {mssm_glsl_math(), mssm_glsl_translucent(), gl_smoke_opacity,
                                 layer_text, NULL};
@@ -54,8 +54,8 @@ static bool create(int moments, message *why)
     if (!gl_smoke_scene(&solids, &casters, &receivers, &smoke, low, high, why)) return false;
     if (mssm_light_directional(&light, sun[1].direction, sun[1].axis, sun[1].half, sun[1].half, low,
                                high) ||
-        mssm_gl_filtered_create(&hard, &hard_desc) || mssm_gl_create(&soft, &soft_desc) ||
-        mssm_gl_filtered_set_light(hard, 0, &light) || mssm_gl_set_light(soft, 0, &light)) {
+        mssm_gl_create(&hard, &hard_desc) || mssm_gl_create(&soft, &soft_desc) ||
+        mssm_gl_set_light(hard, 0, &light) || mssm_gl_set_light(soft, 0, &light)) {
         return fail(why, "no shadow maps");
     }
     return (depth = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
@@ -73,22 +73,22 @@ static double cpu_seconds(void) // since the last call
 static void draw_maps(void)
 {
     cpu_seconds();
-    mssm_gl_filtered_begin_depth(hard, 0);
+    mssm_gl_begin_depth(hard, 0, 0);
     gl.UseProgram(depth);
     gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light.world_to_shadow);
     gl_mesh_draw(&casters);
-    mssm_gl_filtered_end_depth(hard);
-    mssm_gl_filtered_begin_translucent(hard);
+    mssm_gl_end_depth(hard);
+    mssm_gl_begin_translucent(hard);
     gl_smoke_draw(&smoke, layer, light.world_to_shadow, vec_of(sun->direction), 0);
-    mssm_gl_filtered_end_translucent(hard);
-    mssm_gl_set_moments(soft, 0, mssm_gl_filtered_texture(hard, 2)); // as long as they are sharp
+    mssm_gl_end_translucent(hard);
+    mssm_gl_set_moments(soft, 0, mssm_gl_texture(hard, 3)); // as long as they are sharp
     mssm_gl_build(soft);
-    mssm_gl_filtered_build(hard);
+    mssm_gl_build(hard);
 }
 
 static bool draw_picture(bool wide, const camera *eye, const gl_target *target, message *why)
 {
-    const char *const map = wide ? mssm_gl_shader(soft) : mssm_gl_filtered_shader(hard);
+    const char *const map = wide ? mssm_gl_shader(soft) : mssm_gl_shader(hard);
     const char *const vertex[] = {gl_scene_vertex, NULL, gl_smoke_vertex, NULL};
     const char *const solid[] = {map, gl_smoke_shading, bounds_text[wide], solid_text, NULL};
     const char *const puff[] = {
@@ -104,7 +104,7 @@ static bool draw_picture(bool wide, const camera *eye, const gl_target *target, 
     gl.UseProgram(solid_program);
     gl.ProgramUniformMatrix4fv(solid_program, 0, 1, GL_FALSE, world_to_clip);
     gl.ProgramUniform3fv(solid_program, 2, 1, sun->direction);
-    (void)(wide ? mssm_gl_bind(soft) : mssm_gl_filtered_bind(hard));
+    (void)(wide ? mssm_gl_bind(soft) : mssm_gl_bind(hard));
     gl_mesh_draw(&receivers);
     gl_smoke_draw(&smoke, smoke_program, world_to_clip, eye->position, 1);
     return true;

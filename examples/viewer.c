@@ -53,13 +53,11 @@ static const char changeable[] =
     "uniform int estimator, moments;\n"
     "float changeable_visibility(int light, vec3 p)\n"
     "{\n"
-    "    mssm_view v = mssm_views[light];\n"
+    "    mssm_view v = mssm_view_of(light);\n"
     "    mssm_options o = mssm_chosen;\n"
     "    o.estimator = estimator;\n"
     "    o.moments = moments;\n"
-    "    mssm_side = int(v.side);\n"
-    "    mssm_levels = v.levels;\n"
-    "    return mssm_estimate(light, v, o, mssm_receive(v, o, p.x, p.y, p.z));\n"
+    "    return mssm_estimate(mssm_map(light), v, o, mssm_receive(v, o, p.x, p.y, p.z));\n"
     "}\n"
     "#define mssm_visibility changeable_visibility\n";
 

@@ -70,7 +70,7 @@ int main(int argc, char **argv)
         files_tests, glsl_tests, gl_tests, lightprobe_gl_tests, gl_hostile_tests, governor_tests,
         cuts_tests, compare_tests, compare_hard_tests, isa_tests,
 #if UINTPTR_MAX > 0xffffffffu // a driver for 32 bits would have to be installed beside the other
-        filtered_gl_tests, smoke_tests, scattering_gl_tests, lights_gl_tests, demo_tests, compare_gl_tests,
+        filtered_gl_tests, names_gl_tests, smoke_tests, scattering_gl_tests, lights_gl_tests, demo_tests, compare_gl_tests,
 #endif
 #endif
     };

@@ -62,6 +62,7 @@ extern const test_case lights_gl_tests[];
 extern const test_case filtered_tests[];
 extern const test_case isa_tests[];
 extern const test_case filtered_gl_tests[];
+extern const test_case names_gl_tests[];
 extern const test_case smoke_tests[];
 extern const test_case scattering_tests[];
 extern const test_case scattering_gl_tests[];

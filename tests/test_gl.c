@@ -3127,13 +3127,15 @@ static size_t bytes_in_use(void)
 
 static void bytes_are_counted(void)
 {
-    static const int cases[][4] = {{1, 256, 4, 6}, {3, 100, 4, 4}, {7, 1, 4, 6}, {2, 300, 4, 6}, {1, 27, 4, 4}, {1, 28, 4, 6}};
+    static const int cases[][5] = {{1, 256, 4, 6, 0}, {3, 100, 4, 4, 0}, {7, 1, 4, 6, 0},  {2, 300, 4, 6, 0}, {1, 27, 4, 4, 0},
+                                   {1, 28, 4, 6, 0},  {2, 100, 4, 4, 1}, {1, 256, 4, 6, 1}};
     if (!begin_gl()) return;
     gl.DebugMessageCallback(NULL, NULL); // a level that is not there may be asked for
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         mssm_gl_desc d = description(cases[i][0], cases[i][1], cases[i][2], cases[i][3]);
         mssm_gl *g = NULL;
         const size_t had = bytes_in_use();
+        d.filtered = cases[i][4];
         CHECK(!mssm_gl_create(&g, &d), "create");
         const size_t has = bytes_in_use() - had, said = mssm_gl_bytes(&d);
         CHECK(had == bytes_in_use() - has && said == has, "%d lights of %d: %lu bytes, said %lu", cases[i][0], cases[i][1],

@@ -467,28 +467,29 @@ static int live_mssm(const char *what)
 static int live_filtered(const char *what)
 {
     const mssm_light light = light_of_half_size(0);
-    mssm_gl_filtered_desc d;
-    mssm_gl_filtered *g = NULL;
+    mssm_gl_desc d;
+    mssm_gl *g = NULL;
     memset(&d, 0, sizeof d);
     d.load = load_hostile;
     d.lights = 2;
+    d.filtered = 1;
     d.side = 64;
     d.log = log_hostile;
-    const mssm_result r = mssm_gl_filtered_create(&g, &d);
+    const mssm_result r = mssm_gl_create(&g, &d);
     check_create(r, g != NULL, what);
     if (r) return 1;
     const int before = driver.messages;
     mssm_result all[7];
     int n = 0;
-    all[n++] = mssm_gl_filtered_set_light(g, 1, &light);
-    all[n++] = mssm_gl_filtered_begin_depth(g, 1);
-    all[n++] = mssm_gl_filtered_end_depth(g);
-    all[n++] = mssm_gl_filtered_begin_translucent(g);
-    all[n++] = mssm_gl_filtered_end_translucent(g);
-    all[n++] = mssm_gl_filtered_build(g);
-    all[n++] = mssm_gl_filtered_bind(g);
+    all[n++] = mssm_gl_set_light(g, 1, &light);
+    all[n++] = mssm_gl_begin_depth(g, 1, 0);
+    all[n++] = mssm_gl_end_depth(g);
+    all[n++] = mssm_gl_begin_translucent(g);
+    all[n++] = mssm_gl_end_translucent(g);
+    all[n++] = mssm_gl_build(g);
+    all[n++] = mssm_gl_bind(g);
     const int failures = count_failures(all, n, before, what);
-    mssm_gl_filtered_destroy(g);
+    mssm_gl_destroy(g);
     return failures;
 }
 

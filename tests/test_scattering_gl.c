@@ -132,7 +132,7 @@ enum { SIDE = 256, ROWS = 128, COLUMNS = 128, WIDTH = 96, HEIGHT = 64 };
 static struct {
     gl_context context;
     mssm_light light;
-    mssm_gl_filtered *map;
+    mssm_gl *map;
     gl_mesh solids;
     gl_surfaces seen;
     gl_target target, depth;
@@ -143,14 +143,14 @@ static struct {
 static bool begin_hall(void)
 {
     const GLenum color[GL_TARGET_COLORS] = {GL_RGBA32F}, none[GL_TARGET_COLORS] = {0};
-    const mssm_gl_filtered_desc desc = {
-        .load = gl_context_function, .side = SIDE, .samples = 1, .radius = 1};
+    const mssm_gl_desc desc = {
+        .load = gl_context_function, .filtered = 1, .side = SIDE, .samples = 1, .radius = 1};
     message why;
     if (!gl_test_begin(&stage.context)) return false;
     stage.solids = (gl_mesh){0};
     const bool made = shafts_hall(&stage.hall) &&
                       gl_mesh_upload(&stage.solids, &stage.hall, &why) &&
-                      !mssm_gl_filtered_create(&stage.map, &desc) &&
+                      !mssm_gl_create(&stage.map, &desc) &&
                       gl_surfaces_create(&stage.seen, WIDTH, HEIGHT, &why) &&
                       gl_target_create(&stage.target, WIDTH, HEIGHT, 1, color, &why) &&
                       gl_target_create(&stage.depth, SIDE, SIDE, 1, none, &why);
@@ -159,12 +159,12 @@ static bool begin_hall(void)
     if (!made || !depth) return false;
     stage.light = shafts_sun(&stage.hall, sun);
     gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, stage.light.world_to_shadow);
-    mssm_gl_filtered_set_light(stage.map, 0, &stage.light);
-    mssm_gl_filtered_begin_depth(stage.map, 0);
+    mssm_gl_set_light(stage.map, 0, &stage.light);
+    mssm_gl_begin_depth(stage.map, 0, 0);
     gl.UseProgram(depth);
     gl_mesh_draw(&stage.solids);
-    mssm_gl_filtered_end_depth(stage.map);
-    mssm_gl_filtered_build(stage.map);
+    mssm_gl_end_depth(stage.map);
+    mssm_gl_build(stage.map);
     gl_target_begin(&stage.depth);
     gl.Enable(GL_DEPTH_TEST);
     gl_mesh_draw(&stage.solids);
@@ -175,7 +175,7 @@ static bool begin_hall(void)
 
 static void end_hall(void)
 {
-    mssm_gl_filtered_destroy(stage.map);
+    mssm_gl_destroy(stage.map);
     gl_surfaces_free(&stage.seen);
     gl_target_free(&stage.target);
     gl_target_free(&stage.depth);
@@ -237,7 +237,7 @@ static void compare_camera(const char *name, vec3 from, vec3 to)
     shafts_update(&cpu, same_map(&memory), &from_eye);
     gl_surfaces_draw(&stage.seen, &stage.solids, &eye);
     gl_target_begin(&stage.target);
-    gl_shafts_update(&s, &from_eye, mssm_gl_filtered_texture(stage.map, 0));
+    gl_shafts_update(&s, &from_eye, mssm_gl_texture(stage.map, 0));
     gl_shafts_draw(program, stage.seen.target.color[0], &eye, extinction, 14, vec(1, 1, 1));
     CHECK(gl_target_read(&stage.target, &got, &why) &&
               gl_target_read(&stage.seen.target, &stage.positions, &why),

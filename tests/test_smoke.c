@@ -19,7 +19,7 @@ static struct {
     gl_smoke_plume plume;
     bvh *tree;
     mssm_light light;
-    mssm_gl_filtered *map;
+    mssm_gl *map;
     mssm_gl *tables;
     gl_target answers;
     float point[POINTS][4], shadow[POINTS][3],
@@ -97,13 +97,14 @@ static void choose_points(void)
 
 static bool begin(int moments)
 {
-    const mssm_gl_filtered_desc hard = {.load = gl_context_function,
-                                        .side = SIDE,
-                                        .samples = 1,
-                                        .moments = moments,
-                                        .radius = -1,
-                                        .filter = {0, 1e-6f, 1},
-                                        .first_buffer_binding = 1};
+    const mssm_gl_desc hard = {.load = gl_context_function,
+                               .filtered = 1,
+                               .side = SIDE,
+                               .samples = 1,
+                               .moments = moments,
+                               .radius = -1,
+                               .filter = {0, 1e-6f, 1},
+                               .first_buffer_binding = 1};
     const mssm_gl_desc soft = {
         .load = gl_context_function, .side = SIDE, .first_buffer_binding = 1};
     const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F};
@@ -117,9 +118,9 @@ static bool begin(int moments)
                       (stage.tree = bvh_create(&stage.solids)) &&
                       gl_target_create(&stage.answers, ALONG, RAYS, 1, formats, &why) &&
                       !mssm_light_directional(&stage.light, to_sun, axis, 0.1f, 0.1f, low, high) &&
-                      !mssm_gl_filtered_create(&stage.map, &hard) &&
+                      !mssm_gl_create(&stage.map, &hard) &&
                       !mssm_gl_create(&stage.tables, &soft) &&
-                      !mssm_gl_filtered_set_light(stage.map, 0, &stage.light) &&
+                      !mssm_gl_set_light(stage.map, 0, &stage.light) &&
                       !mssm_gl_set_light(stage.tables, 0, &stage.light);
     CHECK(made, "%s", why.text);
     if (made) choose_points();
@@ -129,7 +130,7 @@ static bool begin(int moments)
 static void end(void)
 {
     CHECK(gl.GetError() == GL_NO_ERROR, "GL error");
-    mssm_gl_filtered_destroy(stage.map);
+    mssm_gl_destroy(stage.map);
     mssm_gl_destroy(stage.tables);
     gl_target_free(&stage.answers);
     gl_smoke_free(&stage.plume);
@@ -150,21 +151,21 @@ static void draw_maps(int moments)
     const GLuint depth = gl_program_simple("depth", gl_depth_vertex, NULL, &why);
     const GLuint layer = gl_program("layer", vertex, text, &why);
     CHECK(depth && layer, "%s", why.text);
-    CHECK(!mssm_gl_filtered_begin_depth(stage.map, 0), "begin");
+    CHECK(!mssm_gl_begin_depth(stage.map, 0, 0), "begin");
     gl.UseProgram(depth);
     gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, stage.light.world_to_shadow);
     gl_mesh_draw(&stage.casters);
-    CHECK(!mssm_gl_filtered_end_depth(stage.map), "end");
-    CHECK(!mssm_gl_filtered_begin_translucent(stage.map), "begin");
+    CHECK(!mssm_gl_end_depth(stage.map), "end");
+    CHECK(!mssm_gl_begin_translucent(stage.map), "begin");
     gl_smoke_draw(&stage.plume, layer, stage.light.world_to_shadow, vec_of(to_sun), 0);
-    CHECK(!mssm_gl_filtered_end_translucent(stage.map), "end");
-    gl.GetTextureImage(mssm_gl_filtered_texture(stage.map, 2), 0, GL_RGBA, GL_FLOAT, sizeof part,
+    CHECK(!mssm_gl_end_translucent(stage.map), "end");
+    gl.GetTextureImage(mssm_gl_texture(stage.map, 3), 0, GL_RGBA, GL_FLOAT, sizeof part,
                        part);
     for (int i = 0; i < 6 * TEXELS; i++) stage.encoded[i] = part[i % 6 / 3][i / 6 * 4 + i % 3];
-    CHECK(!mssm_gl_set_moments(stage.tables, 0, mssm_gl_filtered_texture(stage.map, 2)), "moments");
-    CHECK(!mssm_gl_build(stage.tables) && !mssm_gl_filtered_build(stage.map), "build");
+    CHECK(!mssm_gl_set_moments(stage.tables, 0, mssm_gl_texture(stage.map, 3)), "moments");
+    CHECK(!mssm_gl_build(stage.tables) && !mssm_gl_build(stage.map), "build");
     for (int k = 0; k < moments / 4 + moments % 4 / 2; k++) {
-        gl.GetTextureImage(mssm_gl_filtered_texture(stage.map, (unsigned)k != 0), 0, GL_RGBA,
+        gl.GetTextureImage(mssm_gl_texture(stage.map, (unsigned)k != 0), 0, GL_RGBA,
                            GL_FLOAT, sizeof part[0], part[k]);
     }
     for (int i = 0; i < 6 * TEXELS; i++) stage.rounded[i] = part[i % 6 / 4][i / 6 * 4 + i % 6 % 4];
@@ -241,8 +242,8 @@ static void smoke_and_solids_are_enclosed(void)
         double above = 0, below = 0, gap = 0, middle = 0;
         int asked = 0, partial = 0;
         draw_maps(moments);
-        mssm_gl_filtered_bind(stage.map);
-        ask(mssm_gl_filtered_shader(stage.map), hard_text);
+        mssm_gl_bind(stage.map);
+        ask(mssm_gl_shader(stage.map), hard_text);
         for (int i = 0; i < POINTS; i++) {
             if (!in_front(stage.point[i])) continue;
             const double truth = true_visibility(stage.point[i]);
@@ -273,8 +274,8 @@ static void smoke_darkens_towards_its_back(void)
         if (!begin(moments)) return;
         float worst = 0, least = 1, most = 0;
         draw_maps(moments);
-        mssm_gl_filtered_bind(stage.map);
-        ask(mssm_gl_filtered_shader(stage.map), hard_text);
+        mssm_gl_bind(stage.map);
+        ask(mssm_gl_shader(stage.map), hard_text);
         for (int i = 0; i < POINTS; i++) {
             if (i % ALONG) worst = fmaxf(worst, stage.answer[i] - stage.answer[i - 1]);
             least = fminf(least, stage.answer[i]);

@@ -18,7 +18,7 @@ typedef struct gl_shafts {
 bool gl_shafts_create(gl_shafts *s, int rows, int columns, message *why);
 void gl_shafts_free(gl_shafts *s);
 
-// Resamples layer 0 of a filtered map (mssm_gl_filtered_texture(gl, 0)) and adds up the rows, in one
+// Resamples layer 0 of a filtered map (mssm_gl_texture(gl, 0)) and adds up the rows, in one
 // dispatch; leaves the map, the textures, also as images 0 and 1, the buffer and a program bound.
 void gl_shafts_update(gl_shafts *s, const mssm_scattering *from, GLuint map);
 

@@ -148,7 +148,13 @@ static bool subject_open(subject *s, const gl_method *m, const bench *b, message
     memset(s, 0, sizeof *s);
     s->method = m;
     if (m->kind == LIBRARY) {
-        const mssm_gl_desc desc = {load, lights, MAP_SIDE, 0, m->variant, m->settings, 4, 1, 0, 0};
+        const mssm_gl_desc desc = {.load = load,
+                                   .lights = lights,
+                                   .side = MAP_SIDE,
+                                   .moments = m->variant,
+                                   .settings = m->settings,
+                                   .first_texture_unit = 4,
+                                   .first_buffer_binding = 1};
         const mssm_result result = mssm_gl_create(&s->maps, &desc);
         if (result != MSSM_OK) return fail(why, "%s: %s", m->name, mssm_result_string(result));
         s->program = gl_lighting_program(m->name, mssm_gl_shader(s->maps), why);

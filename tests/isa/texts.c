@@ -147,13 +147,13 @@ bool texts_layered(char *text, int moments, const mssm_settings *settings)
 
 bool texts_filtered(char *text, int moments)
 {
-    const mssm_gl_filtered_desc desc = {.load = load, .moments = moments, .first_texture_unit = 8};
-    mssm_gl_filtered *maps;
-    if (mssm_gl_filtered_create(&maps, &desc)) return false;
-    const bool good = wrap(text, mssm_gl_filtered_shader(maps),
+    const mssm_gl_desc desc = {.load = load, .filtered = 1, .moments = moments, .first_texture_unit = 8};
+    mssm_gl *maps;
+    if (mssm_gl_create(&maps, &desc)) return false;
+    const bool good = wrap(text, mssm_gl_shader(maps),
                            "mssm_filtered_visibility(light, position, at(p + ivec2(1, 0)) - "
                            "position, at(p + ivec2(0, 1)) - position)");
-    mssm_gl_filtered_destroy(maps);
+    mssm_gl_destroy(maps);
     return good;
 }
 
