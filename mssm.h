@@ -580,8 +580,8 @@ typedef struct mssm_gl_depth {  // zero means default everywhere
 // front but for texture, layer, x and y. Columns and rows are shadow-space x and y. The far end (1, reversed
 // 0) counts as nothing hit. The texture's own state and samplers stay and are not in the way: compare mode,
 // filters, swizzle, stencil mode; its base level is read, at once. Fails with the light's map as it was. Then
-// mssm_gl_build. Within mssm_gl_begin_frame GL is asked about a texture only the first time that a light gets
-// it with these numbers.
+// mssm_gl_build. Filtered maps take front alone, and no translucent casters after it. Within
+// mssm_gl_begin_frame GL is asked about a texture only the first time that a light gets it with these numbers.
 MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
                                        const mssm_gl_depth *back);
 
