@@ -640,6 +640,13 @@ static void frames_ask_nothing(void)
             CHECK(!mssm_gl_set_light(g, i, &light), "the same light");
             CHECK(!mssm_gl_build(g) && driver.calls == built, "%d calls to build nothing", driver.calls - built);
         }
+        const mssm_gl_depth given = {ANY_NUMBER, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
+        for (int round = 0; g && round < 2; round++) {
+            const int asked = driver.questions;
+            for (int i = 0; i < LIGHTS; i++) CHECK(!mssm_gl_set_depth(g, i, &given, NULL), "set_depth");
+            CHECK((driver.questions == asked) == (framed && round), "given depth, round %d: %d questions", round,
+                  driver.questions - asked);
+        }
         if (g && framed) CHECK(!mssm_gl_end_frame(g), "end");
         mssm_gl_destroy(g);
         end_driver("a frame");
