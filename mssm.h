@@ -6677,7 +6677,7 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
     light += (g.filtered ? texel / 2 : texel) * texels;
     for (int i = 0; i < g.depth_levels && !g.filtered; i++) light += (uint64_t)4 << (2 * i);
     if (g.filtered) targets = targets / 2 + 32 * texels + 36 * (uint64_t)g.padded * (uint64_t)g.padded; // to work in
-    if (light > (SIZE_MAX - targets) / (uint64_t)g.desc.lights) {
+    if (targets > SIZE_MAX || light > (SIZE_MAX - targets) / (uint64_t)g.desc.lights) {
         mssm__log(&g, "more bytes than a size_t holds", NULL);
         return 0;
     }
