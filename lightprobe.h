@@ -1,4 +1,4 @@
-// lightprobe.h - v0.1 - area lights from a light probe - MIT or public domain (see the end)
+// lightprobe.h - v0.2 - area lights from a light probe - MIT or public domain (see the end)
 //
 // Turns an environment cube map into a few area lights: direction, rectangle, colour, and the
 // opening angle of a disc for shading. They are chosen for the shadows that they cast: a sun is told
@@ -57,10 +57,14 @@
 // MACROS, each to be defined before the #include
 //
 //   LIGHTPROBE_IMPLEMENTATION   in one source file: compiles the functions
+//   LIGHTPROBE_STATIC           in the only file that uses it: the functions are static
+//   LIGHTPROBE_API              everywhere: what stands before each function, __declspec(dllexport) say
 //   LIGHTPROBE_NO_GL            there: leaves out the OpenGL half (which needs no GL header and no
 //                               library)
 //   LIGHTPROBE_MALLOC(bytes), LIGHTPROBE_FREE(memory)   there: memory of the OpenGL half, malloc
 //                               and free if not defined
+//
+// LIGHTPROBE_VERSION is defined here: 200 for 0.2.0.
 //
 // Threads: no global state; calls with different scratch memory may run in parallel.
 
@@ -68,6 +72,18 @@
 #define LIGHTPROBE_H
 
 #include <stddef.h>
+
+#define LIGHTPROBE_VERSION 200  // 10000 * major + 100 * minor + patch
+
+#ifndef LIGHTPROBE_API
+#ifndef LIGHTPROBE_STATIC
+#define LIGHTPROBE_API
+#elif defined __GNUC__
+#define LIGHTPROBE_API static __attribute__((unused))
+#else
+#define LIGHTPROBE_API static
+#endif
+#endif
 
 #ifdef __cplusplus
 extern "C" {
@@ -96,7 +112,7 @@ typedef enum lightprobe_result {
 } lightprobe_result;
 
 // A sentence for people, never null, also for numbers that are no result.
-const char *lightprobe_result_string(lightprobe_result result);
+LIGHTPROBE_API const char *lightprobe_result_string(lightprobe_result result);
 
 #define LIGHTPROBE_MAX_SIDE 8192
 #define LIGHTPROBE_MAX_LIGHTS 4096
@@ -164,7 +180,7 @@ typedef struct lightprobe_stats {
 
 // Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default):
 // about 19 side^2, 350 a light and 24,000. 0 where side or max_lights is out of range.
-size_t lightprobe_scratch_bytes(int side, int max_lights);
+LIGHTPROBE_API size_t lightprobe_scratch_bytes(int side, int max_lights);
 
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
 // defaults), stats too; scratch may have any alignment, and what it holds afterwards is of no use.
@@ -177,35 +193,36 @@ size_t lightprobe_scratch_bytes(int side, int max_lights);
 // Deterministic. Scaling the radiance by a power of two scales irradiance, total and residual and
 // changes nothing else, bit for bit. Any finite texel is fine; sums beyond the range of float come
 // out as FLT_MAX. Whatever fails leaves lights, light_count and stats untouched.
-lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
-                                     const lightprobe_settings *settings, void *scratch,
-                                     size_t scratch_bytes, lightprobe_light *lights,
-                                     int *light_count, lightprobe_stats *stats);
+LIGHTPROBE_API lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
+                                                    const lightprobe_settings *settings, void *scratch,
+                                                    size_t scratch_bytes, lightprobe_light *lights,
+                                                    int *light_count, lightprobe_stats *stats);
 
 // Solid angle of a texel of any face, to 1e-7 relative at every side (van Oosterom and Strackee
 // 1983). The sum over six faces is 4 pi. 0 outside the face.
-float lightprobe_texel_solid_angle(int side, int x, int y);
+LIGHTPROBE_API float lightprobe_texel_solid_angle(int side, int x, int y);
 
 // Unit direction of the point (s, t) in [-1,1]^2 of a face 0..5 (others count as the nearest of
 // these).
-void lightprobe_texel_direction(int face, float s, float t, float direction[3]);
+LIGHTPROBE_API void lightprobe_texel_direction(int face, float s, float t, float direction[3]);
 
 // Irradiance of a surface under a disc light of uniform radiance with half-angle alpha whose centre
 // is theta away from the surface's normal, per unit of lightprobe_light.irradiance (the integral of
 // radiance over the disc). Exact, also where the horizon cuts the disc and where the disc is wider
 // than a hemisphere; above the horizon it is cos(theta) cos^2(alpha/2), the paper's Eq. 18. In
 // [0,1], error below 1e-6. Arguments outside [-1,1] count as the nearest number inside.
-float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
+LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
 
 // Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
 // to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
-void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3],
-                                    float rgb[3]);
+LIGHTPROBE_API void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3],
+                                                   float rgb[3]);
 
 // GLSL 4.50 text that defines the same lightprobe_disc_irradiance. Goes behind #version; static
 // memory.
-const char *lightprobe_glsl_math(void);
+LIGHTPROBE_API const char *lightprobe_glsl_math(void);
 
+#if !(defined LIGHTPROBE_STATIC && defined LIGHTPROBE_NO_GL) // a static function must be defined
 // ---- OpenGL 4.5: the same lights from a cube-map texture, without a trip to the CPU ----
 //
 //     lightprobe_gl_desc desc = {0};
@@ -250,15 +267,15 @@ typedef struct lightprobe_gl_range { // for glBindBufferRange
 } lightprobe_gl_range;
 
 // *gl is untouched on failure, and nothing is left behind.
-lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_desc *desc);
-void lightprobe_gl_destroy(lightprobe_gl *gl); // NULL is fine
+LIGHTPROBE_API lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_desc *desc);
+LIGHTPROBE_API void lightprobe_gl_destroy(lightprobe_gl *gl); // NULL is fine
 
 // Finds the lights of a cube-map texture of any colour format that can be sampled as float; never
 // waits. Goes on from the lights of the update before (lightprobe_settings.previous). What image
 // stores wrote to the texture needs the caller's glMemoryBarrier first. A black probe has 0 lights.
-lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture);
+LIGHTPROBE_API lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture);
 // The next update starts afresh, brightest light first: after a change of scene.
-void lightprobe_gl_restart(lightprobe_gl *gl);
+LIGHTPROBE_API void lightprobe_gl_restart(lightprobe_gl *gl);
 
 // The lights that the GPU has finished last, for the CPU: mssm_light_directional() takes direction,
 // axis_u, tan_half_u and tan_half_v. Without wait this does not stall and is about one frame late,
@@ -266,20 +283,21 @@ void lightprobe_gl_restart(lightprobe_gl *gl);
 // however long that takes.
 // A failure leaves lights, light_count and stats untouched. lights has room for max_lights; stats
 // may be NULL.
-lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_light *lights,
-                                     int *light_count, lightprobe_stats *stats);
+LIGHTPROBE_API lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_light *lights,
+                                                    int *light_count, lightprobe_stats *stats);
 
 // Where the lights are in GPU memory: those of the last update, or (as_read) those that the last
 // lightprobe_gl_read gave out, which shading should use together with depth maps made from them.
 // Good for two more updates. Written by shaders, with the barrier for reading it already done.
-lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl, int as_read);
+LIGHTPROBE_API lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl, int as_read);
 
 // GLSL 4.50 text, to put after #version and lightprobe_glsl_math(): the buffer with
 // lightprobe_count, lightprobe_lights[] (members as in C), lightprobe_error, lightprobe_total and
 // lightprobe_residual, at binding LIGHTPROBE_BINDING (0 unless defined before), and
 //     vec3 lightprobe_irradiance(int light, vec3 normal)  // times visibility; nothing in between
 //     vec3 lightprobe_residual_irradiance(vec3 normal)    // what the lights do not carry
-const char *lightprobe_glsl_lights(void);
+LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
+#endif // LIGHTPROBE_STATIC, LIGHTPROBE_NO_GL
 
 // ---- Pictures of probes: from panoramas, crosses and strips to cubes; cubes without lights ----
 //
@@ -308,7 +326,7 @@ typedef struct lightprobe_image {
 
 // Side of the faces that a cross or a strip holds; for a panorama a quarter of its width, at least 1.
 // 0 where the picture fits no layout.
-int lightprobe_image_side(const lightprobe_image *image);
+LIGHTPROBE_API int lightprobe_image_side(const lightprobe_image *image);
 
 // Fills texels, 18 side^2 floats, with the means of the picture over the solid angles of the cube's
 // texels, of any sizes: areas are exact, so that the energy is the picture's to 1e-6. Faces of the
@@ -316,16 +334,16 @@ int lightprobe_image_side(const lightprobe_image *image);
 // infinite ones, which are suns that a half float could not hold, as 65504 or the picture's largest
 // number if that is more; *repaired, unless NULL, says how many pixels had one. Takes about 0.2 s for
 // 128^2 texels from 1024 x 512 pixels, and 3 s from 8192 x 4096. A failure leaves everything untouched.
-lightprobe_result lightprobe_cube_from_image(const lightprobe_image *image, int side, float *texels,
-                                             lightprobe_cube *cube, int *repaired);
+LIGHTPROBE_API lightprobe_result lightprobe_cube_from_image(const lightprobe_image *image, int side, float *texels,
+                                                            lightprobe_cube *cube, int *repaired);
 
 // What lights leave of the probe that they were found in, for engines that shade these lights with
 // shadows and the rest with a prefiltered environment of their own: fills texels, 18 side^2 floats,
 // with the cube less irradiance[] of each light, channel by channel and to 1e-5 of it. Taken off are
 // the peaks within the light's rectangle, and around where that holds too little; nothing becomes
 // negative. Bad channels of the cube count as 0.
-lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
-                                          const lightprobe_light *lights, int count, float *texels);
+LIGHTPROBE_API lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
+                                                         const lightprobe_light *lights, int count, float *texels);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-// mssm.h - v0.1 - moment soft shadow mapping - MIT or public domain, at your choice (see the end)
+// mssm.h - v0.2 - moment soft shadow mapping - MIT or public domain, at your choice (see the end)
 //
 // Soft shadows of area lights in constant time per receiver. A shadow map is turned into a few
 // moments of depth per texel; a summed-area table gives the moments of any rectangle of it; and
@@ -55,10 +55,14 @@
 // MACROS, each to be defined before the #include
 //
 //   MSSM_IMPLEMENTATION   in one source file: compiles the functions
+//   MSSM_STATIC           in the only file that uses it: the functions are static
+//   MSSM_API              everywhere: what stands before each function, __declspec(dllexport) say
 //   MSSM_NO_GL            there: leaves out the OpenGL half, which needs no GL header or library
 //   MSSM_NO_FILTERED      everywhere: leaves out filtered hard shadows and translucent casters
 //   MSSM_NO_SCATTERING    everywhere: leaves out the math of light shafts
 //   MSSM_MALLOC(bytes), MSSM_FREE(memory)   there: for the OpenGL half; the rest never allocates
+//
+// MSSM_VERSION is defined here: 200 for 0.2.0.
 //
 // Threads: no global state. Functions that take a const map may run in parallel on one map.
 // Floats: any finite input gives finite output. NaN and infinity are treated as a number at an end
@@ -68,6 +72,18 @@
 #define MSSM_H
 
 #include <stddef.h>
+
+#define MSSM_VERSION 200  // 10000 * major + 100 * minor + patch
+
+#ifndef MSSM_API
+#ifndef MSSM_STATIC
+#define MSSM_API
+#elif defined __GNUC__
+#define MSSM_API static __attribute__((unused))
+#else
+#define MSSM_API static
+#endif
+#endif
 
 #ifdef __cplusplus
 extern "C" {
@@ -88,8 +104,8 @@ typedef struct mssm_roots3 { float x[3]; int count; } mssm_roots3;
 
 // The moments z, z^2, ... of one depth. z is clamped to [-1,1]; NaN counts as 1, nothing hit.
 // Moments of several depths are the weighted mean of these: that is what makes them filterable.
-mssm_moments4 mssm_moments4_of_depth(float z);
-mssm_moments6 mssm_moments6_of_depth(float z);
+MSSM_API mssm_moments4 mssm_moments4_of_depth(float z);
+MSSM_API mssm_moments6 mssm_moments6_of_depth(float z);
 
 // How strongly moments must be pulled towards the bias vector so that rounding cannot leave the set
 // of valid moments, per storage format (docs/moments.md, "Bias"; printed by `make bias`). A larger
@@ -110,54 +126,54 @@ mssm_moments6 mssm_moments6_of_depth(float z);
 
 // (1 - alpha) m + alpha m*, m* the bias vector that repairs the rounding of moments kept as float32
 // with the least alpha. alpha is clamped to [0,1].
-mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha);
-mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha);
+MSSM_API mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha);
+MSSM_API mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha);
 // The same with the vector that is best for moments which were stored encoded (16 bits, tables).
-mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha);
-mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha);
+MSSM_API mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha);
+MSSM_API mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha);
 
 // Storage form: the moments of the Chebyshev polynomials of depth, (E[T_k(z)] + 1) / 2 for k = 1...
 // Each value fills [0,1] (and is clamped to it), so it suits 16-bit textures and integer tables.
 // The first four values of six are the encoded four moments. decode undoes encode.
-mssm_moments4 mssm_moments4_encode(mssm_moments4 m);
-mssm_moments4 mssm_moments4_decode(mssm_moments4 q);
-mssm_moments6 mssm_moments6_encode(mssm_moments6 m);
-mssm_moments6 mssm_moments6_decode(mssm_moments6 q);
+MSSM_API mssm_moments4 mssm_moments4_encode(mssm_moments4 m);
+MSSM_API mssm_moments4 mssm_moments4_decode(mssm_moments4 q);
+MSSM_API mssm_moments6 mssm_moments6_encode(mssm_moments6 m);
+MSSM_API mssm_moments6 mssm_moments6_decode(mssm_moments6 q);
 
 // Sharp bounds on visibility, 1 - P(depth < z), over all distributions with these moments (m
 // already biased). 0 <= lower <= upper <= 1. The upper bound never darkens a lit surface. Where the
 // moments are not those of any distribution, the bounds of the longest valid part of them (4, 2)
 // are given.
-mssm_bounds mssm_visibility4(mssm_moments4 m, float z);
-mssm_bounds mssm_visibility6(mssm_moments6 m, float z);
+MSSM_API mssm_bounds mssm_visibility4(mssm_moments4 m, float z);
+MSSM_API mssm_bounds mssm_visibility6(mssm_moments6 m, float z);
 
 // The same for count elements in structure-of-arrays form: b[k][i] is moment k+1 of element i.
 // gcc vectorises the loops with -O3 -fno-math-errno -fno-trapping-math, clang with
 // -O2 -fno-math-errno (and -march=native or the like for wide registers).
-void mssm_visibility4_array(int count, const float *const b[4], const float *z, float *lower,
-                            float *upper);
-void mssm_visibility6_array(int count, const float *const b[6], const float *z, float *lower,
-                            float *upper);
+MSSM_API void mssm_visibility4_array(int count, const float *const b[4], const float *z, float *lower,
+                                     float *upper);
+MSSM_API void mssm_visibility6_array(int count, const float *const b[6], const float *z, float *lower,
+                                     float *upper);
 
 // The distribution with the fewest depths that has the moments m and z among its depths (canonical
 // representation): z[0] is the given depth, the others ascend, w are their shares, sum 1. Depths
 // that would lie at infinity are put far outside with a share of about 0.
-mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z);
-mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z);
+MSSM_API mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z);
+MSSM_API mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z);
 
 // Mean depth of the blockers nearer than z, where the receiver's own share w0 takes part as if it
 // were a blocker at z, clamped to [self_weight_min, self_weight_max]. 1e-3, 1e-3: the lower
 // estimate (image-based lighting paper, Eq. 7); 1e-3, 1: the upper estimate (Eq. 19). In [-1,z]; z
 // without blockers.
-float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max);
-float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max);
+MSSM_API float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max);
+MSSM_API float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max);
 
 // Real roots of c0 + c1 x + c2 x^2 + c3 x^3, ascending; multiple roots are repeated. A pair that
 // rounding of the coefficients may have made complex counts as a double root. Zero leading
 // coefficients lower the degree; count is 0 for a constant. Unused x are 0. Roots are right
 // to their last digits down to 1e-28 of the largest; beyond 1e18 they count as infinite. Roots below
 // 1e-37, and coefficients below 1e-36 of the largest, may count as 0.
-mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3);
+MSSM_API mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3);
 
 // ------------------------------------------------------------------------------------------------
 // Lights
@@ -173,7 +189,7 @@ typedef enum mssm_result {
 } mssm_result;
 
 // One line for people. Never null.
-const char *mssm_result_string(mssm_result r);
+MSSM_API const char *mssm_result_string(mssm_result r);
 
 // A light and its frustum. Fill it with one of the functions below, or by hand for frusta of your
 // own.
@@ -195,44 +211,48 @@ typedef struct mssm_light {
 // holds at its rim stands for them; otherwise all is lit there. direction needs not be unit. axis_u is made orthogonal to it; where that is
 // impossible another axis is taken. Fails, with light untouched, on numbers that are not finite, a
 // zero direction or box_min > box_max.
-mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
-                                   const float axis_u[3], float tan_half_u, float tan_half_v,
-                                   const float box_min[3], const float box_max[3]);
+MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
+                                            const float axis_u[3], float tan_half_u, float tan_half_v,
+                                            const float box_min[3], const float box_max[3]);
 
 // A rectangle of half_width_u by half_width_v >= 0 (world units) at position, shining along
 // -direction into a square pyramid of half-angle tangent tan_half_fov > 0 between the distances 0 <
 // z_near < z_far. Casters must lie between the two. A near plane close to the light costs nothing
 // but depth precision (mssm_light_fit). The map's rim stands for casters beyond the sides; further
 // out all counts as lit: the cone's falloff is the caller's. Fails as above.
-mssm_result mssm_light_spot(mssm_light *light, const float position[3], const float direction[3],
-                            const float axis_u[3], float tan_half_fov, float z_near, float z_far,
-                            float half_width_u, float half_width_v);
+MSSM_API mssm_result mssm_light_spot(mssm_light *light, const float position[3], const float direction[3],
+                                     const float axis_u[3], float tan_half_fov, float z_near, float z_far,
+                                     float half_width_u, float half_width_v);
 
 // Shadow-space x, y, depth of a world-space point: what a depth map for mssm_map_update must hold.
 // Returns 0, with shadow untouched, where the point has none (behind a spot light, not finite).
-int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3]);
+MSSM_API int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3]);
 
 // The six frusta of a light that shines everywhere: +x, -x, +y, -y, +z, -z. Each is a square of
 // half_width >= 0 that faces its side, and reaches far enough beyond its 90 degrees that no kernel
 // leaves it: by half_width / z_near, so z_near should be near the nearest caster. Fails as above.
-mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
-                             float z_far, float half_width);
+MSSM_API mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
+                                      float z_far, float half_width);
 
 // For a box that follows the camera: moves the frustum of a directional light sideways by at most half
 // a texel of its map, so that the texels lie on the same places of the world whatever the box, as long
 // as its size stays, and edges of shadows do not crawl. Leave that much of a margin in the box. Fails,
 // with light untouched, for perspective lights and side < 1.
-mssm_result mssm_light_snap(mssm_light *light, int side);
+MSSM_API mssm_result mssm_light_snap(mssm_light *light, int side);
 
 // The same light with its depth range fitted to what is drawn: from the nearest to the farthest
 // depth of its own map (mssm_depth_range). For precision, where planes set by hand are hundreds of
 // times further apart than the casters are deep. To be used for the next map: what lies nearer than
 // nearest is cut off, so leave a margin if casters move. Fails, with light untouched, unless
 // -1 <= nearest <= farthest <= 1.
-mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest);
+MSSM_API mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest);
 
 // Least and greatest depth of count that something was drawn at; 0 where nothing was (all are 1).
-int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest);
+MSSM_API int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest);
+
+// Depth z of what a GPU has stored as window depth, 0 to 1 or reversed, with the planes of the light: what
+// mssm_map_update wants, element by element. On the GPU it is mssm_gl_set_depth.
+MSSM_API float mssm_light_depth(const mssm_light *light, float stored, int reversed);
 
 // [glsl begin lights]
 // Faces of mssm_light_point that a receiver asks, and their weights, sum 1. Next to an edge of the
@@ -241,19 +261,19 @@ typedef struct mssm_faces { int face[3]; float weight[3]; } mssm_faces;
 // [glsl end]
 
 // From the vector from the light to the receiver.
-mssm_faces mssm_point_faces(float x, float y, float z);
+MSSM_API mssm_faces mssm_point_faces(float x, float y, float z);
 
 // Share of a light's strength that arrives at a distance >= 0: 1 / (constant + linear d + quadratic
 // d^2), at most 1 for constant >= 1. (0, 0, 1) is a small lamp's. 0 where the sum is not positive.
-float mssm_attenuation(float distance, float constant, float linear, float quadratic);
+MSSM_API float mssm_attenuation(float distance, float constant, float linear, float quadratic);
 
 // Share of a spot light's strength by the cosine of the angle from its axis: cosine^exponent, faded
 // smoothly from 1 at cos_inner to 0 at cos_outer < cos_inner. cosine is clamped to [-1,1]; its power is
 // 1 for an exponent <= 0, else 0 below 0.
-float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent);
+MSSM_API float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent);
 
 // GLSL 4.50 text of mssm_faces and the last three functions. It stands alone. Static storage.
-const char *mssm_glsl_lights(void);
+MSSM_API const char *mssm_glsl_lights(void);
 
 // ------------------------------------------------------------------------------------------------
 // Moment map: one light's summed-area tables, in memory that the caller owns
@@ -277,43 +297,43 @@ typedef struct mssm_settings {  // zero means default everywhere
 
 typedef struct mssm_map mssm_map;
 
-// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * moments * 4 and a
-// third more for the coarser levels. 0 if the arguments are out of range.
-size_t mssm_map_bytes(int side, int moments);
+// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * (moments * 4 + 1), the 1 for
+// least depths, and a third more for the coarser levels. 0 if the arguments are out of range.
+MSSM_API size_t mssm_map_bytes(int side, int moments);
 
 // Lays out a map in memory (any alignment; must not be moved while in use). The map starts empty:
 // everything is lit. Fails with *map untouched.
-mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments);
+MSSM_API mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments);
 
 // Takes a depth map and builds all tables. Depth at [(y*side + x)*samples + s], 1 to 64 samples a
 // texel, 1 where nothing is hit, clamped to [-1,1], NaN counts as 1. With back (the depth of back
 // faces, same layout) the mean of both is used, sample by sample: no depth bias, so firmer contact
 // shadows of separate convex casters under small lights, but leaks next to concave ones; NULL for
 // open meshes. Fails with the map untouched.
-mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples);
+MSSM_API mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples);
 
 // Visibility of the light from a world-space point, in [0,1]. settings may be NULL. Points outside
 // the map, nearer than its near plane or not finite are lit.
-float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
-                          const mssm_settings *settings, const float point[3]);
+MSSM_API float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
+                                   const mssm_settings *settings, const float point[3]);
 
 // The same with the receiver's normal, of any length, NULL or zero where it is not known. It tells the
 // receiver's own surface from blockers. Best is the geometric one, towards the viewer's side.
-float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
-                                 const mssm_settings *settings, const float point[3],
-                                 const float normal[3]);
+MSSM_API float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
+                                          const mssm_settings *settings, const float point[3],
+                                          const float normal[3]);
 
 // The same for many points: what depends on the light alone is done once. normals may be NULL;
 // visibility may not overlap the rest.
-void mssm_map_visibility_many(const mssm_map *map, const mssm_light *light,
-                              const mssm_settings *settings, int count, const float (*points)[3],
-                              const float (*normals)[3], float *visibility);
+MSSM_API void mssm_map_visibility_many(const mssm_map *map, const mssm_light *light,
+                                       const mssm_settings *settings, int count, const float (*points)[3],
+                                       const float (*normals)[3], float *visibility);
 
 // Moments of depth of a rectangle of the map, for estimators of one's own: centre and half-sizes in
 // shadow space, at least half a texel. Beyond the map its outermost texels stand for as much as the
 // rectangle has inside, and depth 1 for the rest. Not biased yet:
 // mssm_moments6_bias(m, MSSM_BIAS6_DECODED) makes them safe. With 4 moments the last two are 0.
-mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
+MSSM_API mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
 
 #ifndef MSSM_NO_FILTERED
 // ------------------------------------------------------------------------------------------------
@@ -333,44 +353,44 @@ typedef struct mssm_filtered mssm_filtered;
 
 // Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments, 0 if out of range: 2 for each
 // moment and a third more for the mip chain, and 8 to work in (so that every level is rounded once).
-size_t mssm_filtered_bytes(int side, int moments);
+MSSM_API size_t mssm_filtered_bytes(int side, int moments);
 
 // As mssm_map_init: any alignment, not to be moved, everything lit. Fails with *map untouched.
-mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, int side,
-                               int moments);
+MSSM_API mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, int side,
+                                        int moments);
 
 // Takes a depth map, laid out as for mssm_map_update, blurs it by a Gaussian of 2 * radius + 1 texels
 // (standard deviation radius / 2; 0 to 32) and makes the mip chain. Beyond the map its outermost texels go
 // on, as far as Gaussian and footprint reach. Fails with the map untouched.
-mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples, int radius);
+MSSM_API mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples, int radius);
 
 // The same from encoded moments of one's own, encoded[(y*side + x)*moments + k]: what
 // mssm_moments*_encode gives, for translucent casters what mssm_moments*_blend has made of it.
-mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encoded, int radius);
+MSSM_API mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encoded, int radius);
 
 // Soft shadows of the same moments.
-mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded);
+MSSM_API mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded);
 
 // Moments at shadow-space x, y under a footprint that is width wide (shadow space; 0: the finest).
 // Not biased yet. With 4 moments the last two are 0. Outside the map: of depth 1.
-mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, float width);
+MSSM_API mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, float width);
 
 // Visibility of the light from a world-space point, in [0,1]: the upper bound. width: the pixel's
 // footprint in world units at the point; 0: a point. filter may be NULL. Points outside the map,
 // nearer than its near plane or not finite are lit.
-float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
-                               const mssm_filter *filter, const float point[3], float width);
+MSSM_API float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
+                                        const mssm_filter *filter, const float point[3], float width);
 
 // Both bounds of it. Inside of smoke their middle is nearer to the truth: the upper bound takes a
 // receiver to be the last of its surface, and half of the smoke round it is behind it.
-mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *light,
-                                 const mssm_filter *filter, const float point[3], float width);
+MSSM_API mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *light,
+                                          const mssm_filter *filter, const float point[3], float width);
 
 // A layer at depth z that lets 1 - opacity of the light through, over what is there: standard alpha
 // blending. After layers from far to near, P(depth < z) is exactly the light that those nearer than z
 // keep off, 1 - product(1 - opacity): so the bounds enclose the transmittance.
-mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity);
-mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity);
+MSSM_API mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity);
+MSSM_API mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity);
 #endif
 
 #ifndef MSSM_NO_SCATTERING
@@ -410,36 +430,36 @@ typedef struct mssm_points2 { float z[2], w[2]; } mssm_points2;
 
 // The camera at eye sees what is between four directions: corners of the picture, in order around
 // it. The light must be directional, extinction >= 0. Fails with s untouched.
-mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, const float eye[3],
-                                 const float corners[12], float extinction);
+MSSM_API mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, const float eye[3],
+                                          const float corners[12], float extinction);
 
-mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth);
-float mssm_scattering_distance(mssm_epipolar row, float column);  // r at 0 to 1 of all columns
+MSSM_API mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth);
+MSSM_API float mssm_scattering_distance(mssm_epipolar row, float column);  // r at 0 to 1 of all columns
 
 // Two depths, ascending, with the first three moments; a single surface gets a little variance.
-mssm_points2 mssm_reconstruct3(float b1, float b2, float b3);
+MSSM_API mssm_points2 mssm_reconstruct3(float b1, float b2, float b3);
 
 // Inclination, as a depth in [-1,1], of the point of a light ray at shadow-space depth z; what is
 // behind all casters (MSSM_FAR_CASTER) goes to infinity. And its moments from those of z.
-float mssm_inclination(mssm_scattering s, float r, float z);
-mssm_moments6 mssm_scattering_moments(mssm_scattering s, float r, float b1, float b2, float b3);
+MSSM_API float mssm_inclination(mssm_scattering s, float r, float z);
+MSSM_API mssm_moments6 mssm_scattering_moments(mssm_scattering s, float r, float b1, float b2, float b3);
 
 // A unit direction in world space; distance to the surface, or to where the medium ends.
-mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, float distance);
+MSSM_API mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, float distance);
 
 // Mean visibility along the ray, weighted by transmittance to the camera: times unshadowed single
 // scattering it is the shafts. m: biased mean moments of the columns up to the ray's. It takes the
 // upper bound with weight (1 - cos(inclination)) / 2, as in the slides, the lower one with the rest;
 // balance 0.5 goes halfway to the share of what is lit for sure in all that is sure.
-float mssm_scattering_visibility(mssm_view_ray ray, mssm_moments6 m);
+MSSM_API float mssm_scattering_visibility(mssm_view_ray ray, mssm_moments6 m);
 
 // GLSL 4.50 text of all but mssm_scattering_init, to be put after mssm_glsl_math(). Static storage.
-const char *mssm_glsl_scattering(void);
+MSSM_API const char *mssm_glsl_scattering(void);
 #endif
 
 // GLSL 4.50 text of the moment math alone: same names and structs as the C functions above.
 // To be put after #version; before or after other texts that include it, too. Static storage.
-const char *mssm_glsl_math(void);
+MSSM_API const char *mssm_glsl_math(void);
 
 // GLSL 4.50 text of the estimators, for a pipeline of one's own (Vulkan, other table formats); to
 // be put after mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map,
@@ -449,8 +469,9 @@ const char *mssm_glsl_math(void);
 // MSSM_LEAST_DEPTH a float f(int map, float x, float y, float half_size): the least depth within
 // half_size texels, which proves receivers lit and lets near planes and far casters do no harm: to be
 // defined right before the text, which forgets them. A type of map other than int is MSSM_MAP's.
-const char *mssm_glsl_shading(void);
+MSSM_API const char *mssm_glsl_shading(void);
 
+#if !(defined MSSM_STATIC && defined MSSM_NO_GL)  // a static function must be defined
 // ------------------------------------------------------------------------------------------------
 // OpenGL 4.5
 // ------------------------------------------------------------------------------------------------
@@ -502,49 +523,100 @@ typedef struct mssm_gl_desc {  // zero means default everywhere
 
 typedef struct mssm_gl mssm_gl;
 
-// Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 24
+// Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 25
 // bytes and a third more, and two depth targets of side^2 * samples * 4. Filtered: N * side^2 * 8 (12
 // with 6 moments) and a third more, and to work in side^2 * (4 * samples + 79). On failure *gl is
 // untouched, nothing is left behind, and the log has said why.
-mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
+MSSM_API mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
+
+// Bytes of its textures and buffers, if the driver gives the samples asked for. Needs no context. 0, with a
+// word in the log, where numbers are out of range.
+MSSM_API size_t mssm_gl_bytes(const mssm_gl_desc *desc);
 
 // Deletes all objects. gl may be NULL. A depth pass under way is ended.
-void mssm_gl_destroy(mssm_gl *gl);
+MSSM_API void mssm_gl_destroy(mssm_gl *gl);
 
 // Other numbers of lights or texels, 0 for the defaults. Lights stay set, maps must be drawn again.
 // On failure everything is as it was.
-mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side);
+MSSM_API mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side);
 
 // The light with this index, from mssm_light_directional or mssm_light_spot, or filled in by hand.
-mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
+MSSM_API mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light);
 
 // Between these two the application draws its casters into the light's depth map. begin binds a
 // multisampled framebuffer without colour, sets viewport, depth test, depth range and clip control
 // (-1 to 1) and clears depth; culling is off, or with back_faces front faces are culled; whatever
 // else could keep fragments or colours out is off: clip distances, stencil, masks, alpha test ... end
-// restores all of that and turns depth into moments. A pass with back_faces must directly follow
-// the light's pass without: the mean of both is used then, sample by sample, as with
-// mssm_map_update. Filtered maps take none.
-mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
-mssm_result mssm_gl_end_depth(mssm_gl *gl);
+// restores all of that; depth becomes moments with whatever call comes next, so that front faces need not
+// where back faces follow. A pass with back_faces must directly follow the light's pass without: the mean
+// of both is used then, sample by sample, as with mssm_map_update. Filtered maps take none.
+MSSM_API mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
+MSSM_API mssm_result mssm_gl_end_depth(mssm_gl *gl);
+
+// How a depth map holds depth.
+typedef enum mssm_stored {
+    MSSM_STORED_WINDOW = 0,  // as a GPU stores it from gl_Position, with a depth range of 0 to 1; whether clip
+                             // space ends at -1 or 0 makes no difference
+    MSSM_STORED_LINEAR,      // 0 to 1 linear in the distance along the light's axis
+    MSSM_STORED_RADIAL       // 0 to 1 linear in the distance from the light, as point lights often have it
+} mssm_stored;
+
+// A depth map that the renderer has already.
+typedef struct mssm_gl_depth {  // zero means default everywhere
+    unsigned texture;      // needed: of depth or depth and stencil, or with the depth as red
+    unsigned target;       // GL_TEXTURE_2D (default), _2D_ARRAY, _CUBE_MAP, _CUBE_MAP_ARRAY,
+                           // _2D_MULTISAMPLE or _2D_MULTISAMPLE_ARRAY
+    int layer;             // of an array; face of a cube map; cube * 6 + face of an array of these
+    int x, y;              // texel at which the light's rectangle begins
+    int width, height;     // in texels, 0: to the end. Each once to 8 times the side of mssm_gl: what lies in
+                           // a texel of the moment map, at most 64 texels times samples, is its samples
+    mssm_stored stored;    // default MSSM_STORED_WINDOW
+    int reversed;          // 1 is nearest and 0 farthest
+    float z_near, z_far;   // distances that the map's ends stand for; both 0: those of the light. z_far may be
+                           // INFINITY
+} mssm_gl_depth;
+
+// In place of the passes of a light that was set: front, and where not NULL back, which then must be like
+// front but for texture, layer, x and y. Columns and rows are shadow-space x and y. The far end (1, reversed
+// 0) counts as nothing hit. The texture's own state and samplers stay and are not in the way: compare mode,
+// filters, swizzle, stencil mode; its base level is read, at once. Fails with the light's map as it was. Then
+// mssm_gl_build. Filtered maps take front alone, and no translucent casters after it. Within
+// mssm_gl_begin_frame GL is asked about a texture only the first time that a light gets it with these numbers.
+MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
+                                       const mssm_gl_depth *back);
 
 // Round the passes and the build of a frame, where their calls of GL count: GL's state is saved and put
 // back once, not for each light, and nothing in between asks GL for it, which can cost a wait. Drawing
 // may then change programs, buffers, textures, vertex arrays, culling, viewport, scissor and depth test;
 // what else a pass sets must stay as it is. mssm_gl_bind comes after the end. Brackets of several objects
 // nest: the last that was begun ends first.
-mssm_result mssm_gl_begin_frame(mssm_gl *gl);
-mssm_result mssm_gl_end_frame(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_begin_frame(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_end_frame(mssm_gl *gl);
 
 // Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of
 // as many levels as the widest light needs. Filtered: Gaussian and mip chain of the light drawn last,
-// those of the others have been made when the next began.
-mssm_result mssm_gl_build(mssm_gl *gl);
+// those of the others have been made when the next began. Where nothing has changed it returns at once.
+MSSM_API mssm_result mssm_gl_build(mssm_gl *gl);
 
 // Binds what shading reads: textures at units first_texture_unit and the next two (and no samplers), a
 // shader storage buffer at first_buffer_binding. Once a frame after the build, or whenever these
 // were changed. The first time the log is told what else was bound there.
-mssm_result mssm_gl_bind(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_bind(mssm_gl *gl);
+
+// What is not up to date, as bits. 0 for a wrong index, which the log is told.
+enum {
+    MSSM_STALE_MAP = 1,    // nothing was drawn, or the light's frustum was changed since: only its size may be
+    MSSM_STALE_TABLES = 2  // mssm_gl_build has something to do for it
+};
+MSSM_API int mssm_gl_stale(const mssm_gl *gl, int index);
+
+// To look at: draws the map of a light in shades of grey, nearest black, into the viewport of the draw
+// framebuffer that is bound. Needs built tables; not within mssm_gl_begin_frame.
+typedef enum mssm_show {
+    MSSM_SHOW_MEAN = 0,  // mean depth of each texel
+    MSSM_SHOW_LEAST      // least depths, a texel for four; not of filtered maps
+} mssm_show;
+MSSM_API mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what);
 
 // GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
 // float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth; with a name of
@@ -553,7 +625,7 @@ mssm_result mssm_gl_bind(mssm_gl *gl);
 // for a point), and mssm_bounds mssm_filtered_bounds of the same, or NAME and NAME_bounds. 1 where there
 // is no such light. Lives as long as gl. One shader may have the texts of several mssm_gl, with names,
 // units and bindings of their own, in any order and beside all other texts of this header.
-const char *mssm_gl_shader(const mssm_gl *gl);
+MSSM_API const char *mssm_gl_shader(const mssm_gl *gl);
 
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
 // levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments; 2:
@@ -561,7 +633,7 @@ const char *mssm_gl_shader(const mssm_gl *gl);
 // moments of the light just drawn, before the Gaussian until it is built and after it from then on: an
 // array of two layers (RGBA32F), moments 1 to 3 and 4 to 6. Before
 // reading them back: glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
-unsigned mssm_gl_texture(const mssm_gl *gl, int which);
+MSSM_API unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
 #ifndef MSSM_NO_FILTERED
 // Filtered hard shadows have the same life cycle, and translucent casters where wanted. After a light's
@@ -575,18 +647,19 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 // calls mssm_translucent (mssm_glsl_translucent). Blending is its own to set, for both targets:
 // glEnable(GL_BLEND); glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out what
 // lies behind opaque casters.
-mssm_result mssm_gl_begin_translucent(mssm_gl *gl);
-mssm_result mssm_gl_end_translucent(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_begin_translucent(mssm_gl *gl);
+MSSM_API mssm_result mssm_gl_end_translucent(mssm_gl *gl);
 
 // GLSL for that shader, after mssm_glsl_math(): void mssm_translucent(float depth, float opacity),
 // depth as in shadow space (directional lights: 2 * gl_FragCoord.z - 1). Static storage.
-const char *mssm_glsl_translucent(void);
+MSSM_API const char *mssm_glsl_translucent(void);
 
 // Soft shadows of such moments: in place of a depth pass of an mssm_gl that is not filtered. texture: an
 // array of two layers as mssm_gl_texture(filtered, 3), at least as large as the map. Texels beyond the
 // map are not read. Then mssm_gl_build.
-mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
+MSSM_API mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
 #endif
+#endif  // MSSM_STATIC, MSSM_NO_GL
 
 #ifdef __cplusplus
 }
@@ -1747,6 +1820,16 @@ mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest)
     }
     *light = r;
     return MSSM_OK;
+}
+
+float mssm_light_depth(const mssm_light *light, float stored, int reversed)
+{
+    const float nearness = reversed ? stored : 1.0f - stored;  // floats are finest at its 0
+    if (!(nearness > 0)) return 1;
+    if (!light->perspective) return mssm_clamp(1.0f - 2.0f * nearness, -1.0f, 1.0f);
+    const float ratio = light->z_near / light->z_far;
+    const float w = light->z_near / (nearness + ratio * (1.0f - nearness));
+    return mssm_clamp(-1.0f + 2.0f * (w - light->z_near) / (light->z_far - light->z_near), -1.0f, 1.0f);
 }
 
 int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest)
@@ -4957,9 +5040,6 @@ typedef unsigned char mssm__glboolean;
 // X(result, name without "gl", parameters)
 #ifndef MSSM_NO_FILTERED
 #define MSSM__GL_FILTERED_FUNCTIONS(X)                                                             \
-    X(void, CreateVertexArrays, (int, unsigned *))                                                 \
-    X(void, DeleteVertexArrays, (int, const unsigned *))                                           \
-    X(void, DrawArrays, (mssm__glenum, int, int))                                                  \
     X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int))            \
     X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))
 #else
@@ -4978,6 +5058,8 @@ typedef unsigned char mssm__glboolean;
     X(void, GetBooleani_v, (mssm__glenum, unsigned, mssm__glboolean *))                            \
     X(const unsigned char *, GetStringi, (mssm__glenum, unsigned))                                 \
     X(mssm__glboolean, IsTexture, (unsigned))                                                      \
+    X(void, CreateVertexArrays, (int, unsigned *))                                                 \
+    X(void, DeleteVertexArrays, (int, const unsigned *))                                           \
     X(void, BindVertexArray, (unsigned))                                                           \
     X(mssm__glboolean, IsVertexArray, (unsigned))                                                  \
     X(mssm__glboolean, IsSampler, (unsigned))                                                      \
@@ -5016,6 +5098,11 @@ typedef unsigned char mssm__glboolean;
     X(void, ActiveTexture, (mssm__glenum))                                                         \
     X(void, BindTexture, (mssm__glenum, unsigned))                                                 \
     X(void, BindSampler, (unsigned, unsigned))                                                     \
+    X(void, CreateSamplers, (int, unsigned *))                                                     \
+    X(void, DeleteSamplers, (int, const unsigned *))                                               \
+    X(void, SamplerParameteri, (unsigned, mssm__glenum, int))                                      \
+    X(void, GetTexParameteriv, (mssm__glenum, mssm__glenum, int *))                                \
+    X(void, TexParameteri, (mssm__glenum, mssm__glenum, int))                                      \
     X(void, BindImageTexture,                                                                      \
       (unsigned, unsigned, int, mssm__glboolean, int, mssm__glenum, mssm__glenum))                 \
     X(void, CreateBuffers, (int, unsigned *))                                                      \
@@ -5041,6 +5128,7 @@ typedef unsigned char mssm__glboolean;
     X(void, ProgramUniform1iv, (unsigned, int, int, const int *))                                  \
     X(void, ProgramUniform4f, (unsigned, int, float, float, float, float))                         \
     X(void, DispatchCompute, (unsigned, unsigned, unsigned))                                       \
+    X(void, DrawArrays, (mssm__glenum, int, int))                                                  \
     X(void, MemoryBarrier, (unsigned))                                                             \
     X(void, ObjectLabel, (mssm__glenum, unsigned, int, const char *))
 
@@ -5102,12 +5190,34 @@ enum {
     MSSM__GL_NEGATIVE_ONE_TO_ONE = 0x935E,
     MSSM__GL_TEXTURE0 = 0x84C0,
     MSSM__GL_ACTIVE_TEXTURE = 0x84E0,
-    MSSM__GL_TEXTURE_2D_ARRAY = 0x8C1A,
+    MSSM__GL_TEXTURE_2D = 0x0DE1,
     MSSM__GL_TEXTURE_BINDING_2D = 0x8069,
+    MSSM__GL_TEXTURE_2D_ARRAY = 0x8C1A,
     MSSM__GL_TEXTURE_BINDING_2D_ARRAY = 0x8C1D,
+    MSSM__GL_TEXTURE_CUBE_MAP = 0x8513,
+    MSSM__GL_TEXTURE_BINDING_CUBE_MAP = 0x8514,
+    MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515,
+    MSSM__GL_TEXTURE_CUBE_MAP_ARRAY = 0x9009,
+    MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY = 0x900A,
     MSSM__GL_TEXTURE_2D_MULTISAMPLE = 0x9100,
     MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE = 0x9104,
+    MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY = 0x9102,
+    MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY = 0x9105,
+    MSSM__GL_TEXTURE_BASE_LEVEL = 0x813C,
+    MSSM__GL_TEXTURE_WIDTH = 0x1000,
+    MSSM__GL_TEXTURE_HEIGHT = 0x1001,
+    MSSM__GL_TEXTURE_DEPTH = 0x8071,
     MSSM__GL_TEXTURE_SAMPLES = 0x9106,
+    MSSM__GL_TEXTURE_DEPTH_SIZE = 0x884A,
+    MSSM__GL_TEXTURE_RED_TYPE = 0x8C10,
+    MSSM__GL_FLOAT = 0x1406,
+    MSSM__GL_UNSIGNED_NORMALIZED = 0x8C17,
+    MSSM__GL_SIGNED_NORMALIZED = 0x8F9C,
+    MSSM__GL_DEPTH_STENCIL_TEXTURE_MODE = 0x90EA,
+    MSSM__GL_DEPTH_COMPONENT = 0x1902,
+    MSSM__GL_TEXTURE_SWIZZLE_R = 0x8E42,
+    MSSM__GL_DEPTH_TEXTURE_MODE = 0x884B,
+    MSSM__GL_RED = 0x1903,
     MSSM__GL_TEXTURE_MIN_FILTER = 0x2801,
     MSSM__GL_TEXTURE_MAG_FILTER = 0x2800,
     MSSM__GL_NEAREST = 0x2600,
@@ -5134,7 +5244,11 @@ enum {
     MSSM__GL_LINK_STATUS = 0x8B82,
     MSSM__GL_INFO_LOG_LENGTH = 0x8B84,
     MSSM__GL_BARRIERS = 0x20 | 0x8,  // image access, texture fetch
+    MSSM__GL_BLEND = 0x0BE2,
+    MSSM__GL_TRIANGLES = 0x0004,
+    MSSM__GL_VERTEX_ARRAY = 0x8074,
     MSSM__GL_BUFFER = 0x82E0,
+    MSSM__GL_SAMPLER = 0x82E6,
     MSSM__GL_SHADER = 0x82E1,
     MSSM__GL_PROGRAM = 0x82E2,
     MSSM__GL_TEXTURE = 0x1702,
@@ -5147,7 +5261,8 @@ typedef struct mssm__gl_functions {
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
 
-enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__STORE, MSSM__COPY, MSSM__PROGRAMS };
+enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__STORE, MSSM__COPY,
+       MSSM__SHOW, MSSM__GIVEN, MSSM__PROGRAMS = MSSM__GIVEN + 12 };  // a given depth map: for each target, without and with back faces
 enum { MSSM__FIRST_UNIT = 80, MSSM__FIRST_BINDING = 7 };
 enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 23 };  // at most
@@ -5163,14 +5278,27 @@ typedef struct mssm__gl_state {
 
 // Program, textures, samplers and images that our own programs displace.
 typedef struct mssm__gl_bindings {
-    int program, array, active, buffer, texture[2], sampler[2], image[4][6];
+    int program, array, active, buffer, texture[2][6], sampler[2], image[4][6];
+    int targets;  // of the textures, as bits
 } mssm__gl_bindings;
+
+// A depth map given to mssm_gl_set_depth, as GL said it is.
+typedef struct mssm__gl_source {
+    mssm_gl_depth is;
+    int kind;             // of mssm__targets
+    int across, up, each; // texels of a texel of the moment map, and their samples
+    int state[3];         // of the texture, where it is in the way
+} mssm__gl_source;
 
 typedef struct mssm__gl_light {
     mssm_light light;
+    mssm_light drawn;  // that of the map
+    mssm__gl_source source[2];
     int averaged;
-    int filled;  // was drawn, the map is not empty
-    int built;   // levels whose tables are up to date
+    int filled;   // was drawn, the map is not empty
+    int built;    // levels whose tables are up to date
+    int changed;  // since its view was made
+    float widest; // kernel that it can need, in texels
 } mssm__gl_light;
 
 struct mssm_gl {
@@ -5181,10 +5309,15 @@ struct mssm_gl {
     int levels, depth_levels, padded, samples;  // samples that the driver gives: at least those asked for
     int drawing, back;  // light of the pass between begin and end, or -1; which faces
     int front_of;       // light whose front faces the depth target holds, or -1
-    int views_stale;
+    int unresolved;     // that light, while these have not become moments
+    int stale;          // something has changed since the last build
+    int first_changed, last_changed;  // lights whose views the buffer does not have
     int bound;          // by mssm_gl_bind, at least once
     mssm__glenum format[3];  // of the tables, and of least depths
     unsigned depth[2], framebuffer[2], table[3], views, program[MSSM__PROGRAMS];
+    unsigned sampler;   // that of given depth maps
+    unsigned array;     // without attributes
+    int targets;        // that textures have come with, as bits
     int framing;        // between mssm_gl_begin_frame and its end: nothing is saved or put back
     mssm__gl_state saved;
     mssm__gl_bindings bindings;  // of the caller, for the end of the frame
@@ -5202,6 +5335,8 @@ struct mssm_gl {
 static mssm_result mssm__check_filtered(mssm_gl *gl);
 static mssm_result mssm__filtered_programs(mssm_gl *gl);
 static mssm_result mssm__filtered_targets(mssm_gl *gl);
+static void mssm__filtered_take(mssm_gl *gl, int index, unsigned program, int linear, int samples);
+static const char *mssm__filtered_resolve_text(void);
 static void mssm__filtered_resolve(mssm_gl *gl);
 static void mssm__filtered_build(mssm_gl *gl);
 #endif
@@ -5225,14 +5360,56 @@ static const char mssm__glsl_linear_depth[] =
     "    return d >= 1.0 ? 1.0 : clamp(range.x > 0.0 ? linear : z, -1.0, 1.0);\n"
     "}\n";
 
+// Of a pass of our own: sample s of a texel.
+static const char mssm__glsl_drawn[] =
+    "#define MSSM_SAMPLER sampler2DMS\n"
+    "#define MSSM_SIDE textureSize(front).x\n"
+    "#define MSSM_LAYER layer\n"
+    "#define MSSM_DEPTH(map, i, p, s) linear_depth(texelFetch(map, p, s).x)\n";
+
+// Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth. No branch
+// hangs on a uniform: zink of Mesa 22 takes the one of the dispatch before.
+static const char mssm__glsl_given[] =
+    "#define MSSM_SIDE from[3]\n"
+    "#define MSSM_LAYER from[4]\n"
+    "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 5 + 3 * i), from[7 + 3 * i], s % from[2]), p)\n"
+    "layout(location = 2) uniform vec4 stored;  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
+    "layout(location = 3) uniform vec4 law;  // distance as a quotient of polynomials of nearness\n"
+    "layout(location = 4) uniform vec4 straight;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
+    "layout(location = 5) uniform int from[11];  // texels across and up, samples of each, side, light; x, y, layer\n"
+    "ivec2 given_texel(ivec2 p, int s, int x)\n"
+    "{\n"
+    "    int t = s / from[2];\n"
+    "    return ivec2(from[x], from[x + 1]) + p * ivec2(from[0], from[1]) + ivec2(t % from[0], t / from[0]);\n"
+    "}\n"
+    "vec3 cube_direction(int face, ivec2 at, int size)\n"
+    "{\n"
+    "    vec2 c = (2.0 * vec2(at) + 1.0) / float(size) - 1.0;\n"
+    "    float major = (face & 1) == 0 ? 1.0 : -1.0;\n"
+    "    if (face < 2) return vec3(major, -c.y, -major * c.x);\n"
+    "    if (face < 4) return vec3(c.x, major, major * c.y);\n"
+    "    return vec3(major * c.x, -c.y, major);\n"
+    "}\n"
+    "float given_depth(float v, ivec2 p)\n"
+    "{\n"
+    "    float nearness = v * stored.x + stored.y;\n"
+    "    vec2 at = (2.0 * vec2(p) + 1.0) / float(from[3]) - 1.0;\n"
+    "    float w = (law.x + law.y * nearness) / ((law.z + law.w * nearness) * length(vec3(at * stored.zw, 1.0)));\n"
+    "    float z = mssm_clamp(-1.0 + 2.0 * (w - range.y) / (range.z - range.y), -1.0, 1.0);\n"
+    "    float drawn = linear_depth(v), reversed = clamp(1.0 - 2.0 * v, -1.0, 1.0);\n"
+    "    z = straight.x > 0.0 ? drawn : z;\n"
+    "    z = straight.x < 0.0 ? reversed : z;\n"
+    "    return nearness > 0.0 ? z : 1.0;\n"
+    "}\n";
+
 // Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from
 // fusing what the C code does not fuse: tables of directional lights are equal bit for bit; linear depth
 // has quotients, which GPUs may round their own way.
 static const char mssm__glsl_resolve[] =
     "layout(local_size_x = 32, local_size_y = 2) in;\n"
-    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
     "#ifdef MSSM_AVERAGE\n"
-    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DMS back;\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform MSSM_SAMPLER back;\n"
     "#endif\n"
     "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray table0;\n"
     "#if MSSM_MOMENTS == 6\n"
@@ -5240,7 +5417,9 @@ static const char mssm__glsl_resolve[] =
     "#endif\n"
     "layout(binding = 2, r32f) writeonly uniform image2DArray depths;\n"
     "layout(location = 1) uniform int samples;\n"
+    "#ifndef MSSM_FETCH\n"
     "layout(location = 2) uniform int layer;\n"
+    "#endif\n"
     "shared float nearest[64];\n"
     "ivec4 to_integer(vec4 t)\n"
     "{\n"
@@ -5251,15 +5430,15 @@ static const char mssm__glsl_resolve[] =
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    bool inside = all(lessThan(p, textureSize(front)));\n"
+    "    bool inside = all(lessThan(p, ivec2(MSSM_SIDE)));\n"
     "    float least = 1.0;\n"
     "    precise vec4 sum = vec4(0.0);\n"
     "    precise vec4 more = vec4(0.0);\n"
     "    int s = 0;\n"
     "    do {\n"
-    "        float z = inside ? linear_depth(texelFetch(front, p, s).x) : 1.0;\n"
+    "        float z = inside ? MSSM_DEPTH(front, 0, p, s) : 1.0;\n"
     "#ifdef MSSM_AVERAGE\n"
-    "        if (inside) z = 0.5 * (z + linear_depth(texelFetch(back, p, s).x));\n"
+    "        if (inside) z = 0.5 * (z + MSSM_DEPTH(back, 1, p, s));\n"
     "#endif\n"
     "        least = min(z, least);\n"
     "        mssm_moments6 t = mssm_chebyshev(z);\n"
@@ -5267,9 +5446,9 @@ static const char mssm__glsl_resolve[] =
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
     "    } while (++s < samples);\n"
     "    if (all(lessThan(p, imageSize(table0).xy))) {\n"
-    "        imageStore(table0, ivec3(p, layer), to_integer(sum));\n"
+    "        imageStore(table0, ivec3(p, MSSM_LAYER), to_integer(sum));\n"
     "#if MSSM_MOMENTS == 6\n"
-    "        imageStore(table1, ivec3(p, layer), to_integer(more));\n"
+    "        imageStore(table1, ivec3(p, MSSM_LAYER), to_integer(more));\n"
     "#endif\n"
     "    }\n"
     "    int i = int(gl_LocalInvocationIndex);\n"
@@ -5278,7 +5457,7 @@ static const char mssm__glsl_resolve[] =
     "    barrier();\n"
     "    if (i >= 32 || (i & 1) == 1) return;\n"
     "    least = min(min(nearest[i], nearest[i + 1]), min(nearest[i + 32], nearest[i + 33]));\n"
-    "    imageStore(depths, ivec3(p / 2, layer), vec4(least));\n"  // beyond the image nothing is stored
+    "    imageStore(depths, ivec3(p / 2, MSSM_LAYER), vec4(least));\n"  // beyond the image nothing is stored
     "}\n";
 
 // Least depths of three levels from the one below: a work group's 8 x 8, 4 x 4 and 2 x 2 texels.
@@ -5743,8 +5922,14 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
     MSSM_FREE(text);
 }
 
-static const char *const mssm__program_names[MSSM__PROGRAMS] = {
-    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm store", "mssm copy"};
+static const char *const mssm__program_names[MSSM__GIVEN] = {
+    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm store",
+    "mssm copy", "mssm show"};
+
+static const char *mssm__program_name(int which)
+{
+    return which < MSSM__GIVEN ? mssm__program_names[which] : "mssm given depth";
+}
 
 static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type, const char *const *text,
                                     int count)
@@ -5755,14 +5940,14 @@ static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type, c
     if (!gl->program[which]) gl->program[which] = f->CreateProgram();
     if (!shader || !gl->program[which]) {
         if (shader) f->DeleteShader(shader);
-        mssm__log(gl, "no shader or program object for ", mssm__program_names[which]);
+        mssm__log(gl, "no shader or program object for ", mssm__program_name(which));
         return MSSM_ERROR_GL;
     }
     f->ShaderSource(shader, count, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, MSSM__GL_COMPILE_STATUS, &good);
     if (good) f->AttachShader(gl->program[which], shader);
-    else mssm__log_all(gl, shader, 0, mssm__program_names[which]);
+    else mssm__log_all(gl, shader, 0, mssm__program_name(which));
     f->DeleteShader(shader);
     return good ? MSSM_OK : MSSM_ERROR_GL;
 }
@@ -5773,8 +5958,8 @@ static mssm_result mssm__link(mssm_gl *gl, int which)
     int good = 0;
     gl->f.LinkProgram(program);
     gl->f.GetProgramiv(program, MSSM__GL_LINK_STATUS, &good);
-    if (!good) mssm__log_all(gl, program, 1, mssm__program_names[which]);
-    gl->f.ObjectLabel(MSSM__GL_PROGRAM, program, -1, mssm__program_names[which]);
+    if (!good) mssm__log_all(gl, program, 1, mssm__program_name(which));
+    gl->f.ObjectLabel(MSSM__GL_PROGRAM, program, -1, mssm__program_name(which));
     return good ? MSSM_OK : MSSM_ERROR_GL;
 }
 
@@ -5908,21 +6093,26 @@ static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[4])
     return MSSM_OK;
 }
 
+static void mssm__write_defines(const mssm_gl *gl, char defines[256])
+{
+    snprintf(defines, 256,
+             "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
+             "#define MSSM_BATCH %d\n#define MSSM_SCALE %d\n",
+             gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
+             (int)MSSM__BATCH, MSSM_SCALE);
+}
+
 static mssm_result mssm__build_programs(mssm_gl *gl)
 {
 #ifndef MSSM_NO_FILTERED
     if (gl->filtered) return mssm__filtered_programs(gl);
 #endif
     char defines[256];
-    snprintf(defines, sizeof defines,
-             "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
-             "#define MSSM_BATCH %d\n#define MSSM_SCALE %d\n",
-             gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
-             (int)MSSM__BATCH, MSSM_SCALE);
-    const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
-                                   mssm__glsl_linear_depth, mssm__glsl_resolve};
-    const char *const average[] = {mssm__glsl_version, defines,                 "#define MSSM_AVERAGE\n",
-                                   mssm__glsl_math,    mssm__glsl_linear_depth, mssm__glsl_resolve};
+    mssm__write_defines(gl, defines);
+    const char *const resolve[] = {mssm__glsl_version,      defines,          mssm__glsl_math,
+                                   mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_resolve};
+    const char *const average[] = {mssm__glsl_version, defines,          "#define MSSM_AVERAGE\n", mssm__glsl_math,
+                                   mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_resolve};
     const char *const rows[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_rows};
     const char *const halve[] = {mssm__glsl_version, defines, "#define MSSM_HALVE\n",
                                  mssm__glsl_tables, mssm__glsl_rows};
@@ -5931,8 +6121,8 @@ static mssm_result mssm__build_programs(mssm_gl *gl)
     const char *const least[] = {mssm__glsl_version, defines, mssm__glsl_least};
     static const char *const shading[4] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_entry,
                                            mssm__glsl_texels};
-    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 5);
-    if (!r) r = mssm__build_program(gl, MSSM__AVERAGE, average, 6);
+    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
+    if (!r) r = mssm__build_program(gl, MSSM__AVERAGE, average, 7);
     if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
     if (!r) r = mssm__build_program(gl, MSSM__HALVE, halve, 5);
     if (!r) r = mssm__build_program(gl, MSSM__COLUMNS, columns, 4);
@@ -6017,16 +6207,21 @@ static mssm_result mssm__create_table(mssm_gl *gl, int i)
     return MSSM_OK;
 }
 
-static mssm_result mssm__create_storage(mssm_gl *gl)
+static void mssm__set_sizes(mssm_gl *gl)
 {
-    const mssm__gl_functions *f = &gl->f;
-    const size_t count = (size_t)gl->desc.lights;
     uint64_t words;
     gl->levels = mssm__layout(gl->desc.side, gl->desc.moments, &words);
     gl->depth_levels = mssm__layout_depths(gl->desc.side, &words);
     // A side that halves without rest on every level; the texels beyond the map are empty.
     const int grain = 1 << (gl->levels - 1);
     gl->padded = (gl->desc.side + grain - 1) / grain * grain;
+}
+
+static mssm_result mssm__create_storage(mssm_gl *gl)
+{
+    const mssm__gl_functions *f = &gl->f;
+    const size_t count = (size_t)gl->desc.lights;
+    mssm__set_sizes(gl);
     const int texels = mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE);
     const int layers = mssm__get(gl, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS);
     if (!mssm__in_range(gl, "this driver: lights", gl->desc.lights, 1, layers)) return MSSM_ERROR_ARGUMENT;
@@ -6053,7 +6248,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     if (!r) {
         const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
         f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
-        f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)(count * sizeof *gl->view), NULL,
+        f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)(count * sizeof *gl->view), gl->view,
                          MSSM__GL_DYNAMIC_STORAGE_BIT);
         f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
         f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
@@ -6067,10 +6262,37 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
                   error == MSSM__GL_OUT_OF_MEMORY ? "out of memory" : "the driver refuses it");
         return MSSM_ERROR_GL;
     }
-    gl->drawing = gl->front_of = gl->ready = -1;
-    gl->views_stale = 1;
+    gl->drawing = gl->front_of = gl->ready = gl->unresolved = gl->last_changed = -1;
+    gl->stale = 0;
     return MSSM_OK;
 }
+
+// Textures that depth is read from: first that of our own passes.
+static const struct {
+    mssm__glenum target, binding;
+    const char *name, *text;
+} mssm__targets[6] = {
+    {MSSM__GL_TEXTURE_2D_MULTISAMPLE, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE, "GL_TEXTURE_2D_MULTISAMPLE",
+     "#define MSSM_SAMPLER sampler2DMS\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, s).x\n"},
+    {MSSM__GL_TEXTURE_2D, MSSM__GL_TEXTURE_BINDING_2D, "GL_TEXTURE_2D",
+     "#define MSSM_SAMPLER sampler2D\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, 0).x\n"},
+    {MSSM__GL_TEXTURE_2D_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_ARRAY, "GL_TEXTURE_2D_ARRAY",
+     "#define MSSM_SAMPLER sampler2DArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), 0).x\n"},
+    {MSSM__GL_TEXTURE_CUBE_MAP, MSSM__GL_TEXTURE_BINDING_CUBE_MAP, "GL_TEXTURE_CUBE_MAP",
+     "#define MSSM_SAMPLER samplerCube\n"
+     "#define MSSM_FETCH(map, at, layer, s) "
+     "textureLod(map, cube_direction(layer, at, textureSize(map, 0).x), 0.0).x\n"},
+    {MSSM__GL_TEXTURE_CUBE_MAP_ARRAY, MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY, "GL_TEXTURE_CUBE_MAP_ARRAY",
+     "#define MSSM_SAMPLER samplerCubeArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) "
+     "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), float((layer) / 6)), 0.0).x\n"},
+    {MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY,
+     "GL_TEXTURE_2D_MULTISAMPLE_ARRAY",
+     "#define MSSM_SAMPLER sampler2DMSArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), s).x\n"}};
 
 // A name to bind again; 0 where the object has been deleted since, perhaps in another context.
 static unsigned mssm__living(int name, mssm__glboolean(MSSM__GLAPI *is)(unsigned))
@@ -6089,6 +6311,16 @@ static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
     return MSSM_ERROR_ORDER;
 }
 
+// Leaves another unit active.
+static void mssm__save_target(const mssm_gl *gl, mssm__gl_bindings *b, int kind)
+{
+    for (int i = 0; i < 2; i++) {
+        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
+        b->texture[i][kind] = mssm__get(gl, mssm__targets[kind].binding);
+    }
+    b->targets |= 1 << kind;
+}
+
 static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
 {
     static const mssm__glenum names[6] = {
@@ -6099,10 +6331,13 @@ static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
     b->array = mssm__get(gl, MSSM__GL_VERTEX_ARRAY_BINDING);
     b->active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
     b->buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+    b->targets = 0;
     for (int i = 0; i < 2; i++) {
         gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
-        b->texture[i] = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
         b->sampler[i] = mssm__get(gl, MSSM__GL_SAMPLER_BINDING);
+    }
+    for (int kind = 0; kind < 6; kind++) {
+        if (!kind || gl->targets >> kind & 1) mssm__save_target(gl, b, kind);
     }
     gl->f.ActiveTexture((mssm__glenum)b->active);
     for (unsigned i = 0; i < 4; i++) {
@@ -6116,7 +6351,10 @@ static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b
     for (int i = 0; i < 2; i++) {
         const unsigned unit = (unsigned)(gl->desc.first_texture_unit + i);
         gl->f.ActiveTexture(MSSM__GL_TEXTURE0 + unit);
-        gl->f.BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, mssm__living(b->texture[i], gl->f.IsTexture));
+        for (int k = 0; k < 6; k++) {
+            if (!(b->targets >> k & 1)) continue;
+            gl->f.BindTexture(mssm__targets[k].target, mssm__living(b->texture[i][k], gl->f.IsTexture));
+        }
         gl->f.BindSampler(unit, mssm__living(b->sampler[i], gl->f.IsSampler));
     }
     gl->f.ActiveTexture((mssm__glenum)b->active);
@@ -6147,34 +6385,65 @@ static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, 
     }
 }
 
-static void mssm__resolve(mssm_gl *gl, int index)
+// Depth that is bound, as moments into the map of a light.
+static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linear, int samples)
 {
     const mssm__gl_functions *f = &gl->f;
-    const mssm_light *light = &gl->lights[index].light;
-    const int average = gl->lights[index].averaged;
-    const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
+    const mssm_light *light = &gl->lights[index].drawn;
     // All of the least depths too, which are filled up to a power of two.
     const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
     const unsigned side = padded > all ? padded : all;
+    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
+    if (gl->table[2]) {
+        f->BindImageTexture(2, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_R32F);
+    }
+    f->ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->z_near, light->z_far, 0);
+    f->ProgramUniform1i(program, 1, samples);
+    f->UseProgram(program);
+    // After shading, or an earlier resolve of this layer; what follows has the barrier of the build.
+    (f->MemoryBarrier)(MSSM__GL_BARRIERS);
+    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, 1);
+}
+
+static void mssm__resolve(mssm_gl *gl, int index)
+{
+    const int average = gl->lights[index].averaged;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
     for (int i = 0; i <= average; i++) {
         mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
                            gl->depth[i]);
     }
-    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
-    if (gl->table[2]) {
-        f->BindImageTexture(2, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_R32F);
-    }
-    f->ProgramUniform4f(program, 0, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far,
-                        0);
-    f->ProgramUniform1i(program, 1, gl->samples);
-    f->ProgramUniform1i(program, 2, index);
-    f->UseProgram(program);
-    // After shading, or an earlier resolve of this layer; what follows has the barrier of the build.
-    (f->MemoryBarrier)(MSSM__GL_BARRIERS);
-    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, 1);
+    const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
+    gl->f.ProgramUniform1i(program, 2, index);
+    mssm__take_depth(gl, index, program, !gl->lights[index].drawn.perspective, gl->samples);
     mssm__restore_bindings(gl, &saved);
+}
+
+// Front faces wait for the back faces that may follow. Anything else that is done next comes here first: they
+// become moments, unless light `instead` is given others.
+static void mssm__settle(mssm_gl *gl, int instead)
+{
+    if (gl->unresolved >= 0 && gl->unresolved != instead) mssm__resolve(gl, gl->unresolved);
+    gl->unresolved = -1;
+}
+
+static void mssm__change(mssm_gl *gl, int index)
+{
+    gl->stale = gl->lights[index].changed = 1;
+    if (gl->last_changed < 0 || index < gl->first_changed) gl->first_changed = index;
+    if (index > gl->last_changed) gl->last_changed = index;
+}
+
+// The light's map is new, its tables are not.
+static void mssm__filled(mssm_gl *gl, int index, int averaged)
+{
+    mssm__gl_light *light = &gl->lights[index];
+    light->drawn = light->light;
+    light->averaged = averaged;
+    light->filled = 1;
+    light->built = 0;
+    mssm__change(gl, index);
 }
 
 static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
@@ -6231,41 +6500,47 @@ static void mssm__restore_state(mssm_gl *gl)
     mssm__set_state(gl, s);
 }
 
-// Views of all lights; returns the levels that the widest of their kernels needs.
+static void mssm__make_view(const mssm_gl *gl, mssm__gl_light *l, mssm_view *v)
+{
+    memset(v, 0, sizeof *v);  // a map without texels: all is lit
+    l->changed = 0;
+    l->widest = 0;
+    if (!l->filled || !(l->light.z_far > l->light.z_near)) return;
+    const mssm_settings settings = mssm__settings(gl);
+    *v = mssm__view(&l->light, &settings, gl->desc.side, l->built, l->averaged);
+    // For receivers down to depth 17, eight times as deep as all casters: further ones see
+    // wider kernels than the tables hold, and get the widest.
+    const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
+    l->widest = 2.0f * kernel * (mssm_spread(*v, 17.0f) - mssm_spread(*v, -1.0f));
+    if (l->built == 0) {
+        memset(v, 0, sizeof *v);  // drawn, but not built
+        return;
+    }
+    const float limit = 0.5f * MSSM_KERNEL * (float)(1 << (l->built - 1));
+    if (l->built < gl->levels && v->max_half > limit) v->max_half = limit;
+}
+
+// Views of the lights that have changed; returns the levels that the widest of all kernels needs.
 static int mssm__make_views(mssm_gl *gl)
 {
-    const mssm_settings settings = mssm__settings(gl);
     float widest = 0;
     for (int i = 0; i < gl->desc.lights; i++) {
-        const mssm__gl_light *l = &gl->lights[i];
-        mssm_view *v = &gl->view[i];
-        memset(v, 0, sizeof *v);  // a map without texels: all is lit
-        if (!l->filled || !(l->light.z_far > l->light.z_near)) continue;
-        *v = mssm__view(&l->light, &settings, gl->desc.side, l->built, l->averaged);
-        // For receivers down to depth 17, eight times as deep as all casters: further ones see
-        // wider kernels than the tables hold, and get the widest.
-        const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
-        const float width = 2.0f * kernel * (mssm_spread(*v, 17.0f) - mssm_spread(*v, -1.0f));
-        widest = width > widest ? width : widest;
-        if (l->built == 0) {
-            memset(v, 0, sizeof *v);  // drawn, but not built
-            continue;
-        }
-        const float limit = 0.5f * MSSM_KERNEL * (float)(1 << (l->built - 1));
-        if (l->built < gl->levels && v->max_half > limit) v->max_half = limit;
+        if (gl->lights[i].changed) mssm__make_view(gl, &gl->lights[i], &gl->view[i]);
+        widest = gl->lights[i].widest > widest ? gl->lights[i].widest : widest;
     }
     return 1 + mssm_level_of(widest, gl->levels);
 }
 
-// Leaves the generic binding to the buffer.
+// From the first to the last that has changed. Leaves the generic binding to the buffer.
 static void mssm__upload_views(mssm_gl *gl)
 {
-    if (!gl->views_stale) return;
+    const int first = gl->first_changed, count = gl->last_changed - first + 1;
+    if (gl->last_changed < 0) return;
     mssm__make_views(gl);
     gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
-    gl->f.BufferSubData(MSSM__GL_SHADER_STORAGE_BUFFER, 0,
-                        (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view), gl->view);
-    gl->views_stale = 0;
+    gl->f.BufferSubData(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)((size_t)first * sizeof *gl->view),
+                        (ptrdiff_t)((size_t)count * sizeof *gl->view), gl->view + first);
+    gl->last_changed = -1;
 }
 
 // Least depths of coarser levels, three at a time; those beyond the last are written where it is, before it.
@@ -6387,6 +6662,28 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     return MSSM_OK;
 }
 
+size_t mssm_gl_bytes(const mssm_gl_desc *desc)
+{
+    mssm_gl g;
+    if (!desc) return 0;
+    memset(&g, 0, sizeof g);
+    g.desc = *desc;
+    if (mssm__check_desc(&g)) return 0;
+    mssm__set_sizes(&g);
+    const uint64_t side = (uint64_t)g.desc.side, texel = g.desc.moments == 6 ? 24 : 16;
+    uint64_t light = sizeof(mssm_view);
+    uint64_t texels = 0, targets = 8 * side * side * (uint64_t)g.desc.samples;
+    for (int i = 0; i < g.levels; i++) texels += (uint64_t)(g.padded >> i) * (uint64_t)(g.padded >> i);
+    light += (g.filtered ? texel / 2 : texel) * texels;
+    for (int i = 0; i < g.depth_levels && !g.filtered; i++) light += (uint64_t)4 << (2 * i);
+    if (g.filtered) targets = targets / 2 + 32 * texels + 36 * (uint64_t)g.padded * (uint64_t)g.padded; // to work in
+    if (targets > SIZE_MAX || light > (SIZE_MAX - targets) / (uint64_t)g.desc.lights) {
+        mssm__log(&g, "more bytes than a size_t holds", NULL);
+        return 0;
+    }
+    return (size_t)(light * (uint64_t)g.desc.lights + targets);
+}
+
 void mssm_gl_destroy(mssm_gl *gl)
 {
     if (!gl) return;
@@ -6398,6 +6695,8 @@ void mssm_gl_destroy(mssm_gl *gl)
     for (int i = 0; i < MSSM__PROGRAMS; i++) {
         if (gl->program[i]) gl->f.DeleteProgram(gl->program[i]);
     }
+    if (gl->sampler) gl->f.DeleteSamplers(1, &gl->sampler);
+    if (gl->array) gl->f.DeleteVertexArrays(1, &gl->array);
     MSSM_FREE(gl->shader);
     MSSM_FREE(gl);
 }
@@ -6442,8 +6741,9 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
         mssm__log(gl, "a light needs z_near < z_far and a finite world_to_shadow", NULL);
         return MSSM_ERROR_ARGUMENT;
     }
+    if (!memcmp(&gl->lights[index].light, light, sizeof *light)) return MSSM_OK;
     gl->lights[index].light = *light;
-    gl->views_stale = 1;
+    mssm__change(gl, index);
     return MSSM_OK;
 }
 
@@ -6518,6 +6818,7 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
     if (gl->ready != index) mssm__filtered_build(gl);
 #endif
     const float farthest = 1;
+    if (!back_faces) mssm__settle(gl, index);
     gl->drawing = index;
     gl->back = back_faces != 0;
     mssm__pass_state(gl, gl->framebuffer[gl->back], 1, back_faces);
@@ -6534,7 +6835,6 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
     }
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_depth");
     if (r) return r;
-    mssm__gl_light *light = &gl->lights[gl->drawing];
     mssm__restore_state(gl);
 #ifndef MSSM_NO_FILTERED
     if (gl->filtered) {
@@ -6542,14 +6842,278 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
         return MSSM_OK;
     }
 #endif
-    light->averaged = gl->back;
-    light->filled = 1;
-    light->built = 0;
-    mssm__resolve(gl, gl->drawing);
-    gl->front_of = gl->back ? -1 : gl->drawing;
+    mssm__filled(gl, gl->drawing, gl->back);
+    if (gl->back) mssm__resolve(gl, gl->drawing);
+    gl->front_of = gl->unresolved = gl->back ? -1 : gl->drawing;
     gl->drawing = -1;
-    gl->views_stale = 1;
     return MSSM_OK;
+}
+
+// Distances that the ends of a given depth map stand for; whether they are the light's own.
+static int mssm__depth_ends(const mssm_light *light, const mssm_gl_depth *d, float *low, float *high)
+{
+    const int own = d->z_near == 0 && d->z_far == 0;
+    *low = own ? light->z_near : d->z_near;
+    *high = own ? light->z_far : d->z_far;
+    return own;
+}
+
+// What can be said of a given depth map without GL; its kind, or -1 after a word.
+static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const mssm_gl_depth *d)
+{
+    const unsigned target = d->target ? d->target : (unsigned)MSSM__GL_TEXTURE_2D;
+    const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
+    int kind = 5;
+    char line[120];
+    while (kind >= 0 && mssm__targets[kind].target != target) kind--;
+    if (kind < 0) {
+        snprintf(line, sizeof line, "mssm_gl_depth: target 0x%04X: a 2D, cube map or multisampled texture", target);
+        mssm__log(gl, line, NULL);
+        return -1;
+    }
+    if (!mssm__in_range(gl, "mssm_gl_depth: stored", (int)d->stored, 0, light->perspective ? 2 : 1) ||
+        !mssm__in_range(gl, "mssm_gl_depth: layer", d->layer, 0, INT32_MAX) ||
+        !mssm__in_range(gl, "mssm_gl_depth: x", d->x, 0, INT32_MAX) ||
+        !mssm__in_range(gl, "mssm_gl_depth: y", d->y, 0, INT32_MAX) ||
+        !mssm__in_range(gl, "mssm_gl_depth: width", d->width, 0, INT32_MAX) ||
+        !mssm__in_range(gl, "mssm_gl_depth: height", d->height, 0, INT32_MAX)) {
+        return -1;
+    }
+    float low, high;
+    mssm__depth_ends(light, d, &low, &high); // NaN fails all of these
+    if (low >= (hyperbolic ? FLT_MIN : -FLT_MAX) && high > low && (high <= FLT_MAX || hyperbolic)) return kind;
+    snprintf(line, sizeof line, "mssm_gl_depth: z_near %g, z_far %g: %sz_near < z_far%s", (double)low, (double)high,
+             hyperbolic ? "0 < " : "", hyperbolic ? ", which may be infinite" : ", both finite");
+    mssm__log(gl, line, NULL);
+    return -1;
+}
+
+// One axis of a given depth map: how many texels a texel of the moment map takes, 0 after a word.
+static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int at, int size, int all)
+{
+    const int side = gl->desc.side;
+    char line[120];
+    if (!mssm__in_range(gl, names[0], at, 0, all - 1) ||
+        !mssm__in_range(gl, names[1], size ? size : all - at, 1, all - at)) {
+        return 0;
+    }
+    if (!size) size = all - at;
+    if (size % side == 0 && size / side <= 8) return size / side;
+    snprintf(line, sizeof line, "%s %d: once to 8 times the side of mssm_gl, %d", names[1], size, side);
+    mssm__log(gl, line, NULL);
+    return 0;
+}
+
+// Asks GL about the texture that is bound for it.
+static int mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s)
+{
+    static const char *const names[2][2] = {{"mssm_gl_depth: x", "mssm_gl_depth: width"},
+                                            {"mssm_gl_depth: y", "mssm_gl_depth: height"}};
+    enum { WIDTH, HEIGHT, DEPTH, SAMPLES, DEPTH_SIZE, RED_TYPE };
+    static const mssm__glenum questions[6] = {MSSM__GL_TEXTURE_WIDTH,      MSSM__GL_TEXTURE_HEIGHT,
+                                              MSSM__GL_TEXTURE_DEPTH,      MSSM__GL_TEXTURE_SAMPLES,
+                                              MSSM__GL_TEXTURE_DEPTH_SIZE, MSSM__GL_TEXTURE_RED_TYPE};
+    const mssm__glenum target = mssm__targets[s->kind].target;
+    const int cube = target == MSSM__GL_TEXTURE_CUBE_MAP, multisampled = s->kind == 0 || s->kind == 5;
+    int level = 0, answers[6] = {0};
+    if (!multisampled) gl->f.GetTexParameteriv(target, MSSM__GL_TEXTURE_BASE_LEVEL, &level);
+    for (int i = 0; i < 6; i++) {
+        gl->f.GetTexLevelParameteriv(cube ? (mssm__glenum)MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X : target, level,
+                                     questions[i], &answers[i]);
+    }
+    const int type = answers[RED_TYPE];
+    if (!answers[DEPTH_SIZE] && type != MSSM__GL_FLOAT && type != MSSM__GL_UNSIGNED_NORMALIZED &&
+        type != MSSM__GL_SIGNED_NORMALIZED) {
+        mssm__log(gl, "mssm_gl_depth: the texture has no storage, or neither depth nor red as fractions", NULL);
+        return 0;
+    }
+    const int flat = target == MSSM__GL_TEXTURE_2D || target == MSSM__GL_TEXTURE_2D_MULTISAMPLE;
+    s->each = multisampled && answers[SAMPLES] > 0 ? answers[SAMPLES] : 1;
+    if (!mssm__in_range(gl, "mssm_gl_depth: layer", s->is.layer, 0, cube ? 5 : flat ? 0 : answers[DEPTH] - 1)) {
+        return 0;
+    }
+    s->across = mssm__check_axis(gl, names[0], s->is.x, s->is.width, answers[WIDTH]);
+    s->up = s->across ? mssm__check_axis(gl, names[1], s->is.y, s->is.height, answers[HEIGHT]) : 0;
+    return s->up && mssm__in_range(gl, "mssm_gl_depth: texels times samples of a texel of the moment map",
+                                   s->across * s->up * s->each, 1, 64);
+}
+
+// What a texture's own state must be for its depth to be read: unlike filters and compare mode no sampler
+// stands in for it. `set` or put back what was there.
+static void mssm__set_texture_state(const mssm_gl *gl, mssm__gl_source *s, int ask, int set)
+{
+    static const mssm__glenum names[3] = {MSSM__GL_DEPTH_STENCIL_TEXTURE_MODE, MSSM__GL_TEXTURE_SWIZZLE_R,
+                                          MSSM__GL_DEPTH_TEXTURE_MODE};
+    static const int wanted[3] = {MSSM__GL_DEPTH_COMPONENT, MSSM__GL_RED, MSSM__GL_RED};
+    const mssm__glenum target = mssm__targets[s->kind].target;
+    for (int i = 0; i < (gl->compatible ? 3 : 2); i++) {
+        if (ask) {
+            s->state[i] = wanted[i]; // a lost context writes nothing
+            gl->f.GetTexParameteriv(target, names[i], &s->state[i]);
+        }
+        if (s->state[i] != wanted[i]) gl->f.TexParameteri(target, names[i], set ? wanted[i] : s->state[i]);
+    }
+}
+
+// Binds a depth map to a unit, asks GL about it where that has not been done before, and makes it readable.
+static int mssm__bind_depth(mssm_gl *gl, mssm__gl_light *light, int i, const mssm_gl_depth *d, int kind)
+{
+    mssm__gl_source *known = &light->source[i], s;
+    const int unit = gl->desc.first_texture_unit + i;
+    const int ask = !gl->framing || !d->texture || memcmp(&known->is, d, sizeof *d) != 0;
+    memset(&s, 0, sizeof s);
+    memcpy(&s.is, d, sizeof *d);
+    s.kind = kind;
+    if (ask && (!d->texture || !gl->f.IsTexture(d->texture))) {
+        mssm__log(gl, "mssm_gl_depth: there is no such texture", NULL);
+        return 0;
+    }
+    if (ask && mssm__take_error(gl)) mssm__log(gl, "a GL error was pending before mssm_gl_set_depth", NULL);
+    mssm__bind_texture(gl, unit, mssm__targets[kind].target, d->texture);
+    gl->f.BindSampler((unsigned)unit, gl->sampler);
+    if (!ask) {
+        mssm__set_texture_state(gl, known, 0, 1);
+        return 1;
+    }
+    if (mssm__get(gl, mssm__targets[kind].binding) != (int)d->texture) {
+        mssm__take_error(gl);
+        mssm__log(gl, "mssm_gl_depth: the texture is no ", mssm__targets[kind].name);
+        return 0;
+    }
+    if (!mssm__ask_depth(gl, &s)) return 0;
+    mssm__set_texture_state(gl, &s, 1, 1);
+    *known = s;
+    return 1;
+}
+
+// Programs of a kind of depth map and the sampler, made when first needed.
+static mssm_result mssm__prepare_depth(mssm_gl *gl, int kind, int back)
+{
+    const int which = MSSM__GIVEN + 2 * kind + back;
+    if (!gl->sampler) {
+        gl->f.CreateSamplers(1, &gl->sampler);
+        if (!gl->sampler) {
+            mssm__log(gl, "no sampler object", NULL);
+            return MSSM_ERROR_GL;
+        }
+        gl->f.SamplerParameteri(gl->sampler, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_NEAREST);
+        gl->f.SamplerParameteri(gl->sampler, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
+        gl->f.ObjectLabel(MSSM__GL_SAMPLER, gl->sampler, -1, "mssm given depth");
+    }
+    if (gl->program[which]) return MSSM_OK;
+    char defines[256];
+    mssm__write_defines(gl, defines);
+    const char *resolve = mssm__glsl_resolve;
+#ifndef MSSM_NO_FILTERED
+    if (gl->filtered) resolve = mssm__filtered_resolve_text();
+#endif
+    const char *const text[] = {mssm__glsl_version, defines, back ? "#define MSSM_AVERAGE\n" : "",
+                                mssm__targets[kind].text, mssm__glsl_math, mssm__glsl_linear_depth,
+                                mssm__glsl_given, resolve};
+    const mssm_result r = mssm__build_program(gl, which, text, 8);
+    if (r && gl->program[which]) gl->f.DeleteProgram(gl->program[which]);
+    if (r) gl->program[which] = 0;
+    return r;
+}
+
+// Depth maps that are bound, as moments into the map of a light.
+static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2], int back)
+{
+    const mssm_light *light = &gl->lights[index].light;
+    const mssm_gl_depth *d = &s->is;
+    const unsigned program = gl->program[MSSM__GIVEN + 2 * s->kind + back];
+    const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
+    float low, high;
+    const int ours = mssm__depth_ends(light, d, &low, &high), radial = d->stored == MSSM_STORED_RADIAL;
+    const float ratio = low / high, straight = !ours || radial || (d->reversed && hyperbolic) ? 0.0f : d->reversed ? -1.0f : 1.0f;
+    const int from[11] = {s->across, s->up,    s->each,   gl->desc.side, index,        d->x,
+                          d->y,      d->layer, s[1].is.x, s[1].is.y,     s[1].is.layer}, linear = !hyperbolic;
+    const int samples = s->across * s->up * s->each;
+    gl->f.ProgramUniform4f(program, 2, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
+                           radial ? light->extent_u : 0.0f, radial ? light->extent_v : 0.0f);
+    if (hyperbolic) gl->f.ProgramUniform4f(program, 3, low, 0, ratio, 1 - ratio);
+    else gl->f.ProgramUniform4f(program, 3, high, low - high, 1, 0);
+    gl->f.ProgramUniform4f(program, 4, straight, 0, 0, 0);
+    gl->f.ProgramUniform1iv(program, 5, back ? 11 : 8, from);
+#ifndef MSSM_NO_FILTERED
+    if (gl->filtered) {
+        mssm__filtered_take(gl, index, program, linear, samples);
+        return;
+    }
+#endif
+    mssm__filled(gl, index, back);
+    mssm__take_depth(gl, index, program, linear, samples);
+}
+
+// Whether both are read in the same way.
+static int mssm__alike(const mssm__gl_source *a, const mssm__gl_source *b)
+{
+    return a->across == b->across && a->up == b->up && a->each == b->each && a->is.stored == b->is.stored &&
+           !a->is.reversed == !b->is.reversed && a->is.z_near == b->is.z_near && a->is.z_far == b->is.z_far;
+}
+
+mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front, const mssm_gl_depth *back)
+{
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return MSSM_ERROR_ARGUMENT;
+    mssm__gl_light *light = &gl->lights[index];
+    if (!front || !(light->light.z_far > light->light.z_near)) {
+        mssm__log(gl, front ? "mssm_gl_set_depth before mssm_gl_set_light" : "mssm_gl_set_depth: front is null", NULL);
+        return front ? MSSM_ERROR_ORDER : MSSM_ERROR_ARGUMENT;
+    }
+    if (gl->drawing >= 0) mssm__log(gl, "mssm_gl_set_depth before mssm_gl_end_depth", NULL);
+    if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_depth")) return MSSM_ERROR_ORDER;
+    const int kind = mssm__check_depth(gl, &light->light, front);
+    const int other = back && kind >= 0 ? mssm__check_depth(gl, &light->light, back) : kind;
+    if (back && gl->filtered) mssm__log(gl, "filtered maps have no back faces", NULL);
+    if (kind < 0 || other < 0 || (back && gl->filtered)) return MSSM_ERROR_ARGUMENT;
+    const mssm_result r = mssm__prepare_depth(gl, kind, back != NULL);
+    if (r) return r;
+    mssm__settle(gl, -1);
+#ifndef MSSM_NO_FILTERED
+    if (gl->ready != index) mssm__filtered_build(gl);
+#endif
+    gl->targets |= 1 << kind;
+    mssm__gl_bindings saved;
+    mssm__save_bindings(gl, &saved);
+    if (gl->framing && !(gl->bindings.targets >> kind & 1)) mssm__save_target(gl, &gl->bindings, kind);
+    int bound = mssm__bind_depth(gl, light, 0, front, kind);
+    int good = bound;
+    if (good && back) {
+        good = other == kind && mssm__bind_depth(gl, light, 1, back, kind);
+        bound += good;
+        if (other != kind || (good && !mssm__alike(&light->source[0], &light->source[1]))) {
+            mssm__log(gl, "mssm_gl_set_depth: back must be like front but for texture, layer, x and y", NULL);
+            good = 0;
+        }
+    }
+    if (good) mssm__take_given(gl, index, light->source, back != NULL);
+    while (bound-- > 0) {
+        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + bound));
+        mssm__set_texture_state(gl, &light->source[bound], 0, 0);
+    }
+    mssm__restore_bindings(gl, &saved);
+    if (good) gl->front_of = -1;
+    return good ? MSSM_OK : MSSM_ERROR_ARGUMENT;
+}
+
+// All that were drawn start with level 0; a light that has only grown wants coarser levels.
+static void mssm__build_tables(mssm_gl *gl, int levels)
+{
+    (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
+    for (int first = 0; first < levels; first++) {
+        int layers[MSSM__BATCH], count = 0;
+        for (int i = 0; i < gl->desc.lights; i++) {
+            const mssm__gl_light *l = &gl->lights[i];
+            if (l->filled && l->built == first) layers[count++] = i;
+            if (count == MSSM__BATCH || (i == gl->desc.lights - 1 && count)) {
+                mssm__build_batch(gl, layers, count, first, levels);
+                while (count) {
+                    gl->lights[layers[--count]].built = levels;
+                    mssm__change(gl, layers[count]);
+                }
+            }
+        }
+    }
 }
 
 mssm_result mssm_gl_build(mssm_gl *gl)
@@ -6559,37 +7123,31 @@ mssm_result mssm_gl_build(mssm_gl *gl)
         mssm__log(gl, "mssm_gl_build before mssm_gl_end_depth", NULL);
         return MSSM_ERROR_ORDER;
     }
+    if (!gl->stale) return MSSM_OK;
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_build");
     if (r) return r;
 #ifndef MSSM_NO_FILTERED
     if (gl->filtered) {
         mssm__filtered_build(gl);
+        gl->stale = 0;
         return MSSM_OK;
     }
 #endif
-    const int levels = mssm__make_views(gl);
-    int stale = gl->views_stale;
-    for (int i = 0; i < gl->desc.lights; i++) stale |= gl->lights[i].filled && gl->lights[i].built < levels;
-    if (!stale) return MSSM_OK;
+    const int levels = mssm__make_views(gl), framing = gl->framing;
+    int work = gl->unresolved >= 0;
+    for (int i = 0; i < gl->desc.lights; i++) work |= gl->lights[i].filled && gl->lights[i].built < levels;
     mssm__gl_bindings saved;
-    mssm__save_bindings(gl, &saved);
-    (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
-    // All that were drawn start with level 0; a light that has only grown wants coarser levels.
-    for (int first = 0; first < levels; first++) {
-        int layers[MSSM__BATCH], count = 0;
-        for (int i = 0; i < gl->desc.lights; i++) {
-            mssm__gl_light *l = &gl->lights[i];
-            if (l->filled && l->built == first) layers[count++] = i;
-            if (count == MSSM__BATCH || (i == gl->desc.lights - 1 && count)) {
-                mssm__build_batch(gl, layers, count, first, levels);
-                while (count) gl->lights[layers[--count]].built = levels;
-            }
-        }
-    }
-    gl->views_stale = 1;
+    if (work) mssm__save_bindings(gl, &saved);
+    else if (!framing) saved.buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+    gl->framing = 1; // what follows need not save it again
+    mssm__settle(gl, -1);
+    if (work) mssm__build_tables(gl, levels);
     mssm__upload_views(gl);
+    gl->framing = framing;
     gl->front_of = -1; // its texels have become sums
-    mssm__restore_bindings(gl, &saved);
+    gl->stale = 0;
+    if (work) mssm__restore_bindings(gl, &saved);
+    else if (!framing) gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)saved.buffer);
     return MSSM_OK;
 }
 
@@ -6638,6 +7196,123 @@ mssm_result mssm_gl_bind(mssm_gl *gl)
     return MSSM_OK;
 }
 
+int mssm_gl_stale(const mssm_gl *gl, int index)
+{
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return 0;
+    const mssm__gl_light *l = &gl->lights[index];
+    mssm_light drawn = l->drawn;
+    drawn.half_u = l->light.half_u;
+    drawn.half_v = l->light.half_v;
+    const int ready = gl->ready == index, moved = (!l->filled && !ready) || memcmp(&drawn, &l->light, sizeof drawn) != 0;
+    const int levels = 1 + mssm_level_of(l->widest, gl->levels);
+    const int coarse = !gl->filtered && l->filled && (l->changed || l->built < levels);
+    return (moved ? MSSM_STALE_MAP : 0) | (ready || coarse ? MSSM_STALE_TABLES : 0);
+}
+
+static const char mssm__glsl_place[] =
+    "layout(location = 0) out vec2 place;\n"
+    "void main()\n"
+    "{\n"
+    "    place = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0;\n"
+    "    gl_Position = vec4(place * 2.0 - 1.0, 0.0, 1.0);\n"
+    "}\n";
+static const char mssm__glsl_show[] =
+    "#ifdef MSSM_FILTERED\n"
+    "layout(binding = MSSM_UNIT) uniform sampler2DArray map;\n"
+    "#else\n"
+    "layout(binding = MSSM_UNIT) uniform isampler2DArray sums;\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray depths;\n"
+    "#endif\n"
+    "layout(location = 0) uniform int show[3];  // light, what, side\n"
+    "layout(location = 0) in vec2 place;\n"
+    "layout(location = 0) out vec4 color;\n"
+    "#ifndef MSSM_FILTERED\n"
+    "int sum(ivec2 p)\n"
+    "{\n"
+    "    return p.x < 0 || p.y < 0 ? 0 : texelFetch(sums, ivec3(p, show[0]), 0).x;\n"
+    "}\n"
+    "#endif\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 p = clamp(ivec2(place * float(show[2])), ivec2(0), ivec2(show[2] - 1));\n"
+    "#ifdef MSSM_FILTERED\n"
+    "    float z = 2.0 * texelFetch(map, ivec3(p, show[0]), 0).x - 1.0;\n"
+    "#else\n"
+    "    int value = sum(p) - sum(p - ivec2(1, 0)) - sum(p - ivec2(0, 1)) + sum(p - 1);\n"
+    "    float z = float(value) / float(MSSM_SCALE), least = texelFetch(depths, ivec3(p / 2, show[0]), 0).x;\n"
+    "    z = show[1] == 0 ? z : least;\n"
+    "#endif\n"
+    "    color = vec4(vec3(0.5 + 0.5 * z), 1.0);\n"
+    "}\n";
+
+// Made when first needed.
+static mssm_result mssm__prepare_show(mssm_gl *gl)
+{
+    char defines[256];
+    if (!gl->array) gl->f.CreateVertexArrays(1, &gl->array);
+    if (!gl->array) {
+        mssm__log(gl, "no vertex array object", NULL);
+        return MSSM_ERROR_GL;
+    }
+    gl->f.ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->array, -1, "mssm show");
+    if (gl->program[MSSM__SHOW]) return MSSM_OK;
+    mssm__write_defines(gl, defines);
+    const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
+    const char *const fragment[] = {mssm__glsl_version, defines, gl->filtered ? "#define MSSM_FILTERED\n" : "",
+                                    mssm__glsl_show};
+    mssm_result r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_VERTEX_SHADER, vertex, 2);
+    if (!r) r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_FRAGMENT_SHADER, fragment, 4);
+    if (!r) r = mssm__link(gl, MSSM__SHOW);
+    if (r && gl->program[MSSM__SHOW]) gl->f.DeleteProgram(gl->program[MSSM__SHOW]);
+    if (r) gl->program[MSSM__SHOW] = 0;
+    return r;
+}
+
+mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
+{
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1) ||
+        !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, gl->filtered ? 0 : 1)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    if (gl->drawing >= 0 || gl->framing || !gl->lights[index].built) {
+        mssm__log(gl, "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
+    if (!r) r = mssm__prepare_show(gl);
+    if (r) return r;
+    const mssm__gl_functions *f = &gl->f;
+    const int show[3] = {index, (int)what, gl->desc.side}, blend = f->IsEnabledi(MSSM__GL_BLEND, 0);
+    mssm__gl_bindings saved;
+    mssm__gl_state caller, s;
+    mssm__save_state(gl, &caller);
+    if (f->CheckNamedFramebufferStatus((unsigned)caller.framebuffer, MSSM__GL_DRAW_FRAMEBUFFER) !=
+        MSSM__GL_FRAMEBUFFER_COMPLETE) {
+        mssm__log(gl, "mssm_gl_show: the draw framebuffer is not complete", NULL);
+        return MSSM_ERROR_GL;
+    }
+    gl->targets |= 1 << 2;  // 2D arrays
+    mssm__save_bindings(gl, &saved);
+    s = caller;
+    memset(s.enabled, 0, sizeof s.enabled);
+    memset(s.mask, 1, sizeof s.mask);
+    s.enabled[2] = 1;
+    s.depth_mask = 0;
+    s.polygon_mode[0] = s.polygon_mode[1] = MSSM__GL_FILL;
+    mssm__set_state(gl, &s);
+    f->Disablei(MSSM__GL_BLEND, 0);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[0]);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit + 1, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[2]);
+    f->ProgramUniform1iv(gl->program[MSSM__SHOW], 0, 3, show);
+    f->UseProgram(gl->program[MSSM__SHOW]);
+    f->BindVertexArray(gl->array);
+    f->DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
+    if (blend) f->Enablei(MSSM__GL_BLEND, 0);
+    mssm__set_state(gl, &caller);
+    mssm__restore_bindings(gl, &saved);
+    return MSSM_OK;
+}
+
 const char *mssm_gl_shader(const mssm_gl *gl)
 {
     return gl ? gl->shader : NULL;
@@ -6653,8 +7328,6 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 
 enum {
     MSSM__GL_COLOR_ATTACHMENT0 = 0x8CE0,
-    MSSM__GL_VERTEX_ARRAY = 0x8074,
-    MSSM__GL_TRIANGLES = 0x0004,
     MSSM__GL_ALWAYS = 0x0207,
     MSSM__GL_RGBA32F = 0x8814,
     MSSM__GL_RGBA16 = 0x805B,
@@ -6691,16 +7364,16 @@ const char *mssm_glsl_translucent(void)
 // blending.
 static const char mssm__glsl_filtered_resolve[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
-    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
     "layout(binding = 0, rgba32f) writeonly uniform image2DArray work;\n"
     "layout(location = 1) uniform int samples;\n"
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    if (any(greaterThanEqual(p, textureSize(front)))) return;\n"
+    "    if (any(greaterThanEqual(p, ivec2(MSSM_SIDE)))) return;\n"
     "    vec3 low = vec3(0.0), high = vec3(0.0);\n"
     "    for (int s = 0; s < samples; s++) {\n"
-    "        mssm_moments6 t = mssm_chebyshev(linear_depth(texelFetch(front, p, s).x));\n"
+    "        mssm_moments6 t = mssm_chebyshev(MSSM_DEPTH(front, 0, p, s));\n"
     "        low += vec3(t.b[0], t.b[1], t.b[2]);\n"
     "        high += vec3(t.b[3], t.b[4], t.b[5]);\n"
     "    }\n"
@@ -6894,19 +7567,24 @@ static mssm_result mssm__filtered_targets(mssm_gl *gl)
                : MSSM_ERROR_GL;
 }
 
+static const char *mssm__filtered_resolve_text(void)
+{
+    return mssm__glsl_filtered_resolve;
+}
+
 static mssm_result mssm__filtered_programs(mssm_gl *gl)
 {
     char defines[128];
     snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n",
              gl->desc.moments, gl->desc.first_texture_unit);
     const char *const resolve[] = {mssm__glsl_version, defines, mssm__glsl_math,
-                                   mssm__glsl_linear_depth, mssm__glsl_filtered_resolve};
+                                   mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_filtered_resolve};
     const char *const filter[] = {mssm__glsl_version, defines, mssm__glsl_filter};
     const char *const triangle[] = {mssm__glsl_version, mssm__glsl_triangle};
     const char *const copy[] = {mssm__glsl_version, defines, mssm__glsl_copy};
     static const char *const shading[4] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered,
                                            mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n"};
-    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 5);
+    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
     if (!r) r = mssm__build_program(gl, MSSM__FILTER, filter, 3);
     if (!r) r = mssm__add_shader(gl, MSSM__COPY, MSSM__GL_VERTEX_SHADER, triangle, 2);
     if (!r) r = mssm__add_shader(gl, MSSM__COPY, MSSM__GL_FRAGMENT_SHADER, copy, 3);
@@ -6933,21 +7611,31 @@ static mssm_result mssm__check_filtered(mssm_gl *gl)
                : MSSM_ERROR_ARGUMENT;
 }
 
-static void mssm__filtered_resolve(mssm_gl *gl)
+// Depth that is bound, as moments of a light to be built.
+static void mssm__filtered_take(mssm_gl *gl, int index, unsigned program, int linear, int samples)
 {
-    const mssm_light *light = &gl->lights[gl->drawing].light;
-    const unsigned program = gl->program[MSSM__RESOLVE], groups = (unsigned)(gl->padded + 7) / 8;
-    mssm__gl_bindings saved;
-    mssm__save_bindings(gl, &saved);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[0]);
+    const unsigned groups = (unsigned)(gl->padded + 7) / 8;
+    mssm__gl_light *light = &gl->lights[index];
+    light->drawn = light->light;
     gl->f.BindImageTexture(0, gl->work, 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
-    gl->f.ProgramUniform4f(program, 0, light->perspective ? 1.0f : 0.0f, light->z_near, light->z_far, 0);
-    gl->f.ProgramUniform1i(program, 1, gl->samples);
+    gl->f.ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->drawn.z_near, light->drawn.z_far, 0);
+    gl->f.ProgramUniform1i(program, 1, samples);
     gl->f.UseProgram(program);
     gl->f.DispatchCompute(groups, groups, 1);
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+    gl->ready = index;
+    gl->stale = 1;
+}
+
+static void mssm__filtered_resolve(mssm_gl *gl)
+{
+    const int index = gl->drawing;
+    mssm__gl_bindings saved;
+    mssm__save_bindings(gl, &saved);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[0]);
+    mssm__filtered_take(gl, index, gl->program[MSSM__RESOLVE], !gl->lights[index].light.perspective, gl->samples);
     mssm__restore_bindings(gl, &saved);
-    gl->ready = gl->drawing;
+    gl->front_of = index;
     gl->drawing = -1;
 }
 
@@ -6974,7 +7662,7 @@ static void mssm__copy_depth(mssm_gl *gl)
 mssm_result mssm_gl_begin_translucent(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0 || gl->ready < 0) {
+    if (gl->drawing >= 0 || gl->ready < 0 || gl->front_of != gl->ready) {
         mssm__log(gl, "translucent casters must follow the depth pass of their light, of a filtered mssm_gl", NULL);
         return MSSM_ERROR_ORDER;
     }
@@ -7035,7 +7723,7 @@ static void mssm__filtered_build(mssm_gl *gl)
     mssm__restore_bindings(gl, &saved);
     light->filled = light->averaged = 1;
     light->built = gl->levels;
-    gl->views_stale = 1;
+    mssm__change(gl, index);
     gl->ready = -1;
 }
 
@@ -7067,6 +7755,7 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     const unsigned groups = (unsigned)(gl->padded + 7) / 8;
     const int pass[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
     mssm__gl_bindings saved;
+    mssm__settle(gl, index);
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
     mssm__save_bindings(gl, &saved);
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
@@ -7077,10 +7766,8 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     gl->f.DispatchCompute(groups, groups, 1);
     (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
     mssm__restore_bindings(gl, &saved);
-    gl->lights[index].averaged = gl->lights[index].built = 0;
-    gl->lights[index].filled = 1;
+    mssm__filled(gl, index, 0);
     gl->front_of = -1;
-    gl->views_stale = 1;
     return MSSM_OK;
 }
 #endif  // MSSM_NO_FILTERED

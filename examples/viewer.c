@@ -310,10 +310,10 @@ static void draw_text(viewer *v)
                                     : "6",
              v->lights.settings.back_faces ? "both" : "front", (double)v->left.size,
              1e3 * v->lights.extract_seconds,
-             1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_DEPTH),
-             1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_TABLES),
-             1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_VIEW),
-             1e3 * gl_lighting_seconds(&v->left, GL_LIGHTING_SHADING), held, help);
+             1e3 * gl_timer_latest(&v->left.timer, GL_LIGHTING_DEPTH),
+             1e3 * gl_timer_latest(&v->left.timer, GL_LIGHTING_TABLES),
+             1e3 * gl_timer_latest(&v->left.timer, GL_LIGHTING_VIEW),
+             1e3 * gl_timer_latest(&v->left.timer, GL_LIGHTING_SHADING), held, help);
     gl_text_draw(&v->text, line, v->width, v->height, v->width > 1600 ? 3 : v->width < 960 ? 1 : 2);
 }
 

@@ -51,6 +51,14 @@ two_units()
         $linker "$lane/a.o" "$lane/b.o" -o "$lane/program" -lm && "$lane/program"
 }
 
+# static_units COMMAND LINKER: the headers twice in one program, and no function of theirs to be seen outside.
+static_units()
+{
+    $1 -c tests/compile/static.c -o "$lane/a.o" && $1 -DSECOND -c tests/compile/static.c -o "$lane/b.o" &&
+        $2 "$lane/a.o" "$lane/b.o" -o "$lane/program" -lm && "$lane/program" || return 1
+    ! have nm || ! nm -g --defined-only "$lane/a.o" | grep -E 'mssm_|lightprobe_'
+}
+
 # Every file under one compiler and standard. $1: what to call it, $2: the command with its flags,
 # $3: what links objects.
 all_files()
@@ -60,6 +68,7 @@ all_files()
     check "$1: both" builds $2 tests/compile/together.c
     check "$1: both, the other way round" builds $2 -DLIGHTPROBE_FIRST tests/compile/together.c
     check "$1: two source files" two_units "$2" "$2" "$3"
+    check "$1: static" static_units "$2" "$3"
 }
 
 # One compiler family: C compiler, C++ compiler, their Debian package.
@@ -78,6 +87,8 @@ family()
             tests/compile/together.c
         check "$cc: without scattering" builds $cc -std=c99 $warnings -I. -DMSSM_NO_SCATTERING \
             tests/compile/together.c
+        check "$cc: static, without all of these" static_units \
+            "$cc $no_gl -DMSSM_NO_FILTERED -DMSSM_NO_SCATTERING" $cc
         check "$cc: without all of these" builds $cc $no_gl -DMSSM_NO_FILTERED -DMSSM_NO_SCATTERING \
             tests/compile/together.c
     else
@@ -113,6 +124,8 @@ other_targets()
             check "$mingw: $file.c" $mingw -std=c99 -O2 $warnings -I. tests/compile/$file.c \
                 -o "$lane/program.exe"
         done
+        check "$mingw: a DLL" $mingw -std=c99 -O2 $warnings -I. "-DMSSM_API=__declspec(dllexport)" \
+            "-DLIGHTPROBE_API=__declspec(dllexport)" -shared tests/compile/together.c -o "$lane/program.dll"
     else
         echo "skip Windows: no $mingw, apt-get install gcc-mingw-w64-x86-64"
     fi

@@ -594,6 +594,61 @@ static void read_maps(const mssm_gl *g, int lights, float *texel)
     }
 }
 
+// A depth map that the renderer has, four texels for the four samples of a texel: the map of our own pass, bit for
+// bit. It has no back faces, and no depth for smoke to hide behind.
+static void given_depth_is_a_pass(void)
+{
+    enum { WIDTH = 2 * SIDE };
+    static float window[WIDTH * WIDTH], got[2][SIDE * SIDE * 4], seen[SIDE * SIDE * 4];
+    const mssm_gl_desc desc = description(4, 3);
+    mssm_gl *g = NULL;
+    mssm_gl_depth given;
+    if (!begin()) return;
+    CHECK(!mssm_gl_create(&g, &desc), "create: %s", fakes.message);
+    memset(&given, 0, sizeof given);
+    for (int i = 0; i < WIDTH * WIDTH; i++) {
+        const int x = i % WIDTH, y = i / WIDTH, s = y % 2 * 2 + x % 2;
+        window[i] = 0.5f + 0.5f * stage.depth[(y / 2 * SIDE + x / 2) * SAMPLES + s];
+    }
+    gl.CreateTextures(GL_TEXTURE_2D, 1, &given.texture);
+    gl.TextureStorage2D(given.texture, 1, GL_DEPTH_COMPONENT32F, WIDTH, WIDTH);
+    gl.TextureSubImage2D(given.texture, 0, 0, 0, WIDTH, WIDTH, GL_DEPTH_COMPONENT, GL_FLOAT, window);
+    CHECK(mssm_gl_stale(g, 0) == MSSM_STALE_MAP, "new");
+    draw_depth(g, 0);
+    CHECK(mssm_gl_stale(g, 0) == MSSM_STALE_TABLES, "drawn: %d", mssm_gl_stale(g, 0));
+    CHECK(!mssm_gl_set_light(g, 1, &stage.light), "light");
+    CHECK(mssm_gl_set_depth(g, 1, &given, &given) == MSSM_ERROR_ARGUMENT, "back faces");
+    CHECK(!mssm_gl_set_depth(g, 1, &given, NULL), "set_depth: %s", fakes.message);
+    CHECK(!mssm_gl_stale(g, 0) && mssm_gl_stale(g, 1) == MSSM_STALE_TABLES, "given");
+    CHECK(mssm_gl_begin_translucent(g) == MSSM_ERROR_ORDER, "smoke without depth");
+    CHECK(!mssm_gl_build(g) && !mssm_gl_stale(g, 1), "build");
+    float *texel = malloc(2 * sizeof got[0]);
+    gl.GetTextureImage(mssm_gl_texture(g, 0), 0, GL_RGBA, GL_FLOAT, 2 * sizeof got[0], texel);
+    memcpy(got, texel, sizeof got);
+    free(texel);
+    CHECK(!memcmp(got[0], got[1], sizeof got[0]), "another map");
+    // And as a picture.
+    GLuint target, framebuffer;
+    gl.CreateTextures(GL_TEXTURE_2D, 1, &target);
+    gl.TextureStorage2D(target, 1, 0x8814, SIDE, SIDE); // GL_RGBA32F
+    gl.CreateFramebuffers(1, &framebuffer);
+    gl.NamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, target, 0);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl.Viewport(0, 0, SIDE, SIDE);
+    CHECK(!mssm_gl_show(g, 1, MSSM_SHOW_MEAN), "show: %s", fakes.message);
+    CHECK(mssm_gl_show(g, 1, MSSM_SHOW_LEAST) == MSSM_ERROR_ARGUMENT, "no least depths");
+    gl.GetTextureImage(target, 0, GL_RGBA, GL_FLOAT, sizeof seen, seen);
+    double worst = 0;
+    for (int i = 0; i < SIDE * SIDE; i++) worst = fmax(worst, fabs((double)(seen[4 * i] - got[1][4 * i])));
+    CHECK(worst < 1e-6, "the picture is off by %g", worst);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl.DeleteFramebuffers(1, &framebuffer);
+    gl.DeleteTextures(1, &target);
+    gl.DeleteTextures(1, &given.texture);
+    mssm_gl_destroy(g);
+    end();
+}
+
 // Lights drawn one after the other and built at once, or one by one, in a frame's bracket or none, before a
 // resize or after it: all the same.
 static void one_build_serves_all_lights(void)
@@ -680,6 +735,7 @@ const test_case filtered_gl_tests[] = {
     {"filtered GL: its shaders pass a second compiler", second_compiler_agrees},
     {"filtered GL: agrees with the CPU half", gl_agrees_with_cpu},
     {"filtered GL: one build serves all lights", one_build_serves_all_lights},
+    {"filtered GL: a given depth map is a pass", given_depth_is_a_pass},
     {"filtered GL: no light from beyond the rim", no_light_from_beyond_the_rim},
     {"filtered GL: layers behind and before opaque casters, hard and soft",
      layers_are_blended_behind_and_before},

@@ -24,13 +24,15 @@ static struct {
     int rarity;            // GARBAGE: one answer in so many is nonsense
     int questions;         // asked
     int objects;           // made and not deleted
+    int dispatches, uploaded; // compute shaders, bytes of buffers
     int messages;
     size_t longest;        // message
     void *mapped[8];       // by MapBufferRange, freed when the test ends
     int mapped_count;
 } driver;
 
-enum { TEXTURE_BINDING_CUBE_MAP = 0x8514, CONTEXT_LOST = 0x0507, SYNC_SIGNALED = 0x911A, SYNC_WAIT_FAILED = 0x911D };
+enum { ANY_NUMBER = 1 << 27 }; // a limit that is never reached, and the texture that is bound everywhere
+enum { FLAT = 0x0DE1, TEXTURE_BINDING_CUBE_MAP = 0x8514, CONTEXT_LOST = 0x0507, SYNC_SIGNALED = 0x911A, SYNC_WAIT_FAILED = 0x911D };
 
 // Whether the call does what it should; every function begins with it.
 static bool works(void)
@@ -79,14 +81,13 @@ static int strange(void)
     X(TextureStorage3D, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLsizei f))                \
     X(TextureStorage2DMultisample, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLboolean f))   \
     X(TextureParameteri, (GLuint a, GLenum b, GLint c))                                                  \
-    X(TextureParameterfv, (GLuint a, GLenum b, const GLfloat *c))                                        \
+    X(TexParameteri, (GLenum a, GLenum b, GLint c))                                                      \
     X(ActiveTexture, (GLenum a))                                                                         \
     X(BindTexture, (GLenum a, GLuint b))                                                                 \
     X(BindSampler, (GLuint a, GLuint b))                                                                 \
     X(SamplerParameteri, (GLuint a, GLenum b, GLint c))                                                  \
     X(BindImageTexture, (GLuint a, GLuint b, GLint c, GLboolean d, GLint e, GLenum f, GLenum g))         \
     X(BufferStorage, (GLenum a, GLsizeiptr b, const void *c, GLbitfield d))                              \
-    X(BufferSubData, (GLenum a, GLintptr b, GLsizeiptr c, const void *d))                                \
     X(CopyBufferSubData, (GLenum a, GLenum b, GLintptr c, GLintptr d, GLsizeiptr e))                     \
     X(BindBuffer, (GLenum a, GLuint b))                                                                  \
     X(BindBufferBase, (GLenum a, GLuint b, GLuint c))                                                    \
@@ -99,7 +100,6 @@ static int strange(void)
     X(ProgramUniform1f, (GLuint a, GLint b, GLfloat c))                                                  \
     X(ProgramUniform1iv, (GLuint a, GLint b, GLsizei c, const GLint *d))                                 \
     X(ProgramUniform4f, (GLuint a, GLint b, GLfloat c, GLfloat d, GLfloat e, GLfloat f))                 \
-    X(DispatchCompute, (GLuint a, GLuint b, GLuint c))                                                   \
     X(MemoryBarrier, (GLbitfield a))                                                                     \
     X(Flush, (void))                                                                                     \
     X(ObjectLabel, (GLenum a, GLuint b, GLsizei c, const GLchar *d))                                     \
@@ -111,6 +111,18 @@ static int strange(void)
         works();                                  \
     }
 DOES_NOTHING(NOTHING)
+
+static void GL_CALL hostile_DispatchCompute(GLuint x, GLuint y, GLuint z)
+{
+    works();
+    driver.dispatches++;
+}
+
+static void GL_CALL hostile_BufferSubData(GLenum target, GLintptr offset, GLsizeiptr bytes, const void *data)
+{
+    works();
+    driver.uploaded += (int)bytes;
+}
 
 // ---- Objects
 
@@ -201,7 +213,7 @@ static const unsigned char *GL_CALL hostile_GetString(GLenum name)
 static void GL_CALL hostile_GetIntegerv(GLenum name, GLint *value)
 {
     if (!works()) return; // a lost context writes nothing
-    *value = name == GL_MAJOR_VERSION ? 4 : name == GL_MINOR_VERSION ? 5 : 1 << 27;
+    *value = name == GL_MAJOR_VERSION ? 4 : name == GL_MINOR_VERSION ? 5 : ANY_NUMBER;
     if (name == TEXTURE_BINDING_CUBE_MAP) *value = 9; // the one that is given to update
     if (nonsense()) *value = strange();
 }
@@ -266,7 +278,7 @@ static void GL_CALL hostile_GetTexParameteriv(GLenum target, GLenum name, GLint 
 
 static void GL_CALL hostile_GetTexLevelParameteriv(GLenum target, GLint level, GLenum name, GLint *value)
 {
-    if (works()) *value = nonsense() ? strange() : name == GL_TEXTURE_SAMPLES ? 4 : 16;
+    if (works()) *value = nonsense() ? strange() : name == GL_TEXTURE_SAMPLES ? 4 : target == FLAT ? 64 : 16;
 }
 
 // Of shaders and programs: their status, and how long their log claims to be.
@@ -341,6 +353,7 @@ static void GL_CALL hostile_DeleteSync(void *fence)
 static gl_fakes_function load_hostile(const char *name)
 {
     DOES_NOTHING(RETURN_NOTHING)
+    RETURN(DispatchCompute) RETURN(BufferSubData)
     OBJECTS(RETURN_OBJECT)
     RETURN(CreateTextures) RETURN(DeleteTextures) RETURN(CreateShader) RETURN(DeleteShader)
     RETURN(CreateProgram) RETURN(DeleteProgram) RETURN(ShaderSource) RETURN(GetError) RETURN(GetString)
@@ -428,16 +441,21 @@ static int live_mssm(const char *what)
     check_create(r, g != NULL, what);
     if (r) return 1;
     const int before = driver.messages;
-    mssm_result all[10];
+    mssm_result all[14];
+    const mssm_gl_depth given = {ANY_NUMBER, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
     int n = 0;
     all[n++] = mssm_gl_set_light(g, 0, &light);
+    all[n++] = mssm_gl_set_light(g, 1, &light);
     all[n++] = mssm_gl_begin_depth(g, 0, 0);
     all[n++] = mssm_gl_end_depth(g);
     all[n++] = mssm_gl_begin_depth(g, 0, 1);
     all[n++] = mssm_gl_end_depth(g);
     all[n++] = mssm_gl_build(g);
     all[n++] = mssm_gl_bind(g);
+    all[n++] = mssm_gl_show(g, 0, MSSM_SHOW_MEAN);
     all[n++] = mssm_gl_set_moments(g, 1, 7);
+    all[n++] = mssm_gl_set_depth(g, 1, &given, NULL);
+    all[n++] = mssm_gl_set_depth(g, 0, &given, &given);
     all[n++] = mssm_gl_resize(g, 3, 128);
     all[n++] = mssm_gl_build(g);
     const int failures = count_failures(all, n, before, what);
@@ -619,7 +637,15 @@ static void frames_ask_nothing(void)
         questions[framed] = driver.questions - questions_before;
         for (int i = 0; g && i < 2; i++) { // nothing has changed
             const int built = driver.calls;
-            CHECK(!mssm_gl_build(g) && driver.calls - built < 4, "%d calls to build nothing", driver.calls - built);
+            CHECK(!mssm_gl_set_light(g, i, &light), "the same light");
+            CHECK(!mssm_gl_build(g) && driver.calls == built, "%d calls to build nothing", driver.calls - built);
+        }
+        const mssm_gl_depth given = {ANY_NUMBER, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
+        for (int round = 0; g && round < 2; round++) {
+            const int asked = driver.questions;
+            for (int i = 0; i < LIGHTS; i++) CHECK(!mssm_gl_set_depth(g, i, &given, NULL), "set_depth");
+            CHECK((driver.questions == asked) == (framed && round), "given depth, round %d: %d questions", round,
+                  driver.questions - asked);
         }
         if (g && framed) CHECK(!mssm_gl_end_frame(g), "end");
         mssm_gl_destroy(g);
@@ -629,6 +655,44 @@ static void frames_ask_nothing(void)
               calls[1], questions[1]);
     CHECK(questions[0] > LIGHTS, "questions are not counted");
     CHECK(!questions[1] && calls[1] <= 30 * LIGHTS, "%d calls, %d questions", calls[1], questions[1]);
+}
+
+// Front faces that back faces follow are not resolved, and of 50 lights one that changes is uploaded alone.
+static void only_what_is_needed_is_done(void)
+{
+    enum { LIGHTS = 50 };
+    const mssm_light light = light_of_half_size(0.1f), other = light_of_half_size(0.05f);
+    int dispatches[2] = {0, 0};
+    mssm_gl_desc d;
+    mssm_gl *g = NULL;
+    begin_driver(WORKS, 0, 1);
+    memset(&d, 0, sizeof d);
+    d.load = load_hostile;
+    d.lights = LIGHTS;
+    d.side = 64;
+    d.log = log_hostile;
+    CHECK(!mssm_gl_create(&g, &d), "create");
+    for (int i = 0; g && i < LIGHTS; i++) CHECK(!mssm_gl_set_light(g, i, &light), "light");
+    for (int back = 0; back < 2 && g; back++) {
+        const int made = driver.dispatches;
+        for (int i = 0; i < LIGHTS; i++) {
+            for (int k = 0; k <= back; k++) CHECK(!mssm_gl_begin_depth(g, i, k) && !mssm_gl_end_depth(g), "pass");
+        }
+        CHECK(!mssm_gl_build(g), "build");
+        dispatches[back] = driver.dispatches - made;
+    }
+    CHECK(dispatches[0] > LIGHTS && dispatches[1] == dispatches[0], "%d and %d dispatches", dispatches[0], dispatches[1]);
+    const int all = driver.uploaded;
+    for (int i = 0; i < 3 && g; i++) {
+        const int before = driver.uploaded, calls = driver.calls, at[3] = {0, 17, LIGHTS - 1};
+        CHECK(!mssm_gl_set_light(g, at[i], &other) && !mssm_gl_build(g), "one light");
+        const int bytes = driver.uploaded - before;
+        CHECK(bytes > 0 && bytes < 200 && driver.calls - calls < 10, "%d bytes, %d calls", bytes, driver.calls - calls);
+    }
+    test_note("%d lights: %d dispatches with and without back faces, %d bytes of views twice; of one light %d", LIGHTS,
+              dispatches[0], all, (driver.uploaded - all) / 3);
+    mssm_gl_destroy(g);
+    end_driver("what is needed");
 }
 
 static void thousands_of_lives_leave_nothing(void)
@@ -649,6 +713,7 @@ const test_case gl_hostile_tests[] = {
     {"hostile driver: any answer may be nonsense", drivers_may_answer_nonsense},
     {"hostile driver: extreme sizes are made or refused", extreme_sizes_are_made_or_refused},
     {"hostile driver: within a frame nothing is asked", frames_ask_nothing},
+    {"hostile driver: only what is needed is done", only_what_is_needed_is_done},
     {"hostile driver: 2000 lives leave nothing behind", thousands_of_lives_leave_nothing},
     {NULL, NULL},
 };

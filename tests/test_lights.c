@@ -456,6 +456,43 @@ static void bad_lights_are_refused(void)
     CHECK(mssm_light_fit(&l, -1, 1) && !memcmp(&l, kept, sizeof l), "a range beyond float: %g", (double)l.z_far);
 }
 
+// Depth of what a GPU stores is what mssm_light_project says of the same point; in [-1,1], whatever is stored.
+static void stored_depth_is_that_of_the_point(void)
+{
+    const float low[3] = {-2, -1, -2}, high[3] = {2, 2, 2}, to_light[3] = {0.3f, 1, 0.45f}, axis[3] = {1, 0, 0};
+    const float eye[3] = {1, 5, 1.5f}, odd[] = {-1, 2, NAN, INFINITY, -INFINITY, 1e-38f, 0, 1};
+    const int count = test_trials(20000);
+    mssm_light light[2];
+    double worst = 0;
+    uint64_t seed = 71;
+    CHECK(!mssm_light_directional(&light[0], to_light, axis, 0.1f, 0.1f, low, high) &&
+              !mssm_light_spot(&light[1], eye, to_light, axis, 0.7f, 0.05f, 20, 0.1f, 0.1f),
+          "lights");
+    for (int i = 0; i < count; i++) {
+        const mssm_light *l = &light[i % 2];
+        const double n = (double)l->z_near, f = (double)l->z_far, w = test_range(&seed, n, f);
+        const double z = -1 + 2 * (w - n) / (f - n), far = i % 2 ? f / (f - n) * (1 - n / w) : 0.5 + 0.5 * z;
+        const double off = fabs((double)mssm_light_depth(l, (float)(1 - far), 1) - z);
+        worst = fmax(worst, off);
+        // A normal one has lost what floats next to 1 cannot hold: 6e-8 of it, times the slope.
+        const double slope = i % 2 ? 2 * w * w / n / f : 2;
+        const double coarse = fabs((double)mssm_light_depth(l, (float)far, 0) - z);
+        CHECK(coarse <= 2e-6 + 6e-8 * slope, "depth %.9g is off by %g", z, coarse);
+    }
+    test_note("reversed depth is right to %.2g", worst);
+    CHECK(worst < 1e-6, "reversed depth is off by %g", worst);
+    for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+        for (int k = 0; k < 4; k++) {
+            const float z = mssm_light_depth(&light[k % 2], odd[i], k / 2);
+            CHECK(z >= -1 && z <= 1, "%g: %g", (double)odd[i], (double)z);
+        }
+    }
+    CHECK(mssm_light_depth(&light[1], 1, 0) == 1 && mssm_light_depth(&light[1], 0, 1) == 1 &&
+              mssm_light_depth(&light[1], 0, 0) == -1 && mssm_light_depth(&light[0], 1, 1) == -1 &&
+              mssm_light_depth(&light[0], 0.25f, 0) == -0.5f,
+          "ends");
+}
+
 // Ranges of no width, next to the light, and where numbers end.
 static void fitting_holds_at_its_ends(void)
 {
@@ -487,6 +524,7 @@ const test_case lights_tests[] = {
     {"wide lights near their blockers agree with ray tracing", wide_lights_near_their_blockers},
     {"a fitted light maps the drawn range and nothing else", fitting_maps_the_drawn_range},
     {"a fitted light is no less accurate", fitting_does_not_cost_accuracy},
+    {"lights: stored depth is that of the point", stored_depth_is_that_of_the_point},
     {"a fitted light holds at the ends of its range", fitting_holds_at_its_ends},
     {"boxes that follow the camera do not crawl", boxes_that_follow_do_not_crawl},
     {"snapped texels are a lattice of the world", snapped_texels_are_a_lattice},

@@ -76,19 +76,4 @@ void gl_surfaces_free(gl_surfaces *s);
 // Six faces of RGB floats as a cube map with linear filtering, into *texture (0 makes one).
 void gl_probe_upload(GLuint *texture, const float *const face[6], int side);
 
-// ---- Time
-
-#define GL_TIMER_MARKS 8
-
-// Time between marks as the GPU sees it. Reading waits for the GPU; wait a frame or two before.
-typedef struct gl_timer {
-    GLuint query[GL_TIMER_MARKS];
-    int marks;
-} gl_timer;
-
-void gl_timer_start(gl_timer *t); // a zeroed timer, or again: sets mark 0
-void gl_timer_mark(gl_timer *t);
-double gl_timer_seconds(const gl_timer *t, int mark); // from mark - 1 to mark
-void gl_timer_free(gl_timer *t);
-
 #endif

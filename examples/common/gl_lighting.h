@@ -5,6 +5,7 @@
 #define GL_LIGHTING_H
 
 #include "gl_draw.h"
+#include "gl_timer.h"
 #include "lighting.h"
 
 // Lights with sharp shadows get larger maps (lighting_map_side), so there are two sets of maps.
@@ -40,7 +41,7 @@ void gl_lighting_draw_view(gl_lighting *g, const scene *s, const camera *eye);
 // Into the target that is bound; program 0: g->program.
 void gl_lighting_shade(gl_lighting *g, GLuint program, const lighting *l, const camera *eye);
 
-// Seconds of a step of the last frame. Waits until it is done.
+// Seconds of a step of the last frame. Waits until it is done; gl_timer_latest(&g->timer, step) does not.
 enum { GL_LIGHTING_DEPTH = 1, GL_LIGHTING_TABLES, GL_LIGHTING_VIEW, GL_LIGHTING_SHADING };
 double gl_lighting_seconds(const gl_lighting *g, int step);
 
