@@ -2585,8 +2585,11 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     for (int j = 1; j < 4; j++) {
         if (p.w[j] < 1e-4f) continue;
         float distance = mssm_spread_to(v, r, p.z[j]);
-        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, k.d);
-        float fresh = k.first == 1 ? counted : counted - mssm_between(distance, k.d, k.outer);
+        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but not
+        // out of what lies behind, whose mean is nearer then.
+        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;
+        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, k.d);
+        float fresh = k.first == 1 ? counted : counted - mssm_between(at, k.d, k.outer);
         float w;
         if (p.z[j] < r.z_test) {
             w = mssm_blocked(r, p.z[j], p.w[j]);
@@ -2601,7 +2604,6 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             // shadow itself. Halfway to its back, a surface is less in its own way.
             w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);
             if (r.plane == 1) w = w * mssm_clamp(1.3f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
-            s.all += w;
         }
         s.counted += w * counted;
         s.fresh += w * fresh;
@@ -4546,8 +4548,11 @@ static const char mssm__glsl_shading[] =
     "    for (int j = 1; j < 4; j++) {\n"
     "        if (p.w[j] < 1e-4f) continue;\n"
     "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
-    "        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, k.d);\n"
-    "        float fresh = k.first == 1 ? counted : counted - mssm_between(distance, k.d, k.outer);\n"
+    "        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but not\n"
+    "        // out of what lies behind, whose mean is nearer then.\n"
+    "        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;\n"
+    "        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, k.d);\n"
+    "        float fresh = k.first == 1 ? counted : counted - mssm_between(at, k.d, k.outer);\n"
     "        float w;\n"
     "        if (p.z[j] < r.z_test) {\n"
     "            w = mssm_blocked(r, p.z[j], p.w[j]);\n"
@@ -4562,7 +4567,6 @@ static const char mssm__glsl_shading[] =
     "            // shadow itself. Halfway to its back, a surface is less in its own way.\n"
     "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);\n"
     "            if (r.plane == 1) w = w * mssm_clamp(1.3f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
-    "            s.all += w;\n"
     "        }\n"
     "        s.counted += w * counted;\n"
     "        s.fresh += w * fresh;\n"
