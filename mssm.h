@@ -2476,15 +2476,15 @@ MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
 // than d where the whole light is above the horizon.
 MSSM_SHARED float mssm_plane_reach(mssm_view v, struct mssm_receiver r, float d)
 {
-    float rise = r.rise_u * (mssm_half_width(v, v.kernel_u, d) + 0.5f) +
-                 r.rise_v * (mssm_half_width(v, v.kernel_v, d) + 0.5f);
-    return mssm_clamp(rise, 0.0f, d);
+    return mssm_min(r.rise_u * mssm_half_width(v, v.kernel_u, d) +
+                    r.rise_v * mssm_half_width(v, v.kernel_v, d), d);
 }
 
-// The part of a blocker at that distance which is not the receiver's tangent plane.
+// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's moments
+// have their points in front between a third and all of its reach.
 MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
 {
-    return mssm_clamp((distance - 0.3f * plane_reach) / (0.5f * plane_reach + 1e-30f), 0.0f, 1.0f);
+    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);
 }
 
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
@@ -2519,12 +2519,13 @@ struct mssm_nested {
     int last;
 };
 
-// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, and
-// of those that it alone stands for.
+// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, of
+// those that it alone stands for, and of those so far off that wider ones have dealt with them.
 struct mssm_occlusion {
     float all;
     float counted;
     float fresh;
+    float past;
 };
 
 // Linear in the area of kernels: 0 at distance a, 1 at b.
@@ -2576,12 +2577,14 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     float rim = half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
     float nearer = 1.0f / (0.3f * k.d + 1e-30f);
+    float past = k.first == 1 ? 0.0f : 0.3f * nearer;
     float near_by = 0.0f;
     float seen = p.w[0];
     struct mssm_occlusion s;
     s.all = 0.0f;
     s.counted = 0.0f;
     s.fresh = 0.0f;
+    s.past = 0.0f;
     for (int j = 1; j < 4; j++) {
         if (p.w[j] < 1e-4f) continue;
         float distance = mssm_spread_to(v, r, p.z[j]);
@@ -2596,6 +2599,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             if (r.plane == 1) w = w * mssm_off_plane(distance, plane_reach);
             if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);
             s.all += w;
+            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);
             near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
         } else {
             seen += p.w[j];
@@ -2603,7 +2607,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             // plane's reach: without this a plane tilted by more than a third of the light's reach would
             // shadow itself. Halfway to its back, a surface is less in its own way.
             w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);
-            if (r.plane == 1) w = w * mssm_clamp(1.3f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
+            if (r.plane == 1) w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
         }
         s.counted += w * counted;
         s.fresh += w * fresh;
@@ -2613,6 +2617,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);
     s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);
     s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);
+    s.past = mssm_clamp(s.past, 0.0f, s.counted);
     s.all = mssm_clamp(s.all, s.counted, 1.0f);
     return s;
 }
@@ -2666,9 +2671,12 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         }
         struct mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);
         float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);
+        // Of what wider kernels left, none is left to the blockers of other layers, much further than this
+        // kernel's, that block beside it. 1.3, not 1: where only those are seen, they stand for what they hide.
+        float left = (1.3f * s.counted - s.past) / (1.3f - s.past);
         float more = lit * s.fresh;
-        blocked += more + rest * s.counted;
-        lit += rest * (part - s.counted) - more;
+        blocked += more + rest * left;
+        lit += rest * (part - left) - more;
         lit = mssm_max(lit, 0.0f);
         rest = rest * (1.0f - part);
         k.first = 0;
@@ -4439,15 +4447,15 @@ static const char mssm__glsl_shading[] =
     "// than d where the whole light is above the horizon.\n"
     "MSSM_SHARED float mssm_plane_reach(mssm_view v, mssm_receiver r, float d)\n"
     "{\n"
-    "    float rise = r.rise_u * (mssm_half_width(v, v.kernel_u, d) + 0.5f) +\n"
-    "                 r.rise_v * (mssm_half_width(v, v.kernel_v, d) + 0.5f);\n"
-    "    return mssm_clamp(rise, 0.0f, d);\n"
+    "    return mssm_min(r.rise_u * mssm_half_width(v, v.kernel_u, d) +\n"
+    "                    r.rise_v * mssm_half_width(v, v.kernel_v, d), d);\n"
     "}\n"
     "\n"
-    "// The part of a blocker at that distance which is not the receiver's tangent plane.\n"
+    "// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's moments\n"
+    "// have their points in front between a third and all of its reach.\n"
     "MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)\n"
     "{\n"
-    "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.5f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
+    "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "}\n"
     "\n"
     "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
@@ -4482,12 +4490,13 @@ static const char mssm__glsl_shading[] =
     "    int last;\n"
     "};\n"
     "\n"
-    "// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, and\n"
-    "// of those that it alone stands for.\n"
+    "// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, of\n"
+    "// those that it alone stands for, and of those so far off that wider ones have dealt with them.\n"
     "struct mssm_occlusion {\n"
     "    float all;\n"
     "    float counted;\n"
     "    float fresh;\n"
+    "    float past;\n"
     "};\n"
     "\n"
     "// Linear in the area of kernels: 0 at distance a, 1 at b.\n"
@@ -4539,12 +4548,14 @@ static const char mssm__glsl_shading[] =
     "    float rim = half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
     "    float nearer = 1.0f / (0.3f * k.d + 1e-30f);\n"
+    "    float past = k.first == 1 ? 0.0f : 0.3f * nearer;\n"
     "    float near_by = 0.0f;\n"
     "    float seen = p.w[0];\n"
     "    mssm_occlusion s;\n"
     "    s.all = 0.0f;\n"
     "    s.counted = 0.0f;\n"
     "    s.fresh = 0.0f;\n"
+    "    s.past = 0.0f;\n"
     "    for (int j = 1; j < 4; j++) {\n"
     "        if (p.w[j] < 1e-4f) continue;\n"
     "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
@@ -4559,6 +4570,7 @@ static const char mssm__glsl_shading[] =
     "            if (r.plane == 1) w = w * mssm_off_plane(distance, plane_reach);\n"
     "            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);\n"
     "            s.all += w;\n"
+    "            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);\n"
     "            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
     "        } else {\n"
     "            seen += p.w[j];\n"
@@ -4566,7 +4578,7 @@ static const char mssm__glsl_shading[] =
     "            // plane's reach: without this a plane tilted by more than a third of the light's reach would\n"
     "            // shadow itself. Halfway to its back, a surface is less in its own way.\n"
     "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);\n"
-    "            if (r.plane == 1) w = w * mssm_clamp(1.3f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
+    "            if (r.plane == 1) w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "        }\n"
     "        s.counted += w * counted;\n"
     "        s.fresh += w * fresh;\n"
@@ -4576,6 +4588,7 @@ static const char mssm__glsl_shading[] =
     "    if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);\n"
     "    s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);\n"
     "    s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);\n"
+    "    s.past = mssm_clamp(s.past, 0.0f, s.counted);\n"
     "    s.all = mssm_clamp(s.all, s.counted, 1.0f);\n"
     "    return s;\n"
     "}\n"
@@ -4629,9 +4642,12 @@ static const char mssm__glsl_shading[] =
     "        }\n"
     "        mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);\n"
     "        float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);\n"
+    "        // Of what wider kernels left, none is left to the blockers of other layers, much further than this\n"
+    "        // kernel's, that block beside it. 1.3, not 1: where only those are seen, they stand for what they hide.\n"
+    "        float left = (1.3f * s.counted - s.past) / (1.3f - s.past);\n"
     "        float more = lit * s.fresh;\n"
-    "        blocked += more + rest * s.counted;\n"
-    "        lit += rest * (part - s.counted) - more;\n"
+    "        blocked += more + rest * left;\n"
+    "        lit += rest * (part - left) - more;\n"
     "        lit = mssm_max(lit, 0.0f);\n"
     "        rest = rest * (1.0f - part);\n"
     "        k.first = 0;\n"
