@@ -2165,12 +2165,13 @@ MSSM_SHARED int mssm_depth_level(float half_size, int levels)
     return level < levels - 1 ? level : levels - 1;
 }
 
-// First and last of at most three texels of least depth on one axis; scale is one over their width.
+// First and last of at most three texels of least depth on one axis, as they are before the fraction is
+// cut off; scale is one over their width.
 MSSM_SHARED struct mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)
 {
     struct mssm_span r;
-    r.low = mssm_clamp(floorf((x - half_size) * scale), 0.0f, size - 1.0f);
-    r.high = mssm_clamp(floorf((x + half_size) * scale), 0.0f, size - 1.0f);
+    r.low = mssm_clamp((x - half_size) * scale, 0.0f, size - 1.0f);
+    r.high = mssm_clamp((x + half_size) * scale, 0.0f, size - 1.0f);
     return r;
 }
 // [glsl end]
@@ -2254,10 +2255,11 @@ static float mssm__least_depth(const mssm_map *map, float x, float y, float half
     const float scale = 0.5f / (float)(1 << level);
     const struct mssm_span sx = mssm_cut_depths(x, half_size, scale, (float)size);
     const struct mssm_span sy = mssm_cut_depths(y, half_size, scale, (float)size);
+    const int first = (int)sx.low, last = (int)sx.high, top = (int)sy.high;
     float least = 1.0f;
-    for (int j = (int)sy.low; j <= (int)sy.high; j++) {
+    for (int j = (int)sy.low; j <= top; j++) {
         const float *row = map->depth[level] + (size_t)j * (size_t)size;
-        for (int i = (int)sx.low; i <= (int)sx.high; i++) least = mssm_min(row[i], least);
+        for (int i = first; i <= last; i++) least = mssm_min(row[i], least);
     }
     return least;
 }
@@ -4233,12 +4235,13 @@ static const char mssm__glsl_shading[] =
     "    return level < levels - 1 ? level : levels - 1;\n"
     "}\n"
     "\n"
-    "// First and last of at most three texels of least depth on one axis; scale is one over their width.\n"
+    "// First and last of at most three texels of least depth on one axis, as they are before the fraction is\n"
+    "// cut off; scale is one over their width.\n"
     "MSSM_SHARED mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)\n"
     "{\n"
     "    mssm_span r;\n"
-    "    r.low = mssm_clamp(floorf((x - half_size) * scale), 0.0f, size - 1.0f);\n"
-    "    r.high = mssm_clamp(floorf((x + half_size) * scale), 0.0f, size - 1.0f);\n"
+    "    r.low = mssm_clamp((x - half_size) * scale, 0.0f, size - 1.0f);\n"
+    "    r.high = mssm_clamp((x + half_size) * scale, 0.0f, size - 1.0f);\n"
     "    return r;\n"
     "}\n"
     "\n"
