@@ -530,37 +530,48 @@ static void visibility_stays_in_range(void)
 
 // ---- how visibility changes ------------------------------------------------------------------
 
+// Whether rays from all of a grid of points around this one agree: within two texels and a half of a map of
+// 256 there is no edge, or none that so many points show.
+static int is_away_from_edges(const setup *u, const double point[3], const double normal[3], int grid,
+                              uint64_t *state)
+{
+    double least = 1, most = 0;
+    for (int n = 0; n < grid * grid; n++) {
+        const double off = 0.08 / (grid - 1);
+        const double p[3] = {point[0] + off * (n % grid - grid / 2), point[1],
+                             point[2] + off * (n / grid - grid / 2)};
+        const double v = scene_visibility(&u->scene, &u->light, p, normal, 1, state);
+        least = fmin(least, v);
+        most = fmax(most, v);
+    }
+    return least >= most;
+}
+
 // Without size a light casts the filtered hard shadow: all or nothing a texel or two off any edge.
 static void a_light_without_size_casts_a_hard_shadow(void)
 {
     uint64_t state = 10;
-    int counted = 0, wrong = 0;
+    int counted = 0;
     for (int s = 0; s < SCENE_COUNT; s++) {
         setup u;
         setup_scene(&u, s, 0, usual_side());
         for (int i = 0; i < test_trials(400); i++) {
-            double point[3], normal[3], least = 1, most = 0;
+            double point[3], normal[3];
             scene_receiver(&u.scene, &state, point, normal);
             if (u.scene.ground_casts || point[1] > u.scene.ground)
                 continue; // the ground has no texels
             const double exact = scene_visibility(&u.scene, &u.light, point, normal, 1, &state);
-            for (int n = 0; n < 9; n++) { // the truth around the point must be the same
-                const double off = 0.04;
-                const double p[3] = {point[0] + off * (n % 3 - 1), point[1],
-                                     point[2] + off * (n / 3 - 1)};
-                const double v = scene_visibility(&u.scene, &u.light, p, normal, 1, &state);
-                least = fmin(least, v);
-                most = fmax(most, v);
-            }
-            if (least != most) continue;
+            const double v = visibility(&u, NULL, point);
+            if (!is_away_from_edges(&u, point, normal, 3, &state)) continue;
             counted++;
-            if (usual_side() >= 256 && fabs(visibility(&u, NULL, point) - exact) > 0.02) wrong++;
+            // Three by three points may miss a leaf seen edge-on.
+            CHECK(usual_side() < 256 || fabs(v - exact) < 0.02 ||
+                      !is_away_from_edges(&u, point, normal, 33, &state),
+                  "%s: %g, truth %g", u.scene.name, v, exact);
         }
         setup_free(&u);
     }
-    // A leaf seen edge-on may lie between all texel centres.
-    test_note("%d receivers away from edges, %d of them wrong", counted, wrong);
-    CHECK(wrong <= counted / 1000, "%d of %d are wrong", wrong, counted);
+    test_note("%d receivers away from edges", counted);
 }
 
 // Under the middle of a plate a larger light is seen more, beyond its edge less.
