@@ -2215,12 +2215,13 @@ MSSM_SHARED int mssm_depth_level(float half_size, int levels)
     return level < levels - 1 ? level : levels - 1;
 }
 
-// First and last of at most three texels of least depth on one axis; scale is one over their width.
+// First and last of at most three texels of least depth on one axis, as they are before the fraction is
+// cut off; scale is one over their width.
 MSSM_SHARED struct mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)
 {
     struct mssm_span r;
-    r.low = mssm_clamp(floorf((x - half_size) * scale), 0.0f, size - 1.0f);
-    r.high = mssm_clamp(floorf((x + half_size) * scale), 0.0f, size - 1.0f);
+    r.low = mssm_clamp((x - half_size) * scale, 0.0f, size - 1.0f);
+    r.high = mssm_clamp((x + half_size) * scale, 0.0f, size - 1.0f);
     return r;
 }
 // [glsl end]
@@ -2304,10 +2305,11 @@ static float mssm__least_depth(const mssm_map *map, float x, float y, float half
     const float scale = 0.5f / (float)(1 << level);
     const struct mssm_span sx = mssm_cut_depths(x, half_size, scale, (float)size);
     const struct mssm_span sy = mssm_cut_depths(y, half_size, scale, (float)size);
+    const int first = (int)sx.low, last = (int)sx.high, top = (int)sy.high;
     float least = 1.0f;
-    for (int j = (int)sy.low; j <= (int)sy.high; j++) {
+    for (int j = (int)sy.low; j <= top; j++) {
         const float *row = map->depth[level] + (size_t)j * (size_t)size;
-        for (int i = (int)sx.low; i <= (int)sx.high; i++) least = mssm_min(row[i], least);
+        for (int i = first; i <= last; i++) least = mssm_min(row[i], least);
     }
     return least;
 }
@@ -2534,15 +2536,15 @@ MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
 // than d where the whole light is above the horizon.
 MSSM_SHARED float mssm_plane_reach(mssm_view v, struct mssm_receiver r, float d)
 {
-    float rise = r.rise_u * (mssm_half_width(v, v.kernel_u, d) + 0.5f) +
-                 r.rise_v * (mssm_half_width(v, v.kernel_v, d) + 0.5f);
-    return mssm_clamp(rise, 0.0f, d);
+    return mssm_min(r.rise_u * mssm_half_width(v, v.kernel_u, d) +
+                    r.rise_v * mssm_half_width(v, v.kernel_v, d), d);
 }
 
-// The part of a blocker at that distance which is not the receiver's tangent plane.
+// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's moments
+// have their points in front between a third and all of its reach.
 MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
 {
-    return mssm_clamp((distance - 0.3f * plane_reach) / (0.5f * plane_reach + 1e-30f), 0.0f, 1.0f);
+    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);
 }
 
 // [glsl end]
@@ -2581,12 +2583,13 @@ struct mssm_nested {
     int last;
 };
 
-// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, and
-// of those that it alone stands for.
+// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, of
+// those that it alone stands for, and of those so far off that wider ones have dealt with them.
 struct mssm_occlusion {
     float all;
     float counted;
     float fresh;
+    float past;
 };
 
 // Linear in the area of kernels: 0 at distance a, 1 at b.
@@ -2638,23 +2641,29 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     float rim = half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
     float nearer = 1.0f / (0.3f * k.d + 1e-30f);
+    float past = k.first == 1 ? 0.0f : 0.3f * nearer;
     float near_by = 0.0f;
     float seen = p.w[0];
     struct mssm_occlusion s;
     s.all = 0.0f;
     s.counted = 0.0f;
     s.fresh = 0.0f;
+    s.past = 0.0f;
     for (int j = 1; j < 4; j++) {
         if (p.w[j] < 1e-4f) continue;
         float distance = mssm_spread_to(v, r, p.z[j]);
-        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, k.d);
-        float fresh = k.first == 1 ? counted : counted - mssm_between(distance, k.d, k.outer);
+        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but not
+        // out of what lies behind, whose mean is nearer then.
+        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;
+        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, k.d);
+        float fresh = k.first == 1 ? counted : counted - mssm_between(at, k.d, k.outer);
         float w;
         if (p.z[j] < r.z_test) {
             w = mssm_blocked(r, p.z[j], p.w[j]);
             if (r.plane == 1) w = w * mssm_off_plane(distance, plane_reach);
             if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);
             s.all += w;
+            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);
             near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
         } else {
             seen += p.w[j];
@@ -2662,8 +2671,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             // plane's reach: without this a plane tilted by more than a third of the light's reach would
             // shadow itself. Halfway to its back, a surface is less in its own way.
             w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);
-            if (r.plane == 1) w = w * mssm_clamp(1.3f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
-            s.all += w;
+            if (r.plane == 1) w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
         }
         s.counted += w * counted;
         s.fresh += w * fresh;
@@ -2673,6 +2681,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);
     s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);
     s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);
+    s.past = mssm_clamp(s.past, 0.0f, s.counted);
     s.all = mssm_clamp(s.all, s.counted, 1.0f);
     return s;
 }
@@ -2728,9 +2737,12 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         }
         struct mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);
         float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);
+        // Of what wider kernels left, none is left to the blockers of other layers, much further than this
+        // kernel's, that block beside it. 1.3, not 1: where only those are seen, they stand for what they hide.
+        float left = (1.3f * s.counted - s.past) / (1.3f - s.past);
         float more = lit * s.fresh;
-        blocked += more + rest * s.counted;
-        lit += rest * (part - s.counted) - more;
+        blocked += more + rest * left;
+        lit += rest * (part - left) - more;
         lit = mssm_max(lit, 0.0f);
         rest = rest * (1.0f - part);
         k.first = 0;
@@ -4289,12 +4301,13 @@ static const char mssm__glsl_shading[] =
     "    return level < levels - 1 ? level : levels - 1;\n"
     "}\n"
     "\n"
-    "// First and last of at most three texels of least depth on one axis; scale is one over their width.\n"
+    "// First and last of at most three texels of least depth on one axis, as they are before the fraction is\n"
+    "// cut off; scale is one over their width.\n"
     "MSSM_SHARED mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)\n"
     "{\n"
     "    mssm_span r;\n"
-    "    r.low = mssm_clamp(floorf((x - half_size) * scale), 0.0f, size - 1.0f);\n"
-    "    r.high = mssm_clamp(floorf((x + half_size) * scale), 0.0f, size - 1.0f);\n"
+    "    r.low = mssm_clamp((x - half_size) * scale, 0.0f, size - 1.0f);\n"
+    "    r.high = mssm_clamp((x + half_size) * scale, 0.0f, size - 1.0f);\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -4476,15 +4489,15 @@ static const char mssm__glsl_shading[] =
     "// than d where the whole light is above the horizon.\n"
     "MSSM_SHARED float mssm_plane_reach(mssm_view v, mssm_receiver r, float d)\n"
     "{\n"
-    "    float rise = r.rise_u * (mssm_half_width(v, v.kernel_u, d) + 0.5f) +\n"
-    "                 r.rise_v * (mssm_half_width(v, v.kernel_v, d) + 0.5f);\n"
-    "    return mssm_clamp(rise, 0.0f, d);\n"
+    "    return mssm_min(r.rise_u * mssm_half_width(v, v.kernel_u, d) +\n"
+    "                    r.rise_v * mssm_half_width(v, v.kernel_v, d), d);\n"
     "}\n"
     "\n"
-    "// The part of a blocker at that distance which is not the receiver's tangent plane.\n"
+    "// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's moments\n"
+    "// have their points in front between a third and all of its reach.\n"
     "MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)\n"
     "{\n"
-    "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.5f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
+    "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "}\n"
     "\n"
     "// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider one\n"
@@ -4497,12 +4510,13 @@ static const char mssm__glsl_shading[] =
     "    int last;\n"
     "};\n"
     "\n"
-    "// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, and\n"
-    "// of those that it alone stands for.\n"
+    "// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, of\n"
+    "// those that it alone stands for, and of those so far off that wider ones have dealt with them.\n"
     "struct mssm_occlusion {\n"
     "    float all;\n"
     "    float counted;\n"
     "    float fresh;\n"
+    "    float past;\n"
     "};\n"
     "\n"
     "// Linear in the area of kernels: 0 at distance a, 1 at b.\n"
@@ -4554,23 +4568,29 @@ static const char mssm__glsl_shading[] =
     "    float rim = half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
     "    float nearer = 1.0f / (0.3f * k.d + 1e-30f);\n"
+    "    float past = k.first == 1 ? 0.0f : 0.3f * nearer;\n"
     "    float near_by = 0.0f;\n"
     "    float seen = p.w[0];\n"
     "    mssm_occlusion s;\n"
     "    s.all = 0.0f;\n"
     "    s.counted = 0.0f;\n"
     "    s.fresh = 0.0f;\n"
+    "    s.past = 0.0f;\n"
     "    for (int j = 1; j < 4; j++) {\n"
     "        if (p.w[j] < 1e-4f) continue;\n"
     "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
-    "        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, k.d);\n"
-    "        float fresh = k.first == 1 ? counted : counted - mssm_between(distance, k.d, k.outer);\n"
+    "        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but not\n"
+    "        // out of what lies behind, whose mean is nearer then.\n"
+    "        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;\n"
+    "        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, k.d);\n"
+    "        float fresh = k.first == 1 ? counted : counted - mssm_between(at, k.d, k.outer);\n"
     "        float w;\n"
     "        if (p.z[j] < r.z_test) {\n"
     "            w = mssm_blocked(r, p.z[j], p.w[j]);\n"
     "            if (r.plane == 1) w = w * mssm_off_plane(distance, plane_reach);\n"
     "            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);\n"
     "            s.all += w;\n"
+    "            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);\n"
     "            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
     "        } else {\n"
     "            seen += p.w[j];\n"
@@ -4578,8 +4598,7 @@ static const char mssm__glsl_shading[] =
     "            // plane's reach: without this a plane tilted by more than a third of the light's reach would\n"
     "            // shadow itself. Halfway to its back, a surface is less in its own way.\n"
     "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);\n"
-    "            if (r.plane == 1) w = w * mssm_clamp(1.3f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
-    "            s.all += w;\n"
+    "            if (r.plane == 1) w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "        }\n"
     "        s.counted += w * counted;\n"
     "        s.fresh += w * fresh;\n"
@@ -4589,6 +4608,7 @@ static const char mssm__glsl_shading[] =
     "    if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);\n"
     "    s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);\n"
     "    s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);\n"
+    "    s.past = mssm_clamp(s.past, 0.0f, s.counted);\n"
     "    s.all = mssm_clamp(s.all, s.counted, 1.0f);\n"
     "    return s;\n"
     "}\n"
@@ -4708,9 +4728,12 @@ static const char mssm__glsl_shading[] =
     "        }\n"
     "        mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);\n"
     "        float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);\n"
+    "        // Of what wider kernels left, none is left to the blockers of other layers, much further than this\n"
+    "        // kernel's, that block beside it. 1.3, not 1: where only those are seen, they stand for what they hide.\n"
+    "        float left = (1.3f * s.counted - s.past) / (1.3f - s.past);\n"
     "        float more = lit * s.fresh;\n"
-    "        blocked += more + rest * s.counted;\n"
-    "        lit += rest * (part - s.counted) - more;\n"
+    "        blocked += more + rest * left;\n"
+    "        lit += rest * (part - left) - more;\n"
     "        lit = mssm_max(lit, 0.0f);\n"
     "        rest = rest * (1.0f - part);\n"
     "        k.first = 0;\n"

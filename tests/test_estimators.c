@@ -391,17 +391,17 @@ static void normals_tell_the_receivers_own_surface(void)
         "mean rms %.4f without normals, %.4f with them, %.4f tilted by 20 degrees, %.4f reversed",
         mean[NO_NORMAL], mean[NORMAL], mean[TILTED], mean[REVERSED]);
     if (receivers < 100) return;
-    CHECK(mean[NORMAL] < mean[NO_NORMAL], "%.4f with normals, %.4f without", mean[NORMAL],
+    CHECK(mean[NORMAL] < 0.99 * mean[NO_NORMAL], "%.4f with normals, %.4f without", mean[NORMAL],
           mean[NO_NORMAL]);
     CHECK(mean[TILTED] < 1.1 * mean[NORMAL], "tilted: %.4f, not %.4f", mean[TILTED], mean[NORMAL]);
     CHECK(mean[REVERSED] < 1.01 * mean[NORMAL], "reversed: %.4f, not %.4f", mean[REVERSED],
           mean[NORMAL]);
 }
 
-// Shorter than 1e-22, its square is 0 in single precision and the normal counts as unknown.
+// Powers of two change no digit of it, so that nothing at all may depend on them.
 static void only_the_direction_of_a_normal_counts(void)
 {
-    static const double lengths[6] = {1e-20, 1e-10, 1e-3, 7, 1e15, 1e30};
+    static const double lengths[6] = {0x1p-66, 0x1p-33, 0x1p-10, 8, 0x1p50, 0x1p100};
     uint64_t state = 33;
     double worst[6] = {0};
     for (int way = 0; way < 2; way++) {
@@ -423,7 +423,7 @@ static void only_the_direction_of_a_normal_counts(void)
         }
         setup_free(&u);
     }
-    for (int l = 0; l < 6; l++) CHECK(worst[l] < 1e-4, "length %g: %g", lengths[l], worst[l]);
+    for (int l = 0; l < 6; l++) CHECK(worst[l] <= 0, "length %g: %g", lengths[l], worst[l]);
 }
 
 // Points that interpolation or rounding has put a part of a texel below the surface that the map holds.

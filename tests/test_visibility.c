@@ -530,37 +530,48 @@ static void visibility_stays_in_range(void)
 
 // ---- how visibility changes ------------------------------------------------------------------
 
+// Whether rays from all of a grid of points around this one agree: within two texels and a half of a map of
+// 256 there is no edge, or none that so many points show.
+static int is_away_from_edges(const setup *u, const double point[3], const double normal[3], int grid,
+                              uint64_t *state)
+{
+    double least = 1, most = 0;
+    for (int n = 0; n < grid * grid; n++) {
+        const double off = 0.08 / (grid - 1);
+        const double p[3] = {point[0] + off * (n % grid - grid / 2), point[1],
+                             point[2] + off * (n / grid - grid / 2)};
+        const double v = scene_visibility(&u->scene, &u->light, p, normal, 1, state);
+        least = fmin(least, v);
+        most = fmax(most, v);
+    }
+    return least >= most;
+}
+
 // Without size a light casts the filtered hard shadow: all or nothing a texel or two off any edge.
 static void a_light_without_size_casts_a_hard_shadow(void)
 {
     uint64_t state = 10;
-    int counted = 0, wrong = 0;
+    int counted = 0;
     for (int s = 0; s < SCENE_COUNT; s++) {
         setup u;
         setup_scene(&u, s, 0, usual_side());
         for (int i = 0; i < test_trials(400); i++) {
-            double point[3], normal[3], least = 1, most = 0;
+            double point[3], normal[3];
             scene_receiver(&u.scene, &state, point, normal);
             if (u.scene.ground_casts || point[1] > u.scene.ground)
                 continue; // the ground has no texels
             const double exact = scene_visibility(&u.scene, &u.light, point, normal, 1, &state);
-            for (int n = 0; n < 9; n++) { // the truth around the point must be the same
-                const double off = 0.04;
-                const double p[3] = {point[0] + off * (n % 3 - 1), point[1],
-                                     point[2] + off * (n / 3 - 1)};
-                const double v = scene_visibility(&u.scene, &u.light, p, normal, 1, &state);
-                least = fmin(least, v);
-                most = fmax(most, v);
-            }
-            if (least != most) continue;
+            const double v = visibility(&u, NULL, point);
+            if (!is_away_from_edges(&u, point, normal, 3, &state)) continue;
             counted++;
-            if (usual_side() >= 256 && fabs(visibility(&u, NULL, point) - exact) > 0.02) wrong++;
+            // Three by three points may miss a leaf seen edge-on.
+            CHECK(usual_side() < 256 || fabs(v - exact) < 0.02 ||
+                      !is_away_from_edges(&u, point, normal, 33, &state),
+                  "%s: %g, truth %g", u.scene.name, v, exact);
         }
         setup_free(&u);
     }
-    // A leaf seen edge-on may lie between all texel centres.
-    test_note("%d receivers away from edges, %d of them wrong", counted, wrong);
-    CHECK(wrong <= counted / 1000, "%d of %d are wrong", wrong, counted);
+    test_note("%d receivers away from edges", counted);
 }
 
 // Under the middle of a plate a larger light is seen more, beyond its edge less.
@@ -588,38 +599,63 @@ static void a_larger_light_softens_monotonically(void)
     CHECK(worst < 0.02, "%.4f", worst);
 }
 
-// Along a line in steps of a quarter texel: the steps of the estimate against those of the truth,
-// and of PCSS, whose temporal error is the bar.
+// Within a shape, or so close that a map of 256 cannot tell.
+static int is_inside(const scene *s, const double p[3])
+{
+    for (int i = 0; i < s->count; i++) {
+        const shape *a = s->shapes + i;
+        double along[3], length = 0, most = -1;
+        for (int k = 0; k < 3; k++) {
+            along[k] = 0;
+            for (int m = 0; m < 3; m++) along[k] += a->axis[k][m] * (p[m] - a->centre[m]);
+            length += pow(p[k] - a->centre[k], 2);
+            most = fmax(most, fabs(along[k]) - a->half[k]);
+        }
+        if (a->kind == SHAPE_BOX ? most < 0.03 : sqrt(length) < a->half[0] + 0.03) return 1;
+    }
+    return 0;
+}
+
+// Along lines on the ground in steps of a quarter texel: the steps of the estimate against those of the
+// truth, and of PCSS, whose temporal error is the bar.
 static void visibility_does_not_jump(void)
 {
+    enum { LINES = 3 };
     double layered = 0, rival = 0, largest = 0;
-    for (int s = 0; s < SCENE_COUNT; s++) {
-        for (int l = 0; l < LIGHTS; l++) {
-            setup u;
-            setup_scene(&u, s, tangents[l], usual_side());
-            const double step = 0.5 * (double)u.light.extent_u / u.side;
-            double before[3] = {0, 0, 0};
-            for (int i = 0; i < test_trials(120); i++) {
-                const double p[3] = {-0.9 + 0.8 * step * i, 1e-4, 1.1 - 0.6 * step * i};
-                const double up[3] = {0, 1, 0};
-                uint64_t same = 12; // the truth's noise must not move
-                const double now[3] = {scene_visibility(&u.scene, &u.light, p, up, 16, &same),
-                                       visibility(&u, NULL, p), percentage_closer(&u, p, 2)};
-                if (i > 0) {
-                    const double truth = now[0] - before[0];
-                    layered += pow(now[1] - before[1] - truth, 2);
-                    rival += pow(now[2] - before[2] - truth, 2);
-                    largest = fmax(largest, fabs(now[1] - before[1]) - fabs(truth));
-                }
-                memcpy(before, now, sizeof before);
+    for (int way = 0; way < SCENE_COUNT * LIGHTS * LINES; way++) {
+        setup u;
+        uint64_t state = (uint64_t)(100 + way % LINES);
+        const double x = test_range(&state, -1, 1), z = test_range(&state, -1, 1);
+        const double angle = test_range(&state, 0, 6.28);
+        double before[3] = {0, 0, 0};
+        int known = 0;
+        setup_scene(&u, way / LINES / LIGHTS, tangents[way / LINES % LIGHTS], usual_side());
+        const double step = 0.5 * (double)u.light.extent_u / u.side;
+        for (int i = 0; i < test_trials(120); i++) {
+            const double p[3] = {x + cos(angle) * step * i, 1e-4, z + sin(angle) * step * i};
+            const double up[3] = {0, 1, 0};
+            uint64_t same = 12; // the truth's noise must not move
+            const double now[3] = {scene_visibility(&u.scene, &u.light, p, up, 16, &same),
+                                   visibility(&u, NULL, p), percentage_closer(&u, p, 2)};
+            if (is_inside(&u.scene, p)) {
+                known = 0;
+                continue;
             }
-            setup_free(&u);
+            if (known) {
+                const double truth = now[0] - before[0];
+                layered += pow(now[1] - before[1] - truth, 2);
+                rival += pow(now[2] - before[2] - truth, 2);
+                largest = fmax(largest, fabs(now[1] - before[1]) - fabs(truth));
+            }
+            memcpy(before, now, sizeof before);
+            known = 1;
         }
+        setup_free(&u);
     }
     test_note("error of steps %.2f times that of PCSS, largest excess %.3f", sqrt(layered / rival),
               largest);
-    CHECK(!enough(test_trials(120)) || layered < 1.2 * rival, "%g against %g", layered, rival);
-    CHECK(largest < 0.35, "a step of %.3f more than the truth's", largest);
+    CHECK(!enough(test_trials(120)) || layered < rival, "%g against %g", layered, rival);
+    CHECK(largest < 0.15, "a step of %.3f more than the truth's", largest);
 }
 
 // ---- lights and maps of other kinds ----------------------------------------------------------

@@ -186,7 +186,7 @@ static void grazing(finding *f)
     say(f->ours, "visibility %.3f on average, %.3f where it is darkest", mean / count, 1 - worst);
     say(f->others, "hard shadow map with a bias of 2 texels: %.0f%% of the receivers dark",
         100 * hard / count);
-    f->holds = !bad && mean / count > 0.94 && worst < 0.3;
+    f->holds = !bad && mean / count > 0.97 && worst < 0.3;
 }
 
 // A map that a plate at depth -.5 covers, with or without back faces at that depth.
