@@ -49,11 +49,11 @@ test_sources = $(filter-out tests/safe_bias.c $(wildcard tests/bench_*.c),$(wild
 # files of their own, and measure, which is all the others.
 compare = $(patsubst %.c,$(out)/%.o,$(wildcard tests/compare/*.c))
 part = $(patsubst %,$(out)/tests/compare/%.o,$(1))
-rivals = $(call part,methods percentage_closer variance convolution)
+rivals = $(call part,methods patterns percentage_closer variance convolution)
 report_only = $(call part,report charts page claims summary svg)
 report_objects = $(filter $(report_only) $(call part,figures),$(compare))
 measure_objects = $(filter-out $(report_only) $(call part,pictures),$(compare))
-test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases gl_convolution measure_gl figures light_cuts) \
+test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases gl_convolution gl_percentage_closer measure_gl figures light_cuts) \
     $(out)/tests/isa/listing.o
 stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $(call part,svg) \
     $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
@@ -99,7 +99,7 @@ mutants:
 isa:
 	@sh tests/isa.sh write
 
-$(out)/isa: $(patsubst %.c,$(out)/%.o,$(wildcard tests/isa/*.c)) $(call part,gl_convolution figures) $(common)
+$(out)/isa: $(patsubst %.c,$(out)/%.o,$(wildcard tests/isa/*.c)) $(call part,gl_convolution gl_percentage_closer patterns figures) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ -lvulkan $(LIBS)
 
 glsl:

@@ -99,6 +99,7 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
     X(void, GetTextureImage,                                                                       \
       (GLuint texture, GLint level, GLenum format, GLenum type, GLsizei size, void *pixels))       \
     X(void, TextureParameteri, (GLuint texture, GLenum name, GLint value))                         \
+    X(void, TextureParameterfv, (GLuint texture, GLenum name, const GLfloat *value))               \
     X(void, GenerateTextureMipmap, (GLuint texture))                                               \
     X(void, ActiveTexture, (GLenum unit))                                                          \
     X(void, BindTexture, (GLenum target, GLuint texture))                                          \
@@ -305,6 +306,8 @@ enum {
     GL_LINEAR = 0x2601,
     GL_LINEAR_MIPMAP_LINEAR = 0x2703,
     GL_CLAMP_TO_EDGE = 0x812F,
+    GL_CLAMP_TO_BORDER = 0x812D,
+    GL_TEXTURE_BORDER_COLOR = 0x1004,
     GL_REPEAT = 0x2901,
     GL_RED = 0x1903,
     GL_RGB = 0x1907,

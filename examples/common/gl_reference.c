@@ -11,7 +11,8 @@ enum { DEPTH_UNIT = 4, LIGHT_BINDING = 1, SLOTS = 32, OFFSET_ALIGNMENT = 256 };
 typedef struct reference_light {
     float world_to_shadow[16];
     float kernel[2]; // half-width of the penumbra in texture coordinates per unit of depth
-    float padding[2];
+    float bias;      // of depth
+    float frame;
 } reference_light;
 
 static GLsizeiptr slot_bytes(const gl_reference *r)
@@ -31,38 +32,46 @@ const char gl_reference_text[] =
     "}\n";
 
 static const char test_text[] =
-    "const float bias = 0.006;\n"
-    // Outside of the map nothing is hit; Nearest texel, no mip levels.
-    "float map_depth(int light, vec2 at)\n"
+    "float map_depth(int light, vec2 at)\n" // the nearest texel
     "{\n"
-    "    ivec2 size = textureSize(depth_maps, 0).xy, p = ivec2(floor(at * size));\n"
-    "    if (any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size))) return 1;\n"
-    "    return 2 * texelFetch(depth_maps, ivec3(p, light), 0).r - 1;\n"
+    "    return 2 * textureLod(depth_maps, vec3(at, light), 0).r - 1;\n"
     "}\n";
 
-static const char hard_text[] = "float mssm_visibility(int light, vec3 position)\n"
-                                "{\n"
-                                "    vec3 p = shadow_place(light, position);\n"
-                                "    return map_depth(light, p.xy) < p.z - bias ? 0 : 1;\n"
-                                "}\n";
+static const char hard_text[] =
+    "float mssm_visibility(int light, vec3 position)\n"
+    "{\n"
+    "    vec3 p = shadow_place(light, position);\n"
+    "    return map_depth(light, p.xy) < min(p.z - reference[light].kernel.z, 1) ? 0 : 1;\n"
+    "}\n";
 
+// What does not change from tap to tap stands outside of the loops.
 static const char pcss_text[] =
     "float mssm_visibility(int light, vec3 position)\n"
     "{\n"
     "    vec3 p = shadow_place(light, position);\n"
-    "    vec2 kernel = reference[light].kernel.xy, least = 0.5 / textureSize(depth_maps, 0).xy;\n"
-    "    vec2 wide = max(kernel * (p.z + 1), least);\n"
-    "    float sum = 0, blockers = 0, lit = 0;\n"
-    "    for (int i = 0; i < TAPS * TAPS; i++) {\n"
-    "        vec2 tap = (vec2(i % TAPS, i / TAPS) + 0.5) * (2.0 / TAPS) - 1;\n"
-    "        float d = map_depth(light, p.xy + wide * tap);\n"
-    "        if (d < p.z - bias) { sum += d; blockers++; }\n"
+    "    vec3 kernel = reference[light].kernel.xyz;\n"
+    "    vec2 least = 0.5 / textureSize(depth_maps, 0).xy;\n"
+    "    float z = min(p.z - kernel.z, 1), sum = 0, blockers = 0, lit = 0;\n"
+    "    vec2 tap = max(kernel.xy * (p.z + 1), least) * (2.0 / TAPS), at;\n"
+    "    vec2 first = p.xy - 0.5 * (TAPS - 1) * tap;\n"
+    "    at.y = first.y;\n"
+    "    for (int j = 0; j < TAPS; j++, at.y += tap.y) {\n"
+    "        at.x = first.x;\n"
+    "        for (int i = 0; i < TAPS; i++, at.x += tap.x) {\n"
+    "            float d = map_depth(light, at);\n"
+    "            if (d < z) { sum += d; blockers++; }\n"
+    "        }\n"
     "    }\n"
     "    if (blockers == 0) return 1;\n"
-    "    wide = max(kernel * (p.z - sum / blockers), least);\n"
-    "    for (int i = 0; i < TAPS * TAPS; i++) {\n"
-    "        vec2 tap = (vec2(i % TAPS, i / TAPS) + 0.5) * (2.0 / TAPS) - 1;\n"
-    "        if (map_depth(light, p.xy + wide * tap) >= p.z - bias) lit++;\n"
+    "    if (blockers == TAPS * TAPS) return 0;\n"
+    "    tap = max(kernel.xy * (p.z - sum / blockers), least) * (2.0 / TAPS);\n"
+    "    first = p.xy - 0.5 * (TAPS - 1) * tap;\n"
+    "    at.y = first.y;\n"
+    "    for (int j = 0; j < TAPS; j++, at.y += tap.y) {\n"
+    "        at.x = first.x;\n"
+    "        for (int i = 0; i < TAPS; i++, at.x += tap.x) {\n"
+    "            if (map_depth(light, at) >= z) lit++;\n"
+    "        }\n"
     "    }\n"
     "    return lit / (TAPS * TAPS);\n"
     "}\n";
@@ -75,12 +84,16 @@ void gl_reference_visibility(gl_reference_kind kind, char *text, size_t room)
 
 bool gl_reference_create(gl_reference *r, int side, int lights, message *why)
 {
+    static const float beside[4] = {1, 1, 1, 1};
     char text[GL_REFERENCE_TEXT];
-    *r = (gl_reference){.side = side, .room = lights};
+    *r = (gl_reference){.bias = 4, .side = side, .room = lights};
     gl.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &r->depth);
     gl.TextureStorage3D(r->depth, 1, GL_DEPTH_COMPONENT32F, side, side, lights);
     gl.TextureParameteri(r->depth, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     gl.TextureParameteri(r->depth, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl.TextureParameteri(r->depth, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
+    gl.TextureParameteri(r->depth, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
+    gl.TextureParameterfv(r->depth, GL_TEXTURE_BORDER_COLOR, beside);
     gl.CreateFramebuffers(1, &r->framebuffer);
     gl.CreateBuffers(1, &r->lights);
     gl.NamedBufferStorage(r->lights, SLOTS * slot_bytes(r), NULL, GL_DYNAMIC_STORAGE_BIT);
@@ -144,9 +157,13 @@ void gl_reference_draw(gl_reference *r, const gl_lighting *g, int lights, const 
         float x = 0, y = 0;
         if (kind == GL_REFERENCE_TRUTH) spread(index, i, &x, &y);
         const mssm_light f = light_frustum(&g->ordered[i], g->size, s, x, y);
-        const float scale = 0.25f * (f.z_far - f.z_near);
-        reference_light l = {
-            {0}, {scale * f.half_u / f.extent_u, scale * f.half_v / f.extent_v}, {0}};
+        const float range = 0.5f * (f.z_far - f.z_near), scale = 0.5f * range;
+        const float extent = f.extent_u > f.extent_v ? f.extent_u : f.extent_v;
+        const float texel = 2 * extent / ((float)r->side * range); // its width in units of depth
+        reference_light l = {{0},
+                             {scale * f.half_u / f.extent_u, scale * f.half_v / f.extent_v},
+                             r->bias * texel,
+                             (float)r->frame};
         for (int k = 0; k < 16; k++) l.world_to_shadow[k] = f.world_to_shadow[k];
         gl.NamedBufferSubData(r->lights, r->slot * slot_bytes(r) + i * (GLintptr)sizeof l, sizeof l,
                               &l);

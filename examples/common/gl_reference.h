@@ -14,13 +14,16 @@ typedef enum gl_reference_kind {
 } gl_reference_kind;
 
 typedef struct gl_reference {
+    float bias; // in texels; the next draw takes it. gl_reference_create() sets a good one
+    int frame;  // turns what shaders make random; the same
     GLuint depth, framebuffer, lights, program[2]; // plain depth maps, one layer a light
     int side, room, slot; // the part of the buffer that the last draw filled
 } gl_reference;
 
-// GLSL: the depth maps as a sampler2DArray depth_maps at unit 4; at buffer binding 1 what a light is,
-// reference[light].kernel.xy being the half-width of its penumbra in texture coordinates per unit of
-// depth; vec3 shadow_place(int light, vec3 position): texture coordinates, and depth in [-1,1].
+// GLSL: the depth maps as a sampler2DArray depth_maps at unit 4, 1 beside them; at buffer binding 1 what a
+// light is, reference[light].kernel.xy being the half-width of its penumbra in texture coordinates per unit
+// of depth, .z the bias of depth, .w the frame; vec3 shadow_place(int light, vec3 position): texture
+// coordinates, and depth in [-1,1].
 extern const char gl_reference_text[];
 void gl_reference_bind(const gl_reference *r); // both of them
 // The text behind the shading programs, to be compiled into others.

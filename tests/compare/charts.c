@@ -18,7 +18,6 @@ static const char *const selection[] = {"hard",
                                         CONVOLUTION,
                                         "MSSM 6, lower blocker",
                                         "MSSM 6, upper blocker",
-                                        AUTOMATIC,
                                         LAYERED,
                                         BACK_PROJECTION,
                                         PCF_GAUSSIAN,
@@ -42,8 +41,8 @@ static void draw_key(svg *s, double y)
 // This library's methods stand out.
 static double name_size(const char *method)
 {
-    static const char *const own[] = {LAYERED, AUTOMATIC, FILTERED_4, FILTERED_6};
-    for (int i = 0; i < 4; i++)
+    static const char *const own[] = {LAYERED,  FILTERED_4, FILTERED_6};
+    for (int i = 0; i < 3; i++)
         if (!strcmp(method, own[i])) return -12;
     return 12;
 }
@@ -132,7 +131,7 @@ static void message_scenes(const figures *f, char *text, size_t room)
 static void draw_scene(const figures *f, plot p, const char *scene)
 {
     static const char *const named[] = {LAYERED, PCSS_ALL, CONVOLUTION, BACK_PROJECTION};
-    static const char *const as[] = {"layered 6", "PCSS all", "conv. 16", "back-proj."};
+    static const char *const as[] = {"layered 6", "PCSS all", "CSSM16", "back-proj."};
     const names methods = methods_of(f, "error");
     labels l = {.clear = 4};
     svg_text(p.svg, p.x, p.y - 6, "start", COLOUR_INK, -12, scene);

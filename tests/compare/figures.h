@@ -51,12 +51,27 @@ typedef struct figure {
 // picture     threads                     seconds lights         scene: size; methods "all" (from
 //                                         probe to picture) and "shading"
 // truth       as in the experiment        noise                  method: the experiment
-// gl          lights                      shade_ms frame_ms update_ms bytes reads dispatches
+// gl          lights                      shade_ms frame_ms update_ms bytes reads dispatches, rms (% of the
+//                                         mean, whole picture, against rays; method "truth": the error
+//                                         of the rays), bias (texels; of rivals)
+// gl_bias     bias in texels              rms
+// gl_kernel   widest kernel, texels       shade_ms
 
 typedef struct figures {
     figure *list;
     int count, room;
 } figures;
+
+// Convolution soft shadows with 4, 8 and 16 terms, 4M + 1 values a texel: the first two as Kneiphof counts the
+// values of a filter, the last with the most terms of Annen's pictures. PCSS and ways of filtering in OpenGL.
+#define CSSM8 "CSSM8, 17 values"
+#define CSSM16 "CSSM16, 33 values"
+#define CSSM_ANNEN "CSSM M=16, 65 values"
+#define PCSS_TAPS "PCSS, 27 x 27 taps"
+#define PCSS_GATHER "PCSS, textureGather"
+#define PCSS_POISSON "PCSS, 16 Poisson samples"
+#define CSSM_TABLES ", tables"
+#define CSSM_MIPS ", mip maps"
 
 // False when memory runs out, for a name that is too long and for a number that is not finite.
 bool figures_add(figures *f, const char *experiment, const char *scene, const char *method,

@@ -3,24 +3,23 @@
 #include <stdio.h>
 
 enum { BASIS_UNIT = 5, WEIGHTED_UNIT, MEAN_UNIT };
-enum { QUADS = GL_CONVOLUTION_TERMS / 2 }; // layers of a light: a term is a cosine and a sine
 
 // What gl.h leaves out.
 enum { R16F = 0x822D };
 
-// What the paper leaves to its reader. Measured: the least rms error of the default scene's picture
-// under 16 lights among 35 settings (within 1% for both ways of filtering).
-typedef struct tuning {
-    float margin;  // of the series' half period at both ends, where it bends back
-    float offset;  // of the receiver towards the light, in depths of the map
-    float scale;   // of the series around 1/2, so that it rings outside of [0,1]
-    float shift;   // of the series, towards light
-    float damping; // of the terms, exp(-damping (k / terms)^2)
-    float a, b;    // of the sharpening exponent, Eq. 9
-    float finer;   // mip levels below the one whose texels are as wide as the kernel
-} tuning;
+// Measured by tune.c.in: the least rms error of the default scene's picture under 16 lights, against rays.
+static const gl_convolution_tuning best[2][3] = {
+    {{0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 1},
+     {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 1},
+     {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 1}},
+    {{0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 1},
+     {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 1},
+     {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 1}}};
 
-static const tuning set = {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 1};
+gl_convolution_tuning gl_convolution_best(gl_convolution_filter filter, int terms)
+{
+    return best[filter == GL_CONVOLUTION_MIPS][terms <= 4 ? 0 : terms <= 8 ? 1 : 2];
+}
 
 // ---- Shaders
 
@@ -30,10 +29,11 @@ static const char common_text[] =
     "vec2 wave(float angle) { return vec2(cos(angle), sin(angle)); }\n"
     "vec2 turn(vec2 a, vec2 b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }\n";
 
-// The finest level of mip maps, one thread a texel: terms 2i and 2i + 1 are layer i of a light.
+// The finest level of mip maps, one thread a texel: terms 2i and 2i + 1 are layer i of a light. 8 bits
+// for the basis and 16 for the rest, as in the paper.
 static const char texels_text[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
-    "layout(binding = 0, rgba16f) writeonly uniform image2DArray basis;\n"
+    "layout(binding = 0, rgba8) writeonly uniform image2DArray basis;\n"
     "layout(binding = 1, rgba16f) writeonly uniform image2DArray weighted;\n"
     "layout(binding = 2, r16f) writeonly uniform image2DArray mean;\n"
     "void main()\n"
@@ -45,7 +45,7 @@ static const char texels_text[] =
     "    for (int i = 0; i < QUADS; i++) {\n"
     "        vec2 next = turn(now, step);\n"
     "        ivec3 q = ivec3(p.xy, QUADS * p.z + i);\n"
-    "        imageStore(basis, q, vec4(now, next));\n"
+    "        imageStore(basis, q, 0.5 * vec4(now, next) + 0.5);\n"
     "        imageStore(weighted, q, t * vec4(now, next));\n"
     "        now = turn(next, step);\n"
     "    }\n"
@@ -113,6 +113,10 @@ static const char mips_text[] = "struct Region { vec2 at; float lod, inside; };\
                                 "vec4 filtered(sampler2DArray images, Region r, int layer)\n"
                                 "{\n"
                                 "    return textureLod(images, vec3(r.at, layer), r.lod);\n"
+                                "}\n"
+                                "vec4 waves(Region r, int layer)\n"
+                                "{\n"
+                                "    return 2 * filtered(basis, r, layer) - 1;\n"
                                 "}\n";
 
 // of tables, the rectangle itself, from its corners, between which the sampler interpolates. The
@@ -136,7 +140,8 @@ static const char tables_text[] =
     "    vec4 c = textureLod(images, vec3(r.low.x, r.high.y, layer), 0);\n"
     "    vec4 d = textureLod(images, vec3(r.high, layer), 0);\n"
     "    return ((d - c) - (b - a)) * r.scale;\n"
-    "}\n";
+    "}\n"
+    "vec4 waves(Region r, int layer) { return filtered(basis, r, layer); }\n";
 
 // Visibility: Eq. 6 and 11 with one series above and below the line, then the kernel that the mean
 // blocker asks for, and Eq. 9.
@@ -161,7 +166,7 @@ static const char shading_text[] =
     "    Region r = region(p.xy, max(kernel * (p.z + 1), least));\n"
     "    float blocked = CONSTANT, depth = CONSTANT * filtered(mean, r, light).x;\n"
     "    for (int i = 0; i < QUADS; i++) {\n"
-    "        blocked += series(weights[i], own[i], filtered(basis, r, QUADS * light + i));\n"
+    "        blocked += series(weights[i], own[i], waves(r, QUADS * light + i));\n"
     "    }\n"
     "    if (blocked <= 1e-3) return 1;\n"
     "    for (int i = 0; i < QUADS; i++) {\n"
@@ -171,7 +176,7 @@ static const char shading_text[] =
     "    r = region(p.xy, max(kernel * 2 * gap, least));\n"
     "    blocked = CONSTANT;\n"
     "    for (int i = 0; i < QUADS; i++) {\n"
-    "        blocked += series(weights[i], own[i], filtered(basis, r, QUADS * light + i));\n"
+    "        blocked += series(weights[i], own[i], waves(r, QUADS * light + i));\n"
     "    }\n"
     "    return pow(clamp(1 - blocked * r.inside, 0, 1), 1 + A * exp(-B * gap));\n"
     "}\n";
@@ -179,17 +184,18 @@ static const char shading_text[] =
 // ---- Making
 
 // Numbers that shaders are compiled with.
-static void write_constants(char *text, size_t room)
+static void write_constants(char *text, size_t room, int terms, const gl_convolution_tuning *set)
 {
     int at = snprintf(text, room,
                       "#define QUADS %d\n#define MARGIN %.6f\n#define OFFSET %.6f\n"
                       "#define CONSTANT %.6f\n#define FINER %.6f\n#define A %.6f\n#define B %.6f\n"
                       "const vec2 weights[QUADS] = vec2[QUADS](",
-                      QUADS, set.margin, set.offset, 0.5 - set.shift, set.finer, set.a, set.b);
-    for (int k = 0; k < GL_CONVOLUTION_TERMS; k++) {
-        const double share = (k + 1.0) / GL_CONVOLUTION_TERMS, order = 2 * k + 1;
-        const double weight =
-            set.scale * 2 / (3.14159265 * order) * exp(-set.damping * share * share);
+                      terms / 2, (double)set->margin, (double)set->offset,
+                      0.5 - (double)set->shift, (double)set->finer, (double)set->a, (double)set->b);
+    for (int k = 0; k < terms; k++) {
+        const double share = (k + 1.0) / terms, order = 2 * k + 1;
+        const double weight = (double)set->scale * 2 / (3.14159265 * order) *
+                              exp(-(double)set->damping * share * share);
         at += snprintf(text + at, room - (size_t)at, "%s%.6f%s",
                        k % 2 ? ", "
                        : k   ? ", vec2("
@@ -254,20 +260,22 @@ static void clear(GLuint texture, int layers)
     gl.DeleteFramebuffers(1, &framebuffer);
 }
 
-void gl_convolution_visibility(gl_convolution_filter filter, char *text, size_t room)
+void gl_convolution_visibility(gl_convolution_filter filter, int terms,
+                               const gl_convolution_tuning *tuning, char *text, size_t room)
 {
+    const gl_convolution_tuning set = tuning ? *tuning : gl_convolution_best(filter, terms);
     char constants[1024];
-    write_constants(constants, sizeof constants);
+    write_constants(constants, sizeof constants, terms, &set);
     snprintf(text, room, "%s%s%s%s%s%s", constants, common_text, gl_reference_text, images_text,
              filter == GL_CONVOLUTION_MIPS ? mips_text : tables_text, shading_text);
 }
 
-static bool create_programs(gl_convolution *c, message *why)
+static bool create_programs(gl_convolution *c, const gl_convolution_tuning *set, message *why)
 {
     const bool mips = c->filter == GL_CONVOLUTION_MIPS;
     char constants[1024], text[GL_CONVOLUTION_TEXT];
-    write_constants(constants, sizeof constants);
-    gl_convolution_visibility(c->filter, text, sizeof text);
+    write_constants(constants, sizeof constants, c->terms, set);
+    gl_convolution_visibility(c->filter, c->terms, set, text, sizeof text);
     c->program = gl_lighting_program("convolution soft shadows", text, why);
     c->update[0] =
         compute_program("basis images", constants, mips ? texels_text : columns_text, why);
@@ -275,20 +283,22 @@ static bool create_programs(gl_convolution *c, message *why)
     return c->program && c->update[0] && (mips || c->update[1]);
 }
 
-bool gl_convolution_create(gl_convolution *c, gl_convolution_filter filter, int side, int lights,
-                           message *why)
+bool gl_convolution_create(gl_convolution *c, gl_convolution_filter filter, int terms,
+                           const gl_convolution_tuning *tuning, int side, int lights, message *why)
 {
     const bool mips = filter == GL_CONVOLUTION_MIPS;
-    *c = (gl_convolution){.filter = filter, .side = side, .room = lights};
-    c->basis = images(c, mips ? GL_RGBA16F : GL_RGBA32F, QUADS * lights);
-    c->weighted = images(c, mips ? GL_RGBA16F : GL_RGBA32F, QUADS * lights);
+    const gl_convolution_tuning set = tuning ? *tuning : gl_convolution_best(filter, terms);
+    const int layers = terms / 2 * lights;
+    *c = (gl_convolution){.filter = filter, .side = side, .room = lights, .terms = terms};
+    c->basis = images(c, mips ? GL_RGBA8 : GL_RGBA32F, layers);
+    c->weighted = images(c, mips ? GL_RGBA16F : GL_RGBA32F, layers);
     c->mean = images(c, mips ? R16F : GL_R32F, lights);
     if (!mips) {
-        clear(c->basis, QUADS * lights);
-        clear(c->weighted, QUADS * lights);
+        clear(c->basis, layers);
+        clear(c->weighted, layers);
         clear(c->mean, lights);
     }
-    if (create_programs(c, why)) return true;
+    if (create_programs(c, &set, why)) return true;
     gl_convolution_free(c);
     return false;
 }
@@ -311,16 +321,15 @@ void gl_convolution_free(gl_convolution *c)
 static void bind_images(const gl_convolution *c, GLenum access)
 {
     const bool mips = c->filter == GL_CONVOLUTION_MIPS;
-    const GLenum quad = mips ? GL_RGBA16F : GL_RGBA32F, single = mips ? R16F : GL_R32F;
-    gl.BindImageTexture(0, c->basis, 0, GL_TRUE, 0, access, quad);
-    gl.BindImageTexture(1, c->weighted, 0, GL_TRUE, 0, access, quad);
-    gl.BindImageTexture(2, c->mean, 0, GL_TRUE, 0, access, single);
+    gl.BindImageTexture(0, c->basis, 0, GL_TRUE, 0, access, mips ? GL_RGBA8 : GL_RGBA32F);
+    gl.BindImageTexture(1, c->weighted, 0, GL_TRUE, 0, access, mips ? GL_RGBA16F : GL_RGBA32F);
+    gl.BindImageTexture(2, c->mean, 0, GL_TRUE, 0, access, mips ? R16F : GL_R32F);
 }
 
 void gl_convolution_update(gl_convolution *c, const gl_reference *r, int lights)
 {
     const GLbitfield barriers = GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT;
-    const GLuint side = (GLuint)c->side, all = (GLuint)lights;
+    const GLuint side = (GLuint)c->side, all = (GLuint)lights, quads = (GLuint)c->terms / 2;
     gl_reference_bind(r);
     gl.UseProgram(c->update[0]);
     if (c->filter == GL_CONVOLUTION_MIPS) {
@@ -333,10 +342,10 @@ void gl_convolution_update(gl_convolution *c, const gl_reference *r, int lights)
         return;
     }
     bind_images(c, GL_READ_WRITE);
-    gl.DispatchCompute(side / 64, QUADS, all);
+    gl.DispatchCompute(side / 64, quads, all);
     gl.MemoryBarrier(barriers);
     gl.UseProgram(c->update[1]);
-    gl.DispatchCompute(side / 64, QUADS, all);
+    gl.DispatchCompute(side / 64, quads, all);
     gl.MemoryBarrier(barriers);
 }
 

@@ -8,28 +8,43 @@
 #include "../../examples/common/gl_context.h"
 #include "../../examples/common/threads.h"
 #include "gl_convolution.h"
+#include "gl_percentage_closer.h"
 
 enum { MAP_SIDE = 256, PROBE_SIDE = 128, COUNT_BINDING = 7, MOST_LIGHTS = 16 };
 
-typedef enum method_kind { LIBRARY, REFERENCE, CONVOLUTION } method_kind;
+typedef enum method_kind { LIBRARY, HARD, PERCENTAGE_CLOSER, CONVOLUTION } method_kind;
 
 typedef struct gl_method {
     const char *name;
     method_kind kind;
-    int variant;            // moments of the map, gl_reference_kind, gl_convolution_filter
+    int variant;            // moments of the map, gl_percentage_closer_kind, terms of convolution
     mssm_settings settings; // of the library
-    int texels_a_sample;    // that a read through a filter takes: 4, or 8 between mip levels
+    bool normal;            // the library gets the receiver's
+    bool mips;              // of convolution
+    int frames;             // that a picture is the mean of; a frame pays for one of them
+    float bias;             // in texels, of those that need one: the best in the default scene's picture
 } gl_method;
 
 static const gl_method methods[MEASURE_GL_METHODS] = {
-    {"layered, 6 moments", LIBRARY, 6, {.moments = 6}, 0},
-    {"layered, 4 moments", LIBRARY, 4, {.moments = 4}, 0},
-    {"layered, automatic", LIBRARY, 6, {0}, 0},
-    {"MSSM 6, lower blocker", LIBRARY, 6, {.moments = 6, .estimator = MSSM_LOWER_BLOCKER}, 0},
-    {"PCSS, 27x27", REFERENCE, GL_REFERENCE_PCSS, {0}, 0},
-    {"convolution, 16 terms", CONVOLUTION, GL_CONVOLUTION_TABLES, {0}, 4},
-    {"convolution, 16 terms, mip maps", CONVOLUTION, GL_CONVOLUTION_MIPS, {0}, 8},
-    {"hard", REFERENCE, GL_REFERENCE_HARD, {0}, 0},
+    {"layered, 6 moments", LIBRARY, 6, {.moments = 6}, 0, 0, 1, 0},
+    {"layered, 4 moments", LIBRARY, 4, {.moments = 4}, 0, 0, 1, 0},
+    {"layered, 6 moments, normal", LIBRARY, 6, {.moments = 6}, 1, 0, 1, 0},
+    {"MSSM 4, lower blocker", LIBRARY, 4, {4, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}, 0, 0, 1, 0},
+    {"MSSM 4, upper blocker", LIBRARY, 4, {4, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}, 0, 0, 1, 0},
+    {"MSSM 6, lower blocker", LIBRARY, 6, {6, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}, 0, 0, 1, 0},
+    {"MSSM 6, upper blocker", LIBRARY, 6, {6, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}, 0, 0, 1, 0},
+    {PCSS_TAPS, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_TAPS, {0}, 0, 0, 1, 6},
+    {PCSS_GATHER, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_GATHER, {0}, 0, 0, 1, 6},
+    {PCSS_POISSON, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_16, {0}, 0, 0, 1, 6},
+    {"PCSS, 32 Poisson samples", PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_32, {0}, 0, 0, 1, 6},
+    {"PCSS, 16 samples over 8 frames", PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_16, {0}, 0, 0, 8, 6},
+    {CSSM8 CSSM_TABLES, CONVOLUTION, 4, {0}, 0, 0, 1, 0},
+    {CSSM16 CSSM_TABLES, CONVOLUTION, 8, {0}, 0, 0, 1, 0},
+    {CSSM_ANNEN CSSM_TABLES, CONVOLUTION, 16, {0}, 0, 0, 1, 0},
+    {CSSM8 CSSM_MIPS, CONVOLUTION, 4, {0}, 0, 1, 1, 0},
+    {CSSM16 CSSM_MIPS, CONVOLUTION, 8, {0}, 0, 1, 1, 0},
+    {CSSM_ANNEN CSSM_MIPS, CONVOLUTION, 16, {0}, 0, 1, 1, 0},
+    {"hard", HARD, 0, {0}, 0, 0, 1, 3},
 };
 
 // The scene and what all methods share.
@@ -49,6 +64,9 @@ typedef struct subject {
     mssm_gl *maps;
     gl_convolution convolution;
     GLuint program;
+    bool own; // the program is freed with it
+    float bias;
+    int frame;
 } subject;
 
 // ---- Dispatches are counted on their way to the driver ------------------------------------------
@@ -134,12 +152,41 @@ static bool bench_size(bench *b, int width, message *why)
 
 static void subject_close(subject *s)
 {
-    if (s->maps) {
-        mssm_gl_destroy(s->maps);
-        if (s->program) gl.DeleteProgram(s->program);
-    }
+    mssm_gl_destroy(s->maps);
+    if (s->program && s->own) gl.DeleteProgram(s->program);
     gl_convolution_free(&s->convolution);
     memset(s, 0, sizeof *s);
+}
+
+// The visibility text of a method, and after it what hands over the normal, which the shading pass has at
+// hand under that name.
+static const char normal_text[] =
+    "#define mssm_visibility(light, position) mssm_visibility(light, position, normal)\n";
+
+static void visibility_text(const subject *s, char *text, size_t room)
+{
+    const gl_method *m = s->method;
+    const gl_convolution_filter filter = m->mips ? GL_CONVOLUTION_MIPS : GL_CONVOLUTION_TABLES;
+    if (m->kind == LIBRARY)
+        snprintf(text, room, "%s", mssm_gl_shader(s->maps));
+    else if (m->kind == CONVOLUTION)
+        gl_convolution_visibility(filter, m->variant, NULL, text, room);
+    else if (m->kind == HARD)
+        gl_reference_visibility(GL_REFERENCE_HARD, text, room);
+    else
+        gl_percentage_closer_visibility((gl_percentage_closer_kind)m->variant, text, room);
+}
+
+static GLuint program_of(const subject *s, message *why)
+{
+    enum { ROOM = 1 << 17 };
+    char *text = malloc(ROOM);
+    if (!text) return (void)fail(why, "no memory for a shader"), 0u;
+    visibility_text(s, text, ROOM);
+    if (s->method->normal) strcat(text, normal_text);
+    const GLuint program = gl_lighting_program(s->method->name, text, why);
+    free(text);
+    return program;
 }
 
 static bool subject_open(subject *s, const gl_method *m, const bench *b, message *why)
@@ -147,6 +194,8 @@ static bool subject_open(subject *s, const gl_method *m, const bench *b, message
     const int lights = b->lights.lights;
     memset(s, 0, sizeof *s);
     s->method = m;
+    s->bias = m->bias;
+    s->own = m->kind != CONVOLUTION;
     if (m->kind == LIBRARY) {
         const mssm_gl_desc desc = {.load = load,
                                    .lights = lights,
@@ -157,13 +206,13 @@ static bool subject_open(subject *s, const gl_method *m, const bench *b, message
                                    .first_buffer_binding = 1};
         const mssm_result result = mssm_gl_create(&s->maps, &desc);
         if (result != MSSM_OK) return fail(why, "%s: %s", m->name, mssm_result_string(result));
-        s->program = gl_lighting_program(m->name, mssm_gl_shader(s->maps), why);
-    } else if (m->kind == CONVOLUTION) {
-        const gl_convolution_filter filter = (gl_convolution_filter)m->variant;
-        gl_convolution_create(&s->convolution, filter, MAP_SIDE, lights, why);
+    }
+    if (m->kind == CONVOLUTION) {
+        gl_convolution_create(&s->convolution, m->mips ? GL_CONVOLUTION_MIPS : GL_CONVOLUTION_TABLES,
+                              m->variant, NULL, MAP_SIDE, lights, why);
         s->program = s->convolution.program;
     } else {
-        s->program = b->depth.program[m->variant];
+        s->program = program_of(s, why);
     }
     if (s->program) return true;
     subject_close(s);
@@ -194,6 +243,8 @@ static void draw_maps(bench *b, subject *s, float kernel, double *update)
     const int lights = b->lights.lights;
     double start = 0, spent = 0;
     if (s->method->kind != LIBRARY) {
+        b->depth.bias = s->bias;
+        b->depth.frame = s->frame;
         gl_reference_draw(&b->depth, &b->view, lights, &b->scene, GL_REFERENCE_HARD, 0);
         if (update) start = finish();
         if (s->convolution.program) gl_convolution_update(&s->convolution, &b->depth, lights);
@@ -219,6 +270,7 @@ static void draw_maps(bench *b, subject *s, float kernel, double *update)
     if (update) *update = spent + finish() - start;
 }
 
+// A picture that is the mean of several frames is added up.
 static void shade(bench *b, subject *s, GLuint program)
 {
     const gl_target *to = &b->view.picture;
@@ -230,7 +282,9 @@ static void shade(bench *b, subject *s, GLuint program)
         gl_reference_bind(&b->depth);
         if (s->convolution.program) gl_convolution_bind(&s->convolution);
     }
-    gl_lighting_pass(&b->view, program, &b->lights, &b->eye, 0, b->lights.lights, GL_LIGHTING_BASE);
+    gl_lighting_pass(&b->view, program, &b->lights, &b->eye, 0, b->lights.lights,
+                     GL_LIGHTING_BASE | (s->frame ? GL_LIGHTING_ADD : 0u));
+    s->frame = (s->frame + 1) % s->method->frames;
 }
 
 // ---- What can be counted ------------------------------------------------------------------------
@@ -254,49 +308,46 @@ static double texture_bytes(GLuint texture, int texel_bytes)
 static double map_bytes(const bench *b, const subject *s)
 {
     const gl_convolution *c = &s->convolution;
-    const int half = s->method->variant == GL_CONVOLUTION_MIPS ? 2 : 1;
+    const bool mips = s->method->mips;
     if (s->maps) {
         return texture_bytes(mssm_gl_texture(s->maps, 0), 16) +
                texture_bytes(mssm_gl_texture(s->maps, 1), 8);
     }
     if (!c->program) return texture_bytes(b->depth.depth, 4);
-    return texture_bytes(c->basis, 16 / half) + texture_bytes(c->weighted, 16 / half) +
-           texture_bytes(c->mean, 4 / half);
+    return texture_bytes(c->basis, mips ? 4 : 16) + texture_bytes(c->weighted, mips ? 8 : 16) +
+           texture_bytes(c->mean, mips ? 2 : 4);
 }
 
-// The shading text again, with every texture read counted and the sums in a buffer.
+// The shading text again, with every texture read counted in texels and the sums in a buffer.
 static GLuint counting_program(const subject *s, message *why)
 {
     static const char wrap[] =
         "#undef mssm_visibility\n"
         "layout(std430, binding = 7) buffer Counts { uint calls, all_reads; };\n"
-        "float mssm_visibility(int light, vec3 position)\n"
+        "float mssm_visibility(int light, vec3 position%s)\n"
         "{\n"
         "    reads = 0;\n"
-        "    float visibility = counted_visibility(light, position);\n"
+        "    float visibility = counted_visibility(light, position%s);\n"
         "    atomicAdd(calls, 1);\n"
         "    atomicAdd(all_reads, reads);\n"
         "    return visibility;\n"
-        "}\n";
-    char text[GL_CONVOLUTION_TEXT];
+        "}\n%s";
+    enum { ROOM = 1 << 17 };
     const gl_method *m = s->method;
-    const char *body = text;
-    if (m->kind == LIBRARY) body = mssm_gl_shader(s->maps);
-    if (m->kind == REFERENCE) {
-        gl_reference_visibility((gl_reference_kind)m->variant, text, sizeof text);
-    } else if (m->kind == CONVOLUTION) {
-        gl_convolution_visibility((gl_convolution_filter)m->variant, text, sizeof text);
-    }
-    const size_t room = strlen(body) + sizeof wrap + 512;
-    char *whole = malloc(room);
+    char *whole = malloc(ROOM);
     if (!whole) return (void)fail(why, "no memory"), 0u;
-    snprintf(whole, room,
-             "uint reads = 0;\n"
-             "#define mssm_visibility counted_visibility\n"
-             "#define texelFetch(a, b, c) (reads++, texelFetch(a, b, c))\n"
-             "#define textureLod(a, b, c) (reads += %d, textureLod(a, b, c))\n"
-             "%s%s",
-             m->texels_a_sample, body, wrap);
+    // Of a read through a filter: 4 texels, 8 between mip levels, 1 from depth maps.
+    int at = snprintf(whole, ROOM,
+                      "uint reads = 0;\n"
+                      "#define mssm_visibility counted_visibility\n"
+                      "#define texelFetch(a, b, c) (reads++, texelFetch(a, b, c))\n"
+                      "#define textureGather(a, b) (reads += 4, textureGather(a, b))\n"
+                      "#define textureLod(a, b, c) (reads += %d, textureLod(a, b, c))\n",
+                      m->kind != CONVOLUTION ? 1 : m->mips ? 8 : 4);
+    visibility_text(s, whole + at, ROOM - 4096);
+    at += (int)strlen(whole + at);
+    snprintf(whole + at, (size_t)(ROOM - at), wrap, m->normal ? ", vec3 normal" : "",
+             m->normal ? ", normal" : "", m->normal ? normal_text : "");
     const GLuint program = gl_lighting_program("counting reads", whole, why);
     free(whole);
     return program;
@@ -427,46 +478,92 @@ static bool add_counts(figures *f, bench *b, subject *s, message *why)
     return reads > 0;
 }
 
-// The sum of hard shadows from all over the lights.
-static bool draw_truth(bench *b, int samples, image *truth, message *why)
+// The lights' picture with the visibility of every surface by rays: two of them, whose mean is the truth.
+static bool trace_truth(bench *b, int grid, image truth[2], message *why)
 {
     const gl_target *to = &b->view.picture;
-    for (int i = 0; i < samples; i++) {
-        gl_reference_draw(&b->depth, &b->view, b->lights.lights, &b->scene, GL_REFERENCE_TRUTH, i);
-        gl.BindFramebuffer(GL_FRAMEBUFFER, to->framebuffer);
-        gl.Viewport(0, 0, to->width, to->height);
-        gl_reference_shade(&b->depth, &b->view, &b->lights, &b->eye, GL_REFERENCE_TRUTH, i > 0);
+    bvh *tree = bvh_create(&b->scene);
+    view v;
+    if (!tree) return fail(why, "no memory for rays");
+    bool done = view_create(&v, &b->scene, &b->eye, to->width, to->height);
+    for (int i = 0; i < 2 && done; i++) {
+        const light_source rays = {&b->lights, tree, NULL, grid, (unsigned)i + 1};
+        done = image_create(&truth[i], to->width, to->height);
+        if (done) lighting_render(&v, &b->scene, &b->source, &rays, &truth[i]);
     }
-    return gl_target_read(to, truth, why);
+    view_free(&v);
+    bvh_free(tree);
+    return done || fail(why, "no memory for the truth");
 }
 
 // Of luminance, in percent of its mean, over the whole picture.
-static double picture_error(const image *truth, double scale, const image *picture)
+static double picture_error(const image *truth, const image *picture, double scale)
 {
     const int count = truth->width * truth->height;
     double squares = 0, sum = 0;
     for (int i = 0; i < count; i++) {
-        const double a = scale * (double)vec_luminance(vec_of(truth->rgb + 3 * i));
-        const double d = (double)vec_luminance(vec_of(picture->rgb + 3 * i)) - a;
+        const double a = (double)vec_luminance(vec_of(truth->rgb + 3 * i));
+        const double d = scale * (double)vec_luminance(vec_of(picture->rgb + 3 * i)) - a;
         squares += d * d;
         sum += a;
     }
     return 100 * sqrt(squares / count) / (sum / count);
 }
 
-static bool add_errors(figures *f, bench *b, subject *s, int samples, message *why)
+// Of a method with its bias; NAN with a message.
+static double method_error(bench *b, subject *s, const image *truth, message *why)
 {
-    image truth = {0, 0, NULL}, picture = {0, 0, NULL};
-    bool done = draw_truth(b, samples, &truth, why);
-    for (int i = 0; i < MEASURE_GL_METHODS && done; i++) {
-        draw_maps(b, &s[i], 0, NULL);
-        shade(b, &s[i], s[i].program);
-        done = gl_target_read(&b->view.picture, &picture, why);
-        const double error = done ? picture_error(&truth, 1.0 / samples, &picture) : 0;
-        if (done) add(f, "gl", s[i].method->name, b->lights.lights, "rms", &error, 1);
-        image_free(&picture);
+    image picture = {0, 0, NULL};
+    s->frame = 0;
+    do {
+        draw_maps(b, s, 0, NULL);
+        shade(b, s, s->program);
+    } while (s->frame > 0);
+    if (!gl_target_read(&b->view.picture, &picture, why)) return NAN;
+    const double error = picture_error(truth, &picture, 1.0 / s->method->frames);
+    image_free(&picture);
+    return error;
+}
+
+// The bias that suits the method best, and the error with each of those tried.
+static double best_bias(figures *f, bench *b, subject *s, const image *truth, message *why)
+{
+    static const float tried[] = {0, 1, 2, 3, 4, 6, 8, 12, 16};
+    double least = HUGE_VAL;
+    float best = 0;
+    for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
+        s->bias = tried[i];
+        const double error = method_error(b, s, truth, why);
+        if (isnan(error)) return error;
+        add(f, "gl_bias", s->method->name, (double)tried[i], "rms", &error, 1);
+        if (error < least) best = tried[i];
+        least = fmin(least, error);
     }
-    image_free(&truth);
+    s->bias = best;
+    return least;
+}
+
+static bool add_errors(figures *f, bench *b, subject *s, int grid, message *why)
+{
+    const double lights = b->lights.lights;
+    image truth[2] = {{0, 0, NULL}, {0, 0, NULL}};
+    bool done = trace_truth(b, grid, truth, why);
+    const double noise = done ? 0.5 * picture_error(&truth[0], &truth[1], 1) : 0;
+    const int count = done ? 3 * truth[0].width * truth[0].height : 0;
+    for (int i = 0; i < count; i++) truth[0].rgb[i] = 0.5f * (truth[0].rgb[i] + truth[1].rgb[i]);
+    if (done) add(f, "gl", "truth", lights, "rms", &noise, 1);
+    for (int i = 0; i < MEASURE_GL_METHODS && done; i++) {
+        const gl_method *m = s[i].method;
+        const bool biased = m->kind == HARD || m->kind == PERCENTAGE_CLOSER;
+        const double error = biased && lights >= MOST_LIGHTS
+                                 ? best_bias(f, b, &s[i], &truth[0], why)
+                                 : method_error(b, &s[i], &truth[0], why);
+        const double bias = (double)s[i].bias;
+        done = !isnan(error);
+        if (done) add(f, "gl", m->name, lights, "rms", &error, 1);
+        if (done && biased) add(f, "gl", m->name, lights, "bias", &bias, 1);
+    }
+    for (int i = 0; i < 2; i++) image_free(&truth[i]);
     return done;
 }
 
@@ -496,7 +593,7 @@ static void add_kernels(figures *f, bench *b, subject *s, int rounds)
     }
 }
 
-static bool measure_lights(figures *f, int lights, int width, int rounds, message *why)
+static bool measure_lights(figures *f, int lights, int width, int rounds, int grid, message *why)
 {
     gl_times times[MEASURE_GL_METHODS];
     const char *names[MEASURE_GL_METHODS];
@@ -508,7 +605,7 @@ static bool measure_lights(figures *f, int lights, int width, int rounds, messag
     bool done = open_subjects(&b, s, names, MEASURE_GL_METHODS, why);
     const bool opened = done;
     if (done) done = bench_size(&b, 192, why);
-    if (done) done = add_errors(f, &b, s, 64, why);
+    if (done) done = add_errors(f, &b, s, grid, why);
     for (int i = 0; i < MEASURE_GL_METHODS && done; i++) done = add_counts(f, &b, &s[i], why);
     if (done) done = bench_size(&b, width, why);
     for (int i = 0; i < MEASURE_GL_METHODS && done; i++) warm_up(&b, &s[i]);
@@ -524,10 +621,10 @@ static bool measure_lights(figures *f, int lights, int width, int rounds, messag
 
 void measure_gl(figures *f, bool quick)
 {
-    const int width = quick ? 160 : 960, rounds = quick ? 3 : 5;
+    const int width = quick ? 160 : 960, rounds = quick ? 3 : 5, grid = quick ? 6 : 12;
     message why = {{0}};
-    if (!measure_lights(f, 4, width, rounds, &why) ||
-        !measure_lights(f, MOST_LIGHTS, width, rounds, &why)) {
+    if (!measure_lights(f, 4, width, rounds, grid, &why) ||
+        !measure_lights(f, MOST_LIGHTS, width, rounds, grid, &why)) {
         fprintf(stderr, "OpenGL is left out: %s\n", why.text);
     }
 }

@@ -15,13 +15,12 @@ typedef struct choice {
     mssm_settings settings;
 } choice;
 
-enum { LOWER_4, UPPER_4, LOWER_6, UPPER_6, LAYERED_4, LAYERED_6, AUTOMATIC, CHOICES };
+enum { LOWER_4, UPPER_4, LOWER_6, UPPER_6, LAYERED_4, LAYERED_6, CHOICES };
 
 static const choice choices[CHOICES] = {
     {4, {4, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}}, {4, {4, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}},
     {6, {6, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}}, {6, {6, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}},
     {4, {4, MSSM_LAYERED, 0, 0, 0, 0}},       {6, {6, MSSM_LAYERED, 0, 0, 0, 0}},
-    {6, {0, MSSM_LAYERED, 0, 0, 0, 0}},
 };
 
 typedef struct moment_state {
@@ -70,16 +69,6 @@ static float moment_visibility(const void *state, const float point[3], float bi
 }
 
 // ---- hard shadows --------------------------------------------------------------------------------
-
-void gaussian(int radius, float weight[TAPS_MOST])
-{
-    double w[TAPS_MOST], sum = 0;
-    for (int i = -radius; i <= radius; i++) {
-        w[i + radius] = radius ? exp(-2.0 * i * i / ((double)radius * radius)) : 1;
-        sum += w[i + radius];
-    }
-    for (int i = 0; i <= 2 * radius; i++) weight[i] = (float)(w[i] / sum);
-}
 
 typedef struct filtered_state {
     mssm_filtered *map;
@@ -171,9 +160,9 @@ const method methods[] = {
      variance_soft_create, variance_destroy, variance_soft_update, variance_soft_visibility, 4},
     {"EVSM", "EVSM", "Lauritzen and McCool 2008, Layered Variance Shadow Maps", 1, 0,
      exponential_create, variance_destroy, exponential_update, exponential_visibility, 0},
-    {"convolution, 4 terms", "convolution", annen, 1, 4, CONVOLUTION, 7},
-    {"convolution, 8 terms", "convolution", annen, 1, 8, CONVOLUTION, 8},
-    {"convolution, 16 terms", "convolution", annen, 1, 16, CONVOLUTION, 7},
+    {CSSM8, "CSSM", annen, 1, 4, CONVOLUTION, 7},
+    {CSSM16, "CSSM", annen, 1, 8, CONVOLUTION, 8},
+    {CSSM_ANNEN, "CSSM", annen, 1, 16, CONVOLUTION, 7},
     {"back-projection, all texels", "back-projection",
      "Guennebaud, Barthe and Paulin 2006, Real-Time Soft Shadow Mapping by Backprojection", 0, 0,
      PERCENTAGE_CLOSER, back_projection_visibility, 4},
@@ -183,7 +172,6 @@ const method methods[] = {
     {"MSSM 6, upper blocker", "MSSM", kneiphof, 1, UPPER_6, MOMENTS, 0},
     {"layered, 4 moments", "layered", own, 1, LAYERED_4, MOMENTS, 0},
     {"layered, 6 moments", "layered", own, 1, LAYERED_6, MOMENTS, 0},
-    {"layered, automatic", "layered", own, 1, AUTOMATIC, MOMENTS, 0},
 };
 const int method_count = (int)(sizeof methods / sizeof *methods);
 

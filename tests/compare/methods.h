@@ -7,6 +7,7 @@
 #include <stddef.h>
 
 #include "../../mssm.h"
+#include "figures.h"
 
 typedef struct depth_map {
     const mssm_light *light;
@@ -46,5 +47,13 @@ const method *method_named(const char *name);  // of either; NULL if there is no
 // It is read bilinearly, so that its taps are joined by straight lines.
 enum { RADIUS_MOST = 32, TAPS_MOST = 2 * RADIUS_MOST + 1 };
 void gaussian(int radius, float weight[TAPS_MOST]);
+
+// Samples of percentage-closer soft shadows: the square ring that each lies on (0 to 1) and where on its
+// perimeter (0 to 8), so that rotating is adding.
+enum { SAMPLES_MAX = 64 };
+typedef struct ring_sample {
+    float ring, at;
+} ring_sample;
+void poisson_pattern(int samples, ring_sample *to);
 
 #endif

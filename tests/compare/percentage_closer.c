@@ -4,14 +4,6 @@
 
 #include <stdint.h>
 
-enum { SAMPLES_MAX = 64 };
-
-// A sample of the kernel: the square ring that it lies on (0 to 1) and where on its perimeter (0 to
-// 8), so that rotating is adding.
-typedef struct ring_sample {
-    float ring, at;
-} ring_sample;
-
 typedef struct state {
     view view;
     int samples;
@@ -21,54 +13,6 @@ typedef struct state {
 } state;
 
 // ---- the pattern of samples --------------------------------------------------------------------
-
-static float random_unit(uint64_t *s)
-{
-    *s = *s * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-    return (float)(*s >> 40) * (1.0f / 16777216.0f);
-}
-
-static float around(float d)
-{
-    d = fabsf(d);
-    return least(d, 1 - d);
-}
-
-// A point of the square [-1,1]^2 as ring and place on it.
-static ring_sample on_ring(float u, float v)
-{
-    const float ring = most(fabsf(u), fabsf(v));
-    const float a = u / most(ring, 1e-9f), b = v / most(ring, 1e-9f);
-    float at = a >= 1 ? b : b >= 1 ? 2 - a : a <= -1 ? 4 - b : 6 + a;
-    if (at < 0) at += 8;
-    const ring_sample s = {ring, at};
-    return s;
-}
-
-// Poisson-disc samples of the square by best candidates (Mitchell 1991): of many random points the
-// one farthest from all points so far, distances taken around the square's edges, so that the
-// edges get their share and no more.
-static void make_pattern(state *p)
-{
-    float u[SAMPLES_MAX], v[SAMPLES_MAX];
-    uint64_t random = 20260101;
-    for (int i = 0; i < p->samples; i++) {
-        float best = -1;
-        for (int n = 0; n < 40 * (i + 1); n++) {
-            const float a = random_unit(&random), b = random_unit(&random);
-            float nearest = 9;
-            for (int j = 0; j < i; j++) {
-                const float du = around(a - u[j]), dv = around(b - v[j]);
-                nearest = least(nearest, du * du + dv * dv);
-            }
-            if (nearest <= best) continue;
-            best = nearest;
-            u[i] = a;
-            v[i] = b;
-        }
-        p->sample[i] = on_ring(2 * u[i] - 1, 2 * v[i] - 1);
-    }
-}
 
 // The Apelles thesis rotates a disc that a square pattern was mapped to, by a random angle for
 // every pixel. Its lights are discs. For a square light the same rotation is mapped back to the
@@ -213,7 +157,7 @@ void *percentage_closer_create(const struct method *m, int side, size_t *bytes)
     state *p = view_create(sizeof *p, side);
     if (!p) return NULL;
     p->samples = m->variant < SAMPLES_MAX ? m->variant : SAMPLES_MAX;
-    make_pattern(p);
+    poisson_pattern(p->samples, p->sample);
     *bytes = view_bytes(side);
     return p;
 }

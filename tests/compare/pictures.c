@@ -24,7 +24,7 @@ enum { MAP_SIDE = 256, RAYS = 32, PANELS = COLUMNS * ROWS };
 // In reading order; the first is the truth.
 static const char *const panels[PANELS] = {NULL,
                                            "PCSS, all texels",
-                                           "convolution, 16 terms",
+                                           CSSM16,
                                            "MSSM 6, lower blocker",
                                            "MSSM 6, upper blocker",
                                            "layered, 6 moments"};

@@ -8,7 +8,7 @@ const style styles[] = {
     {"layered", "layered", COLOUR_LAYERED, MARKER_CIRCLE},
     {"MSSM", "MSSM", COLOUR_MSSM, MARKER_SQUARE},
     {"PCSS", "PCSS", COLOUR_PCSS, MARKER_UP},
-    {"convolution", "convolution", COLOUR_CONVOLUTION, MARKER_DIAMOND},
+    {"CSSM", "convolution", COLOUR_CONVOLUTION, MARKER_DIAMOND},
     {"VS", "variance (VSM, VSSM, EVSM)", COLOUR_VARIANCE, MARKER_DOWN},
     {"back-projection", "back-projection", COLOUR_BACK_PROJECTION, MARKER_PLUS},
     {"PCF", "hard, PCF", COLOUR_HARD, MARKER_CROSS},

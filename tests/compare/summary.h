@@ -74,12 +74,11 @@ const style *style_of(const char *method);
 
 // The names the page speaks of.
 #define LAYERED "layered, 6 moments"
-#define AUTOMATIC "layered, automatic"
 #define PCSS_ALL "PCSS, all texels"
 #define BACK_PROJECTION "back-projection, all texels"
-#define CONVOLUTION "convolution, 16 terms"
-#define PCSS_GL "PCSS, 27x27"
-#define CONVOLUTION_MIPS "convolution, 16 terms, mip maps"
+#define CONVOLUTION CSSM16
+#define CONVOLUTION_GL CSSM16 CSSM_TABLES
+#define CONVOLUTION_MIPS CSSM16 CSSM_MIPS
 #define PCSS_VECTORS "PCSS, all texels in vectors"
 #define FILTERED_4 "filtered, 4 moments"
 #define FILTERED_PLAIN "filtered, 4 moments, full_shadow 1"

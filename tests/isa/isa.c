@@ -12,12 +12,12 @@
 #include "radv.h"
 #include "texts.h"
 
-typedef enum subject_kind { LAYERED, FILTERED, REFERENCE, CONVOLUTION, KERNEL } subject_kind;
+typedef enum subject_kind { LAYERED, FILTERED, REFERENCE, SAMPLES, TABLES, MIPS, KERNEL } subject_kind;
 
 typedef struct subject {
     const char *name; // as in docs/accuracy.csv; of a kernel, its label
     subject_kind kind;
-    int variant; // moments, gl_reference_kind or gl_convolution_filter
+    int variant; // moments, gl_reference_kind, gl_percentage_closer_kind or terms of convolution
     mssm_settings settings;
     int turns
         [LISTING_LOOPS]; // of its loops, in the order of the code; {ANY}: it depends on the input
@@ -28,12 +28,11 @@ typedef struct subject {
 enum { ANY = -1 };
 
 // Loops turn: looks at the cone 2 (up to 6) and kernels 2 (up to 4), which is what receivers of the chart take
-// in the mean (1.9 and 1.6), rounded up; rows and columns of PCSS 27 x 27; a pass over 256 texels; taps of a filter 1.
+// in the mean (1.9 and 1.6), rounded up; rows and columns of PCSS, its samples; a pass over 256 texels; taps of a filter 1.
 // CEILINGS are the last two numbers of a line: lower them as soon as a shader gets cheaper.
 static const subject subjects[] = {
     {"layered, 6 moments", LAYERED, 6, {.moments = 6}, {2, 2}, 80, 2340},
     {"layered, 4 moments", LAYERED, 4, {.moments = 4}, {2, 2}, 64, 1750},
-    {"layered, automatic", LAYERED, 6, {0}, {2, 2}, 80, 2340},
     {"MSSM 6, lower blocker", LAYERED, 6, {6, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}, {2}, 64, 1370},
     {"MSSM 4, lower blocker", LAYERED, 4, {4, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}, {2}, 64, 945},
     {"MSSM 6, upper blocker", LAYERED, 6, {6, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}, {2}, 64, 1370},
@@ -41,9 +40,16 @@ static const subject subjects[] = {
     {"filtered hard, 6 moments", FILTERED, 6, {0}, {1}, 32, 430},
     {"filtered hard, 4 moments", FILTERED, 4, {0}, {1}, 24, 290},
     {"hard", REFERENCE, GL_REFERENCE_HARD, {0}, {0}, 0, 0},
-    {"PCSS, 27x27", REFERENCE, GL_REFERENCE_PCSS, {0}, {27 * 27, 27 * 27}, 0, 0},
-    {"convolution, 16 terms", CONVOLUTION, GL_CONVOLUTION_TABLES, {0}, {0}, 0, 0},
-    {"convolution, 16 terms, mip maps", CONVOLUTION, GL_CONVOLUTION_MIPS, {0}, {0}, 0, 0},
+    {PCSS_TAPS, SAMPLES, GL_PERCENTAGE_CLOSER_TAPS, {0}, {27, 27, 27, 27}, 0, 0},
+    {PCSS_GATHER, SAMPLES, GL_PERCENTAGE_CLOSER_GATHER, {0}, {14, 14, 14, 14}, 0, 0},
+    {PCSS_POISSON, SAMPLES, GL_PERCENTAGE_CLOSER_16, {0}, {16, 16}, 0, 0},
+    {"PCSS, 32 Poisson samples", SAMPLES, GL_PERCENTAGE_CLOSER_32, {0}, {32, 32}, 0, 0},
+    {CSSM8 CSSM_TABLES, TABLES, 4, {0}, {0}, 0, 0},
+    {CSSM16 CSSM_TABLES, TABLES, 8, {0}, {0}, 0, 0},
+    {CSSM_ANNEN CSSM_TABLES, TABLES, 16, {0}, {0}, 0, 0},
+    {CSSM8 CSSM_MIPS, MIPS, 4, {0}, {0}, 0, 0},
+    {CSSM16 CSSM_MIPS, MIPS, 8, {0}, {0}, 0, 0},
+    {CSSM_ANNEN CSSM_MIPS, MIPS, 16, {0}, {0}, 0, 0},
     {"mssm resolve", KERNEL, 6, {0}, {4}, 16, 0},
     {"mssm rows", KERNEL, 6, {0}, {5, 1, 6}, 80, 300},
     {"mssm halve", KERNEL, 6, {0}, {5, 1, 6}, 80, 700},
@@ -86,7 +92,8 @@ static bool write_text(const subject *s, char *text)
     if (s->kind == FILTERED) return texts_filtered(text, s->variant);
     if (s->kind == REFERENCE) return texts_reference(text, (gl_reference_kind)s->variant);
     if (s->kind == KERNEL) return texts_kernel(text, s->name, s->variant);
-    return texts_convolution(text, (gl_convolution_filter)s->variant);
+    if (s->kind == SAMPLES) return texts_samples(text, (gl_percentage_closer_kind)s->variant);
+    return texts_convolution(text, s->kind == MIPS ? GL_CONVOLUTION_MIPS : GL_CONVOLUTION_TABLES, s->variant);
 }
 
 static void path_of(char path[512], const char *folder, int i, const char *end)
@@ -273,24 +280,22 @@ static void print_table(FILE *f, const figures *measured, bool kernels)
 
 static void print_ratios(FILE *f)
 {
-    const char *const own = "layered, 6 moments", *const pcss = "PCSS, 27x27";
-    const char *const tables = "convolution, 16 terms";
-    const char *const mips = "convolution, 16 terms, mip maps";
-    fprintf(
-        f,
-        "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are of "
-        "llvmpipe, a rasterizer on\nthe CPU, where every read of a texture is arithmetic too. On "
-        "a GPU the slower of two units decides. Relative to\nlayered shadows with 6 moments, PCSS "
-        "as charted executes %.1f times the arithmetic and %.1f times the reads\n(%s): its ratio "
-        "holds for GPUs, as long as it reads tap by tap; textureGather takes a quarter of\nthe "
-        "reads, and 16 taps in place of 729 a fiftieth, with noise. Convolution executes %.2f "
-        "times "
-        "the arithmetic and\n%.2f times the reads with tables, each of four texels of 128 bits, "
-        "and %.2f and %.2f times with mip maps, which\nGPUs filter for nothing: these shade faster "
-        "there than llvmpipe says; memory and update are their price.\n",
-        ratio(pcss, own, ARITHMETIC), ratio(pcss, own, READS), gpus[CEILING_GPU].name,
-        ratio(tables, own, ARITHMETIC), ratio(tables, own, READS), ratio(mips, own, ARITHMETIC),
-        ratio(mips, own, READS));
+    static const char *const rivals[] = {PCSS_TAPS,           PCSS_GATHER,       PCSS_POISSON,
+                                         CSSM16 CSSM_TABLES, CSSM16 CSSM_MIPS};
+    fprintf(f,
+            "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are of "
+            "llvmpipe, a rasterizer on\nthe CPU, where every read of a texture is arithmetic too. On "
+            "a GPU the slower of two units decides. Relative to\nlayered shadows with 6 moments, "
+            "arithmetic and reads (%s):\n\n| | arithmetic | reads |\n|---|---|---|\n",
+            gpus[CEILING_GPU].name);
+    for (size_t i = 0; i < sizeof rivals / sizeof *rivals; i++) {
+        fprintf(f, "| %s | %.2f | %.2f |\n", rivals[i],
+                ratio(rivals[i], "layered, 6 moments", ARITHMETIC),
+                ratio(rivals[i], "layered, 6 moments", READS));
+    }
+    fprintf(f, "\nPCSS is counted with its widest kernel. A read of tables is of four texels of 128 bits, "
+               "one of mip maps of eight of\n32 or 64 bits, which GPUs filter for nothing: these shade "
+               "faster there than llvmpipe says; memory and update are\ntheir price.\n");
 }
 
 static void write_page(const char *path, const figures *measured)
@@ -324,7 +329,7 @@ static void write_page(const char *path, const figures *measured)
         "- **vector, slow, reads**: instructions that a wave executes if it takes every branch, as "
         "it does as soon as one\n  of its threads does: every block of the assembly times the "
         "turns "
-        "of the loops around it (2 looks at the cone and 2 kernels, which is the chart's mean rounded up; 729 taps\n  twice; 32 times eight rows of a column). "
+        "of the loops around it (2 looks at the cone and 2 kernels, which is the chart's mean rounded up; PCSS its\n  widest kernel, twice; 32 times eight rows of a column). "
         "slow: reciprocals, roots, powers, a quarter of the rate. reads: of\n  images and buffers, "
         "the receiver's position included. Empty where turns depend on the probe.\n"
         "- **arithmetic**: vector + 4 slow, **llvmpipe**: time of the shading pass with 16 lights "

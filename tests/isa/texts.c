@@ -164,10 +164,19 @@ bool texts_reference(char *text, gl_reference_kind kind)
     return wrap(text, visibility, plain_call);
 }
 
-bool texts_convolution(char *text, gl_convolution_filter filter)
+bool texts_samples(char *text, gl_percentage_closer_kind kind)
+{
+    static const char pixel[] = "#define PIXEL vec2(gl_GlobalInvocationID.xy)\n";
+    char visibility[GL_PERCENTAGE_CLOSER_TEXT + sizeof pixel];
+    memcpy(visibility, pixel, sizeof pixel);
+    gl_percentage_closer_visibility(kind, visibility + sizeof pixel - 1, GL_PERCENTAGE_CLOSER_TEXT);
+    return wrap(text, visibility, plain_call);
+}
+
+bool texts_convolution(char *text, gl_convolution_filter filter, int terms)
 {
     char visibility[GL_CONVOLUTION_TEXT];
-    gl_convolution_visibility(filter, visibility, sizeof visibility);
+    gl_convolution_visibility(filter, terms, NULL, visibility, sizeof visibility);
     return wrap(text, visibility, plain_call);
 }
 
