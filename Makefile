@@ -53,7 +53,7 @@ rivals = $(call part,methods patterns percentage_closer variance convolution)
 report_only = $(call part,report charts page claims summary svg)
 report_objects = $(filter $(report_only) $(call part,figures),$(compare))
 measure_objects = $(filter-out $(report_only) $(call part,pictures),$(compare))
-test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases gl_convolution gl_percentage_closer measure_gl figures light_cuts) \
+test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases cases_new flip gl_convolution gl_percentage_closer measure_gl figures light_cuts) \
     $(out)/tests/isa/listing.o
 stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $(call part,svg) \
     $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
@@ -166,7 +166,7 @@ $(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(
 $(out)/measure: $(measure_objects) $(out)/tests/random.o $(out)/tests/oracle_lightprobe.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-$(out)/pictures: $(call part,pictures cases) $(rivals) $(out)/tests/random.o $(common)
+$(out)/pictures: $(call part,pictures cases cases_new flip) $(rivals) $(out)/tests/random.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 $(out)/report: $(report_objects) $(common)

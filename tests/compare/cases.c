@@ -2,42 +2,13 @@
 
 #include "../../examples/common/raster.h"
 #include "../../examples/common/threads.h"
-#include "../test.h"
+#include "case_parts.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 // ---- Parts ---------------------------------------------------------------------------------
-
-static float draw(uint64_t *state, double low, double high)
-{
-    return (float)test_range(state, low, high);
-}
-
-static void box(scene *s, float x, float y, float z, float hx, float hy, float hz)
-{
-    const scene_frame f = scene_frame_at(vec(x, y, z), 0, 0);
-    scene_put_box(s, &f, vec(hx, hy, hz));
-}
-
-static void turned_box(scene *s, vec3 centre, float turn, float tilt, vec3 half)
-{
-    const scene_frame f = scene_frame_at(centre, turn, tilt);
-    scene_put_box(s, &f, half);
-}
-
-static void ball(scene *s, float x, float y, float z, float radius)
-{
-    const scene_frame f = scene_frame_at(vec(x, y, z), 0, 0);
-    scene_put_sphere(s, &f, radius, 20);
-}
-
-// A slab with its top at 0: ground that is in the depth map.
-static void slab(scene *s)
-{
-    box(s, 0, -0.1f, 0, 2.5f, 0.1f, 2.5f);
-}
 
 // An open disc of 12 corners: a leaf without thickness.
 static void disc(scene *s, vec3 centre, vec3 normal, float radius)
@@ -232,15 +203,6 @@ static void roof(scene *s, float shift, uint64_t *state)
     box(s, 0.7f, 2.4f, -0.1f, 0.12f, 0.03f, 1);
 }
 
-typedef struct kind {
-    const char *name;
-    void (*build)(scene *s, float shift, uint64_t *state); // NULL: the demo's scene
-    float sun[3];
-    bool closed, ground;
-    int moving;
-    const char *mesh; // a shared one that stands in the middle
-} kind;
-
 static const kind kinds[CASE_COUNT] = {
     {"contact", contact, {0.3f, 1, 0.45f}, true, false, -1, NULL},
     {"thin leaves", leaves, {0.2f, 1, -0.35f}, true, true, -1, NULL},
@@ -257,6 +219,11 @@ static const kind kinds[CASE_COUNT] = {
     {"bunny", roof, {0.5f, 1, 0.4f}, true, true, -1, "bunny.obj"},
     {"teapot", roof, {0.45f, 1, 0.5f}, false, true, -1, "teapot.obj"},
 };
+
+const char *case_group(int which)
+{
+    return which < CASE_COUNT ? "chart" : which < CASE_COUNT + CASE_NEW ? "new" : "unseen";
+}
 
 static const char *shared_folder(const char *data)
 {
@@ -288,7 +255,7 @@ static bool finish(compare_case *c, message *why)
 
 bool case_make_step(compare_case *c, int which, int step, const char *data, message *why)
 {
-    const kind *k = &kinds[which];
+    const kind *k = which < CASE_COUNT ? &kinds[which] : &new_kinds[which - CASE_COUNT];
     // A quarter texel of a map over about 5 units; the sun turns by as much as that is at 2.5.
     const float moved = 0.25f * 5 / 256 * (float)step;
     uint64_t state = UINT64_C(0x9e3779b97f4a7c15) + (uint64_t)which;

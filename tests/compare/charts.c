@@ -19,6 +19,7 @@ static const char *const selection[] = {"hard",
                                         "MSSM 6, lower blocker",
                                         "MSSM 6, upper blocker",
                                         LAYERED,
+                                        LAYERED_NORMAL,
                                         BACK_PROJECTION,
                                         PCF_GAUSSIAN,
                                         "VSM, Gaussian",
@@ -111,76 +112,6 @@ static bool draw_error_time(const figures *f, const char *path)
         labels_add(&l, x, y, COLOUR_INK, name_size(m), m);
     }
     labels_scatter(&l, &p);
-    return svg_close(&s);
-}
-
-// ---- the same, scene by scene
-
-static void message_scenes(const figures *f, char *text, size_t room)
-{
-    const names scenes = scenes_of(f, "error");
-    int wins = 0;
-    for (int i = 0; i < scenes.count; i++)
-        wins += mean_of(f, "error", scenes.list[i], LAYERED, NAN, "rms") <
-                mean_of(f, "error", scenes.list[i], PCSS_ALL, NAN, "rms");
-    snprintf(text, room,
-             "In %d of %d scenes \"%s\" has less error than PCSS that reads every texel.", wins,
-             scenes.count, LAYERED);
-}
-
-static void draw_scene(const figures *f, plot p, const char *scene)
-{
-    static const char *const named[] = {LAYERED, PCSS_ALL, CONVOLUTION, BACK_PROJECTION};
-    static const char *const as[] = {"layered 6", "PCSS all", "CSSM16", "back-proj."};
-    const names methods = methods_of(f, "error");
-    labels l = {.clear = 4};
-    svg_text(p.svg, p.x, p.y - 6, "start", COLOUR_INK, -12, scene);
-    plot_grid(&p);
-    for (int i = 0; i < methods.count; i++) {
-        const char *m = methods.list[i];
-        const style *look = style_of(m);
-        const double ns = mean_of(f, "error", scene, m, NAN, "ns");
-        const double error = mean_of(f, "error", scene, m, NAN, "rms");
-        if (!(ns > 0 && error > 0)) continue;
-        const double x = plot_x(&p, ns), y = plot_y(&p, error);
-        svg_marker(p.svg, x, y, look->shape, look->ink, 4);
-        const char *name = "";
-        for (int k = 0; k < 4; k++)
-            if (!strcmp(m, named[k])) name = as[k];
-        labels_add(&l, x, y, COLOUR_INK, 11, name);
-    }
-    labels_scatter(&l, &p);
-}
-
-static bool draw_scenes(const figures *f, const char *path)
-{
-    enum { COLUMNS = 3, CELL = 190 };
-    const names scenes = scenes_of(f, "error"), methods = methods_of(f, "error");
-    const int rows = (scenes.count + COLUMNS - 1) / COLUMNS;
-    char text[SENTENCE];
-    svg s;
-    message_scenes(f, text, sizeof text);
-    if (!svg_open(&s, path, WIDTH, 36 + rows * CELL, text)) return false;
-    draw_key(&s, s.top + 6);
-    axis across = axis_make("", true), up = axis_make("", true);
-    for (int m = 0; m < methods.count; m++) {
-        for (int i = 0; i < scenes.count; i++) {
-            axis_include(&across, mean_of(f, "error", scenes.list[i], methods.list[m], NAN, "ns"));
-            axis_include(&up, mean_of(f, "error", scenes.list[i], methods.list[m], NAN, "rms"));
-        }
-    }
-    axis_finish(&across);
-    axis_finish(&up);
-    for (int i = 0; i < scenes.count; i++) {
-        const int column = i % COLUMNS, row = i / COLUMNS;
-        const bool last = i + COLUMNS >= scenes.count;
-        across.name = last ? "ns a receiver" : "";
-        up.name = column ? "" : "rms error";
-        const double cell = (WIDTH - 20.0) / COLUMNS;
-        const plot p = {
-            &s, 58 + column * cell, s.top + 36 + row * CELL, cell - 50, CELL - 48, across, up};
-        draw_scene(f, p, scenes.list[i]);
-    }
     return svg_close(&s);
 }
 
@@ -633,7 +564,6 @@ static bool draw_settings(const figures *f, const char *path)
 
 const chart charts[] = {
     {"error_time.svg", draw_error_time, message_error_time, "error", true},
-    {"error_time_scenes.svg", draw_scenes, message_scenes, "error", true},
     {"error_light.svg", draw_light, message_light, "error", true},
     {"time_kernel.svg", draw_kernel, message_kernel, "kernel", true},
     {"map_side.svg", draw_side, message_side, "side", true},

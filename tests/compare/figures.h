@@ -21,13 +21,20 @@ typedef struct figure {
 } figure;
 
 // experiment  x                           metrics
-// error       tangent of the half-angle   rms mean p99 ns        every method, scene and light size;
-//                                         scene "all": means over scenes, and rms_best_bias, with
-//                                         the best of all biases in each case
+// error       tangent of the half-angle   rms                    some methods, every scene and light size
+//                                         scene "all": means over scenes of all methods, and mean p99
+//                                         rms_best_bias, with the best of all biases in each case
 // speed       tangent                     ns relative            scene "all"; times of the fastest
 // overall     0                           means over all scenes and light sizes: rms mean p99 ns
 //                                         relative rms_best_bias, bias (texels; of rivals),
 //                                         step_rms
+// new         tangent                     rms                    scenes that reviewers made up;
+//                                         x 0, scene "all": mean over them
+// unseen      the same                    of scenes made after all tuning
+// eye         0                           falling_rows (%) deepest_fall (rows outwards over the shadow of
+//                                         one box, against the truth), structure (rms of the difference
+//                                         between the errors of receivers a texel apart), flip (mean of two
+//                                         pictures); scene "all"
 // kernel      widest kernel, texels       ns
 // side        side of the map             rms ns update_ms bytes
 // temporal    tangent                     step_rms               method "truth": the truth's own step
@@ -50,10 +57,11 @@ typedef struct figure {
 // hard_scene  radius of a Gaussian        rms                    every scene, one radius
 // picture     threads                     seconds lights         scene: size; methods "all" (from
 //                                         probe to picture) and "shading"
-// truth       as in the experiment        noise                  method: the experiment
+// truth       as in the experiment        noise noise_most       method: the experiment; scene "all"
 // gl          lights                      shade_ms frame_ms update_ms bytes reads dispatches, rms (% of the
 //                                         mean, whole picture, against rays; method "truth": the error
-//                                         of the rays), bias (texels; of rivals)
+//                                         of the rays), flip (the pictures as shown), bias (texels; of
+//                                         rivals)
 // gl_bias     bias in texels              rms
 // gl_kernel   widest kernel, texels       shade_ms
 

@@ -24,6 +24,7 @@ typedef struct measurement {
 // The experiments. False with the reason in *why.
 typedef bool experiment_run(measurement *m, message *why);
 experiment_run measure_error, measure_scene;                                    // measure_error.c
+experiment_run measure_eye;                                                     // measure_eye.c
 experiment_run measure_kernel, measure_side, measure_temporal, measure_setting; // measure_sweeps.c
 experiment_run measure_lights, measure_picture;                                 // measure_lights.c
 experiment_run measure_array, measure_bandwidth;                                // measure_speed.c
@@ -73,13 +74,15 @@ void bench_free(bench *b);
 // Draws the case's depth map for that light and hands it to all methods.
 bool bench_update(bench *b, const compare_case *c, float tangent, message *why);
 // Visibility of all receivers by all methods, with the bias of each; on all cores.
-// value[method * count + receiver].
+// value[method * count + receiver]. A method with a bias below 0 is left out.
 void bench_evaluate(const bench *b, const int bias[METHODS_MOST], const receiver *r, int count,
                     float *value);
 // Nanoseconds a receiver and method on one core, in rounds over all methods.
 void bench_time(const bench *b, const int bias[METHODS_MOST], const receiver *r, int count,
                 int rounds, spread ns[METHODS_MOST]);
 
+// Whether the method's figures are kept for each scene, light and side, not only on average.
+bool is_followed(const char *name);
 // Whether a bias means something to the method.
 bool takes_bias(const method *m);
 

@@ -113,6 +113,32 @@ bool bench_update(bench *b, const compare_case *c, float tangent, message *why)
     return true;
 }
 
+// Receivers from number first on, round and round, by one method.
+static void ask(const bench *b, int which, int bias, const receiver *r, int count, int first, int n,
+                float *value)
+{
+    enum { BLOCK = 64 };
+    const method *m = &methods[which];
+    float points[BLOCK][3], normals[BLOCK][3];
+    for (int i = 0; i < n; i += BLOCK) {
+        const int some = n - i < BLOCK ? n - i : BLOCK;
+        for (int k = 0; k < some; k++) {
+            const receiver *one = &r[(first + i + k) % count];
+            const vec3 p = one->point, q = one->normal;
+            points[k][0] = p.x, points[k][1] = p.y, points[k][2] = p.z;
+            normals[k][0] = q.x, normals[k][1] = q.y, normals[k][2] = q.z;
+        }
+        if (m->many) {
+            m->many(b->state[which], some, (const float(*)[3])points, (const float(*)[3])normals,
+                    value + i);
+            continue;
+        }
+        for (int k = 0; k < some; k++)
+            value[i + k] = m->visibility(b->state[which], points[k], biases[bias],
+                                         (unsigned)((first + i + k) % count));
+    }
+}
+
 typedef struct evaluation {
     const bench *b;
     const int *bias;
@@ -121,24 +147,23 @@ typedef struct evaluation {
     float *value;
 } evaluation;
 
-static float ask(const bench *b, int which, int bias, const receiver *r, int index)
-{
-    const float point[3] = {r[index].point.x, r[index].point.y, r[index].point.z};
-    return methods[which].visibility(b->state[which], point, biases[bias], (unsigned)index);
-}
+enum { SHARE = 128 }; // receivers a task
 
-static void evaluate_one(void *context, int index)
+static void evaluate_some(void *context, int index)
 {
     const evaluation *e = context;
-    for (int i = 0; i < method_count; i++)
-        e->value[i * e->count + index] = ask(e->b, i, e->bias[i], e->r, index);
+    const int first = index * SHARE, rest = e->count - first, n = rest < SHARE ? rest : SHARE;
+    for (int i = 0; i < method_count; i++) {
+        if (e->bias[i] >= 0)
+            ask(e->b, i, e->bias[i], e->r, e->count, first, n, e->value + i * e->count + first);
+    }
 }
 
 void bench_evaluate(const bench *b, const int bias[METHODS_MOST], const receiver *r, int count,
                     float *value)
 {
     evaluation e = {b, bias, r, count, value};
-    parallel_for(count, evaluate_one, &e, NULL);
+    parallel_for((count + SHARE - 1) / SHARE, evaluate_some, &e, NULL);
 }
 
 // The processor's time, which other programs on the machine disturb less than the clock on the wall.
@@ -147,18 +172,16 @@ double cpu_seconds(void)
     return (double)clock() / CLOCKS_PER_SEC;
 }
 
+enum { TIMED_MOST = 20000 };
+
 // Asks for n receivers from number first on, round and round, and returns the seconds.
 static double time_method(const bench *b, int which, int bias, const receiver *r, int count,
                           int first, int n)
 {
-    static volatile float sink;
-    float sum = 0;
+    static float value[TIMED_MOST];
     const double start = cpu_seconds();
-    for (int i = 0; i < n; i++) sum += ask(b, which, bias, r, (first + i) % count);
-    const double seconds = cpu_seconds() - start;
-    sink = sum;
-    (void)sink;
-    return seconds;
+    ask(b, which, bias, r, count, first, n, value);
+    return cpu_seconds() - start;
 }
 
 void bench_time(const bench *b, const int bias[METHODS_MOST], const receiver *r, int count,
@@ -169,7 +192,7 @@ void bench_time(const bench *b, const int bias[METHODS_MOST], const receiver *r,
         for (int i = 0; i < method_count; i++) {
             // The first round tells how many receivers take a millisecond; all methods get the same
             // ones, but for those that are so slow that a part of them must do.
-            const int n = round < 0 ? 64 : (int)fmin(fmax(1e6 / ns[i].value, 64), 20000);
+            const int n = round < 0 ? 64 : (int)fmin(fmax(1e6 / ns[i].value, 64), TIMED_MOST);
             const int first = round < 0 ? 0 : round * count / rounds;
             const double t = 1e9 * time_method(b, i, bias[i], r, count, first, n) / n;
             if (round < 0)

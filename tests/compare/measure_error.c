@@ -12,11 +12,13 @@ enum { SIDE = 256, TANGENTS = 6 };
 
 static const float tangents[TANGENTS] = {0.02f, 0.05f, 0.1f, 0.2f, 0.4f, 0.8f};
 static const int every_size[TANGENTS] = {1, 1, 1, 1, 1, 1};
+static const int new_sizes[TANGENTS] = {0, 1, 0, 1, 1, 0}; // of scenes that are not the chart's own
 
 // How much work is put into a table.
 typedef struct effort {
     int receivers, rays, rounds; // no rounds: no times
     const int *size;             // which of the tangents
+    int cases;                   // from the first on; only the chart's own are timed
 } effort;
 
 typedef struct cell {
@@ -27,8 +29,8 @@ typedef struct cell {
 } cell;
 
 typedef struct table {
-    char name[CASE_COUNT][48];
-    cell at[CASE_COUNT][TANGENTS];
+    char name[CASE_ALL][48];
+    cell at[CASE_ALL][TANGENTS];
 } table;
 
 // Errors of all methods with all biases.
@@ -38,10 +40,13 @@ static bool measure_errors(const bench *b, const receiver *r, int count, cell *t
     if (!value) return fail(why, "no memory for %d receivers", count);
     for (int bias = 0; bias < BIASES; bias++) {
         int same[METHODS_MOST];
-        for (int i = 0; i < METHODS_MOST; i++) same[i] = bias;
-        bench_evaluate(b, same, r, count, value);
         for (int i = 0; i < method_count; i++)
+            same[i] = bias == 0 || takes_bias(&methods[i]) ? bias : -1;
+        bench_evaluate(b, same, r, count, value);
+        for (int i = 0; i < method_count; i++) {
+            if (same[i] < 0) continue;
             to->e[i][bias] = errors_of(value + i * count, r, count, value + method_count * count);
+        }
     }
     free(value);
     return true;
@@ -76,8 +81,10 @@ static bool measure_table(const measurement *m, const effort *work, table *t, me
     bench b;
     bool done = bench_create(&b, SIDE, why);
     memset(t, 0, sizeof *t);
-    for (int which = 0; which < CASE_COUNT && done; which++) {
+    for (int which = 0; which < work->cases && done; which++) {
         compare_case c;
+        effort here = *work;
+        if (which >= CASE_COUNT) here.size = new_sizes, here.rounds = 0;
         message missing;
         const double start = seconds_now();
         if (!case_make(&c, which, m->data, &missing)) {
@@ -86,8 +93,8 @@ static bool measure_table(const measurement *m, const effort *work, table *t, me
         }
         memcpy(t->name[which], c.name, sizeof c.name);
         for (int l = 0; l < TANGENTS && done; l++) {
-            if (!work->size[l]) continue;
-            done = measure_cell(m, &b, &c, tangents[l], work, (uint64_t)(which * TANGENTS + l + 1),
+            if (!work->size[l] || !here.size[l]) continue;
+            done = measure_cell(m, &b, &c, tangents[l], &here, (uint64_t)(which * TANGENTS + l + 1),
                                 &t->at[which][l], why);
         }
         if (work->rounds) say("  %-14s %5.1f s", c.name, seconds_now() - start);
@@ -119,7 +126,7 @@ static void choose_biases(measurement *m, const table *t)
 bool measure_biases(measurement *m, message *why)
 {
     static const int two[TANGENTS] = {0, 1, 0, 1, 0, 0};
-    const effort little = {150, 144, 0, two};
+    const effort little = {150, 144, 0, two, CASE_COUNT};
     if (m->bias_known) return true;
     table *t = malloc(sizeof *t);
     if (!t) return fail(why, "no memory");
@@ -132,16 +139,25 @@ bool measure_biases(measurement *m, message *why)
 
 // ---- Figures -------------------------------------------------------------------------------
 
-static void put_case(measurement *m, const char *name, double x, const cell *at)
+// Methods whose error in each scene and size is asked for.
+bool is_followed(const char *name)
 {
-    put(m, "truth", name, "error", x, "noise", at->noise, at->noise, at->noise);
+    static const char *const followed[] = {"hard", "PCSS, all texels", CSSM16,
+                                           "back-projection, all texels", "MSSM 6, lower blocker",
+                                           "MSSM 6, upper blocker", "layered, 4 moments",
+                                           "layered, 6 moments", "layered, 6 moments, normal"};
+    for (size_t i = 0; i < sizeof followed / sizeof *followed; i++)
+        if (!strcmp(name, followed[i])) return true;
+    return false;
+}
+
+static void put_case(measurement *m, const char *experiment_name, const char *name, double x,
+                     const cell *at)
+{
     for (int i = 0; i < method_count; i++) {
-        const errors *e = &at->e[i][m->bias[i]];
-        const char *who = methods[i].name;
-        put(m, "error", name, who, x, "rms", e->rms, e->rms_low, e->rms_high);
-        put(m, "error", name, who, x, "mean", e->mean, e->mean, e->mean);
-        put(m, "error", name, who, x, "p99", e->p99, e->p99, e->p99);
-        put(m, "error", name, who, x, "ns", at->ns[i].value, at->ns[i].low, at->ns[i].high);
+        const double rms = at->e[i][m->bias[i]].rms;
+        if (is_followed(methods[i].name))
+            put(m, experiment_name, name, methods[i].name, x, "rms", rms, rms, rms);
     }
 }
 
@@ -177,13 +193,17 @@ static double cell_ns(const measurement *m, const cell *at, int who)
     return at->ns[who].value;
 }
 
-static spread over_cells(const measurement *m, const table *t, int from, int to, int who,
-                         cell_value *value)
+// A part of the table: scenes from first on, before end, and lights from..to.
+typedef struct part {
+    int first, end, from, to;
+} part;
+
+static spread over_cells(const measurement *m, const table *t, part p, int who, cell_value *value)
 {
-    double values[CASE_COUNT * TANGENTS], sum = 0;
+    double values[CASE_ALL * TANGENTS], sum = 0;
     int count = 0;
-    for (int which = 0; which < CASE_COUNT; which++) {
-        for (int l = from; l <= to; l++) {
+    for (int which = p.first; which < p.end; which++) {
+        for (int l = p.from; l <= p.to; l++) {
             if (t->at[which][l].measured) values[count++] = value(m, &t->at[which][l], who);
         }
     }
@@ -205,22 +225,40 @@ static void put_all(measurement *m, const table *t, int from, int to, double x)
                  {"rms_best_bias", cell_best},
                  {"ns", cell_ns}};
     const size_t last = sizeof kinds / sizeof *kinds - 1;
-    double ns[METHODS_MOST], fastest = HUGE_VAL;
     for (int i = 0; i < method_count; i++) {
         for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
-            const spread s = over_cells(m, t, from, to, i, kinds[k].value);
+            const part p = {0, CASE_COUNT, from, to};
+            const spread s = over_cells(m, t, p, i, kinds[k].value);
             const char *to_experiment = x <= 0 ? "overall" : k == last ? "speed" : "error";
-            put(m, to_experiment, "all", methods[i].name, x, kinds[k].metric, s.value, s.low,
-                s.high);
-            ns[i] = s.value; // in the end the last kind's
+            put(m, to_experiment, "all", methods[i].name, x, kinds[k].metric, s.value,
+                s.value, s.value);
         }
-        fastest = fmin(fastest, ns[i]);
     }
+}
+
+// Means over the scenes of a group, all their lights.
+static void put_group(measurement *m, const table *t, const char *experiment_name, int first, int end)
+{
+    const part p = {first, end, 0, TANGENTS - 1};
     for (int i = 0; i < method_count; i++) {
-        const double times = ns[i] / fastest;
-        put(m, x > 0 ? "speed" : "overall", "all", methods[i].name, x, "relative", times, times,
-            times);
+        const double rms = over_cells(m, t, p, i, cell_rms).value;
+        put(m, experiment_name, "all", methods[i].name, 0, "rms", rms, rms, rms);
     }
+}
+
+static void put_noise(measurement *m, const table *t)
+{
+    double sum = 0, most = 0;
+    int count = 0;
+    for (int k = 0; k < CASE_ALL * TANGENTS; k++) {
+        const cell *at = &t->at[k / TANGENTS][k % TANGENTS];
+        if (!at->measured) continue;
+        sum += at->noise;
+        most = fmax(most, at->noise);
+        count++;
+    }
+    put(m, "truth", "all", "error", 0, "noise", sum / count, sum / count, sum / count);
+    put(m, "truth", "all", "error", 0, "noise_most", most, most, most);
 }
 
 static bool any_measured(const table *t, int l)
@@ -233,20 +271,24 @@ static bool any_measured(const table *t, int l)
 bool measure_error(measurement *m, message *why)
 {
     static const int some[TANGENTS] = {0, 1, 0, 1, 0, 1};
-    const effort full = {2000, 1024, 9, every_size}, quick = {300, 256, 3, some};
+    const effort full = {1500, 784, 7, every_size, CASE_ALL}, quick = {200, 144, 3, some, CASE_ALL};
     table *t = malloc(sizeof *t);
     if (!t) return fail(why, "no memory");
     bool done = measure_biases(m, why) && measure_table(m, m->quick ? &quick : &full, t, why);
     if (done) choose_biases(m, t); // now from all receivers
-    for (int k = 0; k < CASE_COUNT * TANGENTS && done; k++) {
-        const int which = k / TANGENTS, l = k % TANGENTS;
-        if (t->at[which][l].measured)
-            put_case(m, t->name[which], (double)tangents[l], &t->at[which][l]);
-    }
     for (int l = 0; l < TANGENTS && done; l++) {
         if (any_measured(t, l)) put_all(m, t, l, l, (double)tangents[l]);
     }
     if (done) put_all(m, t, 0, TANGENTS - 1, 0);
+    if (done) put_noise(m, t);
+    if (done) put_group(m, t, "new", CASE_COUNT, CASE_COUNT + CASE_NEW);
+    if (done) put_group(m, t, "unseen", CASE_COUNT + CASE_NEW, CASE_ALL);
+    for (int k = 0; k < CASE_ALL * TANGENTS && done; k++) {
+        const int which = k / TANGENTS, l = k % TANGENTS;
+        const char *group = which < CASE_COUNT ? "error" : case_group(which);
+        if (t->at[which][l].measured)
+            put_case(m, group, t->name[which], (double)tangents[l], &t->at[which][l]);
+    }
     for (int i = 0; i < method_count && done; i++) {
         const double bias = (double)biases[m->bias[i]];
         if (takes_bias(&methods[i]))
@@ -275,7 +317,7 @@ static void print_cell(const measurement *m, const compare_case *c, double tange
 
 bool measure_scene(measurement *m, message *why)
 {
-    const effort full = {2000, 1024, 9, every_size}, quick = {300, 256, 3, every_size};
+    const effort full = {2000, 1024, 9, every_size, 0}, quick = {300, 256, 3, every_size, 0};
     compare_case c;
     bench b;
     if (!case_load(&c, m->scene, m->sun, why)) return false;
@@ -287,7 +329,7 @@ bool measure_scene(measurement *m, message *why)
                             &at[l], why);
         if (!done || !at[l].measured) continue;
         print_cell(m, &c, (double)tangents[l], &at[l]);
-        put_case(m, c.name, (double)tangents[l], &at[l]);
+        put_case(m, "error", c.name, (double)tangents[l], &at[l]);
     }
     bench_free(&b);
     free(at);

@@ -7,6 +7,7 @@
 
 #include "../../examples/common/gl_context.h"
 #include "../../examples/common/threads.h"
+#include "flip.h"
 #include "gl_convolution.h"
 #include "gl_percentage_closer.h"
 
@@ -44,7 +45,7 @@ static const gl_method methods[MEASURE_GL_METHODS] = {
     {CSSM8 CSSM_MIPS, CONVOLUTION, 4, {0}, 0, 1, 1, 0},
     {CSSM16 CSSM_MIPS, CONVOLUTION, 8, {0}, 0, 1, 1, 0},
     {CSSM_ANNEN CSSM_MIPS, CONVOLUTION, 16, {0}, 0, 1, 1, 0},
-    {"hard", HARD, 0, {0}, 0, 0, 1, 3},
+    {"hard", HARD, 0, {0}, 0, 0, 1, 1},
 };
 
 // The scene and what all methods share.
@@ -497,32 +498,59 @@ static bool trace_truth(bench *b, int grid, image truth[2], message *why)
 }
 
 // Of luminance, in percent of its mean, over the whole picture.
-static double picture_error(const image *truth, const image *picture, double scale)
+static double picture_error(const image *truth, const image *picture)
 {
     const int count = truth->width * truth->height;
     double squares = 0, sum = 0;
     for (int i = 0; i < count; i++) {
         const double a = (double)vec_luminance(vec_of(truth->rgb + 3 * i));
-        const double d = scale * (double)vec_luminance(vec_of(picture->rgb + 3 * i)) - a;
+        const double d = (double)vec_luminance(vec_of(picture->rgb + 3 * i)) - a;
         squares += d * d;
         sum += a;
     }
     return 100 * sqrt(squares / count) / (sum / count);
 }
 
-// Of a method with its bias; NAN with a message.
-static double method_error(bench *b, subject *s, const image *truth, message *why)
+// Of a method with its bias; false with a message.
+static bool draw_picture(bench *b, subject *s, image *picture, message *why)
 {
-    image picture = {0, 0, NULL};
     s->frame = 0;
     do {
         draw_maps(b, s, 0, NULL);
         shade(b, s, s->program);
     } while (s->frame > 0);
-    if (!gl_target_read(&b->view.picture, &picture, why)) return NAN;
-    const double error = picture_error(truth, &picture, 1.0 / s->method->frames);
+    if (!gl_target_read(&b->view.picture, picture, why)) return false;
+    const float share = 1.0f / (float)s->method->frames;
+    for (int i = 0; i < 3 * picture->width * picture->height; i++) picture->rgb[i] *= share;
+    return true;
+}
+
+// NAN with a message.
+static double method_error(bench *b, subject *s, const image *truth, message *why)
+{
+    image picture = {0, 0, NULL};
+    if (!draw_picture(b, s, &picture, why)) return NAN;
+    const double error = picture_error(truth, &picture);
     image_free(&picture);
     return error;
+}
+
+// As a viewer shows the pictures.
+static double method_flip(bench *b, subject *s, const image *truth, message *why)
+{
+    const float exposure = lighting_exposure(truth, &b->scene, &b->eye);
+    image picture = {0, 0, NULL}, shown = {0, 0, NULL};
+    double flip = NAN;
+    if (image_create(&shown, truth->width, truth->height) && draw_picture(b, s, &picture, why)) {
+        for (int i = 0; i < 3 * shown.width * shown.height; i++) {
+            shown.rgb[i] = exposure * truth->rgb[i];
+            picture.rgb[i] *= exposure;
+        }
+        flip = flip_mean(&shown, &picture);
+    }
+    image_free(&shown);
+    image_free(&picture);
+    return flip;
 }
 
 // The bias that suits the method best, and the error with each of those tried.
@@ -548,7 +576,7 @@ static bool add_errors(figures *f, bench *b, subject *s, int grid, message *why)
     const double lights = b->lights.lights;
     image truth[2] = {{0, 0, NULL}, {0, 0, NULL}};
     bool done = trace_truth(b, grid, truth, why);
-    const double noise = done ? 0.5 * picture_error(&truth[0], &truth[1], 1) : 0;
+    const double noise = done ? 0.5 * picture_error(&truth[0], &truth[1]) : 0;
     const int count = done ? 3 * truth[0].width * truth[0].height : 0;
     for (int i = 0; i < count; i++) truth[0].rgb[i] = 0.5f * (truth[0].rgb[i] + truth[1].rgb[i]);
     if (done) add(f, "gl", "truth", lights, "rms", &noise, 1);
@@ -559,7 +587,9 @@ static bool add_errors(figures *f, bench *b, subject *s, int grid, message *why)
                                  ? best_bias(f, b, &s[i], &truth[0], why)
                                  : method_error(b, &s[i], &truth[0], why);
         const double bias = (double)s[i].bias;
-        done = !isnan(error);
+        const double flip = isnan(error) ? error : method_flip(b, &s[i], &truth[0], why);
+        done = !isnan(flip);
+        if (done) add(f, "gl", m->name, lights, "flip", &flip, 1);
         if (done) add(f, "gl", m->name, lights, "rms", &error, 1);
         if (done && biased) add(f, "gl", m->name, lights, "bias", &bias, 1);
     }

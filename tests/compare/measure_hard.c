@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIDE = 256, RADII = 5, RECEIVERS = 1000, HARD_MOST = 8, TIMES = 5, SCENES_AT = 2 };
+enum { SIDE = 256, RADII = 5, RECEIVERS = 1000, HARD_MOST = 12, TIMES = 5, SCENES_AT = 2 };
 static const int radii[RADII] = {1, 2, 4, 8, 16};
 
 // Sums over the receivers of one scene, or over scenes.

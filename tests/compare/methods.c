@@ -13,20 +13,23 @@
 typedef struct choice {
     int moments;
     mssm_settings settings;
+    bool normals; // the receivers' are handed over
 } choice;
 
-enum { LOWER_4, UPPER_4, LOWER_6, UPPER_6, LAYERED_4, LAYERED_6, CHOICES };
+enum { LOWER_4, UPPER_4, LOWER_6, UPPER_6, LAYERED_4, LAYERED_6, NORMAL_4, NORMAL_6, CHOICES };
 
 static const choice choices[CHOICES] = {
-    {4, {4, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}}, {4, {4, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}},
-    {6, {6, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}}, {6, {6, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}},
-    {4, {4, MSSM_LAYERED, 0, 0, 0, 0}},       {6, {6, MSSM_LAYERED, 0, 0, 0, 0}},
+    {4, {4, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}, false}, {4, {4, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}, false},
+    {6, {6, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}, false}, {6, {6, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}, false},
+    {4, {4, MSSM_LAYERED, 0, 0, 0, 0}, false},       {6, {6, MSSM_LAYERED, 0, 0, 0, 0}, false},
+    {4, {4, MSSM_LAYERED, 0, 0, 0, 0}, true},        {6, {6, MSSM_LAYERED, 0, 0, 0, 0}, true},
 };
 
 typedef struct moment_state {
     mssm_map *map;
     mssm_light light;
     mssm_settings settings;
+    bool normals;
     void *memory;
 } moment_state;
 
@@ -38,6 +41,7 @@ static void *moment_create(const struct method *m, int side, size_t *bytes)
     *bytes = mssm_map_bytes(side, c->moments);
     p->memory = malloc(*bytes);
     p->settings = c->settings;
+    p->normals = c->normals;
     if (p->memory && mssm_map_init(&p->map, p->memory, *bytes, side, c->moments) == MSSM_OK) {
         return p;
     }
@@ -66,6 +70,14 @@ static float moment_visibility(const void *state, const float point[3], float bi
     (void)bias;
     (void)pixel;
     return mssm_map_visibility(p->map, &p->light, &p->settings, point);
+}
+
+static void moment_many(const void *state, int count, const float (*points)[3],
+                        const float (*normals)[3], float *out)
+{
+    const moment_state *p = state;
+    mssm_map_visibility_many(p->map, &p->light, &p->settings, count, points,
+                             p->normals ? normals : NULL, out);
 }
 
 // ---- hard shadows --------------------------------------------------------------------------------
@@ -147,31 +159,33 @@ static const char own[] = "docs/moments.md";
 
 const method methods[] = {
     {"hard", "hard", "Williams 1978, Casting Curved Shadows on Curved Surfaces", 1, 0,
-     PERCENTAGE_CLOSER, hard_visibility, 4},
+     PERCENTAGE_CLOSER, hard_visibility, 4, NULL},
     {"PCF", "PCF", "Reeves, Salesin and Cook 1987, Rendering Antialiased Shadows with Depth Maps",
-     1, 0, PERCENTAGE_CLOSER, pcf_visibility, 7},
-    {"PCSS, 16 samples", "PCSS", fernando, 1, 16, PERCENTAGE_CLOSER, pcss_sampled_visibility, 7},
-    {"PCSS, 64 samples", "PCSS", fernando, 1, 64, PERCENTAGE_CLOSER, pcss_sampled_visibility, 7},
-    {"PCSS, all texels", "PCSS", fernando, 0, 0, PERCENTAGE_CLOSER, pcss_visibility, 7},
-    {"PCSS, all texels in vectors", "PCSS", fernando, 0, 1, PERCENTAGE_CLOSER, pcss_visibility, 7},
+     1, 0, PERCENTAGE_CLOSER, pcf_visibility, 7, NULL},
+    {"PCSS, 16 samples", "PCSS", fernando, 1, 16, PERCENTAGE_CLOSER, pcss_sampled_visibility, 7, NULL},
+    {"PCSS, 64 samples", "PCSS", fernando, 1, 64, PERCENTAGE_CLOSER, pcss_sampled_visibility, 7, NULL},
+    {"PCSS, all texels", "PCSS", fernando, 0, 0, PERCENTAGE_CLOSER, pcss_visibility, 7, NULL},
+    {"PCSS, all texels in vectors", "PCSS", fernando, 0, 1, PERCENTAGE_CLOSER, pcss_visibility, 7, NULL},
     {"VSM", "VSM", "Donnelly and Lauritzen 2006, Variance Shadow Maps", 1, 0, variance_create,
-     variance_destroy, variance_update, variance_visibility, 0},
+     variance_destroy, variance_update, variance_visibility, 0, NULL},
     {"VSSM", "VSM", "Yang and others 2010, Variance Soft Shadow Mapping", 1, 0,
-     variance_soft_create, variance_destroy, variance_soft_update, variance_soft_visibility, 4},
+     variance_soft_create, variance_destroy, variance_soft_update, variance_soft_visibility, 4, NULL},
     {"EVSM", "EVSM", "Lauritzen and McCool 2008, Layered Variance Shadow Maps", 1, 0,
-     exponential_create, variance_destroy, exponential_update, exponential_visibility, 0},
-    {CSSM8, "CSSM", annen, 1, 4, CONVOLUTION, 7},
-    {CSSM16, "CSSM", annen, 1, 8, CONVOLUTION, 8},
-    {CSSM_ANNEN, "CSSM", annen, 1, 16, CONVOLUTION, 7},
+     exponential_create, variance_destroy, exponential_update, exponential_visibility, 0, NULL},
+    {CSSM8, "CSSM", annen, 1, 4, CONVOLUTION, 7, NULL},
+    {CSSM16, "CSSM", annen, 1, 8, CONVOLUTION, 8, NULL},
+    {CSSM_ANNEN, "CSSM", annen, 1, 16, CONVOLUTION, 7, NULL},
     {"back-projection, all texels", "back-projection",
      "Guennebaud, Barthe and Paulin 2006, Real-Time Soft Shadow Mapping by Backprojection", 0, 0,
-     PERCENTAGE_CLOSER, back_projection_visibility, 4},
-    {"MSSM 4, lower blocker", "MSSM", kneiphof, 1, LOWER_4, MOMENTS, 0},
-    {"MSSM 4, upper blocker", "MSSM", kneiphof, 1, UPPER_4, MOMENTS, 0},
-    {"MSSM 6, lower blocker", "MSSM", kneiphof, 1, LOWER_6, MOMENTS, 0},
-    {"MSSM 6, upper blocker", "MSSM", kneiphof, 1, UPPER_6, MOMENTS, 0},
-    {"layered, 4 moments", "layered", own, 1, LAYERED_4, MOMENTS, 0},
-    {"layered, 6 moments", "layered", own, 1, LAYERED_6, MOMENTS, 0},
+     PERCENTAGE_CLOSER, back_projection_visibility, 4, NULL},
+    {"MSSM 4, lower blocker", "MSSM", kneiphof, 1, LOWER_4, MOMENTS, 0, moment_many},
+    {"MSSM 4, upper blocker", "MSSM", kneiphof, 1, UPPER_4, MOMENTS, 0, moment_many},
+    {"MSSM 6, lower blocker", "MSSM", kneiphof, 1, LOWER_6, MOMENTS, 0, moment_many},
+    {"MSSM 6, upper blocker", "MSSM", kneiphof, 1, UPPER_6, MOMENTS, 0, moment_many},
+    {"layered, 4 moments", "layered", own, 1, LAYERED_4, MOMENTS, 0, moment_many},
+    {"layered, 6 moments", "layered", own, 1, LAYERED_6, MOMENTS, 0, moment_many},
+    {"layered, 4 moments, normal", "layered", own, 1, NORMAL_4, MOMENTS, 0, moment_many},
+    {"layered, 6 moments, normal", "layered", own, 1, NORMAL_6, MOMENTS, 0, moment_many},
 };
 const int method_count = (int)(sizeof methods / sizeof *methods);
 
@@ -179,19 +193,25 @@ const int method_count = (int)(sizeof methods / sizeof *methods);
 
 const method hard_methods[] = {
     {"hard", "hard", "Williams 1978, Casting Curved Shadows on Curved Surfaces", 1, 0,
-     PERCENTAGE_CLOSER, hard_visibility, 2},
+     PERCENTAGE_CLOSER, hard_visibility, 2, NULL},
     {"PCF, Gaussian", "PCF",
      "Reeves, Salesin and Cook 1987, Rendering Antialiased Shadows with Depth Maps", 0, 0,
-     gaussian_create, percentage_closer_destroy, percentage_closer_update, gaussian_visibility, 4},
+     gaussian_create, percentage_closer_destroy, percentage_closer_update, gaussian_visibility, 4, NULL},
     {"VSM, Gaussian", "VSM", "Donnelly and Lauritzen 2006, Variance Shadow Maps", 1, 0,
-     variance_hard_create, variance_destroy, variance_update, variance_visibility, 0},
+     variance_hard_create, variance_destroy, variance_update, variance_visibility, 0, NULL},
     {"EVSM, Gaussian", "VSM", "Lauritzen and McCool 2008, Layered Variance Shadow Maps", 1, 0,
      exponential_hard_create, variance_destroy, exponential_hard_update,
-     exponential_hard_visibility, 0},
-    {"filtered, 4 moments", "filtered", "docs/filtered.md", 1, 0, filtered_create_4, FILTERED, 0},
+     exponential_hard_visibility, 0, NULL},
+    {"EVSM, Gaussian, 64 bits", "VSM", "Lauritzen and McCool 2008, Layered Variance Shadow Maps", 1, 0,
+     exponential_half_create, variance_destroy, exponential_half_update,
+     exponential_half_visibility, 0, NULL},
+    {"filtered, 4 moments of 32-bit floats", "VSM",
+     "Peters and Klein 2015, Moment Shadow Mapping", 1, 0, moments_float_create, variance_destroy,
+     moments_float_update, moments_float_visibility, 0, NULL},
+    {"filtered, 4 moments", "filtered", "docs/filtered.md", 1, 0, filtered_create_4, FILTERED, 0, NULL},
     {"filtered, 4 moments, full_shadow 1", "filtered", "docs/filtered.md", 1, 0,
-     filtered_create_4_plain, FILTERED, 0},
-    {"filtered, 6 moments", "filtered", "docs/filtered.md", 1, 0, filtered_create_6, FILTERED, 0},
+     filtered_create_4_plain, FILTERED, 0, NULL},
+    {"filtered, 6 moments", "filtered", "docs/filtered.md", 1, 0, filtered_create_6, FILTERED, 0, NULL},
 };
 const int hard_method_count = (int)(sizeof hard_methods / sizeof *hard_methods);
 

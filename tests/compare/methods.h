@@ -31,6 +31,9 @@ typedef struct method {
     // one (the library's own take their default); pixel seeds whatever is random.
     float (*visibility)(const void *state, const float point[3], float bias, unsigned pixel);
     float bias;  // that suits the method best over scenes and lights; measured, in texels
+    // NULL, or many points at once, for methods that have a faster way for that or use the normals.
+    void (*many)(const void *state, int count, const float (*points)[3],
+                 const float (*normals)[3], float *out);
 } method;
 
 extern const method methods[];

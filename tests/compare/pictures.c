@@ -11,6 +11,7 @@
 #include "../../examples/common/raster.h"
 #include "../../examples/common/threads.h"
 #include "cases.h"
+#include "flip.h"
 
 enum { WIDTH = 456, HEIGHT = 257, LABEL = 24, GAP = 8, COLUMNS = 3, ROWS = 2 };
 enum { ROW = 2 * (HEIGHT + LABEL) + GAP };
@@ -48,6 +49,7 @@ typedef struct pictures {
     mssm_light light;
     vec3 axis_u, axis_v, towards;
     float *depth;
+    image truth, seen; // as the sheet shows them, in linear colours
     pixel *pixels;
     unsigned char *sheet;
     const method *method; // at work; NULL: rays
@@ -128,6 +130,12 @@ static void collect_pixel(pictures *p, const view *v, int x, int y)
 static float visibility_of(const pictures *p, const piece *at, unsigned seed)
 {
     const float point[3] = {at->point.x, at->point.y, at->point.z};
+    const float normal[3] = {at->normal.x, at->normal.y, at->normal.z};
+    float seen;
+    if (p->method && p->method->many) {
+        p->method->many(p->state, 1, &point, &normal, &seen);
+        return seen;
+    }
     if (p->method) return p->method->visibility(p->state, point, p->method->bias, seed);
     return trace_rectangle(p->c.tree, vec_mad(at->point, at->normal, 2e-3f), p->towards, p->axis_u,
                            p->axis_v, p->light.half_u, p->light.half_v, RAYS, seed);
@@ -187,7 +195,7 @@ static double rms_of(const pictures *p)
     return weight > 0 ? sqrt(sum / weight) : 0;
 }
 
-static void draw_panel(const pictures *p, int panel)
+static void draw_panel(pictures *p, int panel)
 {
     const int left = GAP + panel % COLUMNS * (WIDTH + GAP);
     const int top = LABEL + panel / COLUMNS * ROW;
@@ -195,12 +203,17 @@ static void draw_panel(const pictures *p, int panel)
     char label[96];
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         const int x = left + i % WIDTH, y = i / WIDTH;
-        put_pixel(p->sheet, x, top + y, lit_colour(&p->pixels[i]));
+        const vec3 shown = lit_colour(&p->pixels[i]);
+        for (int k = 0; k < 3; k++)
+            (panel ? &p->seen : &p->truth)->rgb[3 * i + k] =
+                powf(k == 0 ? shown.x : k == 1 ? shown.y : shown.z, 2.2f);
+        put_pixel(p->sheet, x, top + y, shown);
         if (panel > 0) put_pixel(p->sheet, x, below + y, error_colour(error_of(&p->pixels[i])));
     }
     put_text(p->sheet, left, top - 17, panel ? panels[panel] : "truth: rays");
     if (panel == 0) return;
-    snprintf(label, sizeof label, "rms error %.3f", rms_of(p));
+    snprintf(label, sizeof label, "rms error %.3f, FLIP %.3f", rms_of(p),
+             flip_mean(&p->truth, &p->seen));
     put_text(p->sheet, left, below - 17, label);
 }
 
@@ -234,7 +247,7 @@ static void draw_legend(const pictures *p)
 
 static bool find_case(compare_case *c, const char *name, message *why)
 {
-    for (int i = 0; i < CASE_COUNT; i++) {
+    for (int i = 0; i < CASE_ALL; i++) {
         if (!case_make(c, i, NULL, why)) continue; // a mesh that is not here
         if (!strcmp(c->name, name)) return true;
         case_free(c);
@@ -255,7 +268,8 @@ static bool prepare(pictures *p, float tangent, vec3 from, vec3 to, message *why
     p->depth = malloc(MAP_SIDE * MAP_SIDE * sizeof *p->depth);
     p->pixels = calloc(WIDTH * HEIGHT, sizeof *p->pixels);
     p->sheet = malloc(3 * SHEET_WIDTH * SHEET_HEIGHT);
-    if (!p->depth || !p->pixels || !p->sheet ||
+    if (!p->depth || !p->pixels || !p->sheet || !image_create(&p->truth, WIDTH, HEIGHT) ||
+        !image_create(&p->seen, WIDTH, HEIGHT) ||
         !case_depth(&p->c, &p->light, MAP_SIDE, p->depth, NULL) ||
         !view_create(&v, &p->c.scene, &p->eye, WIDTH, HEIGHT)) {
         return fail(why, "no memory for the picture");

@@ -189,11 +189,12 @@ method_visibility hard_visibility, pcf_visibility, pcss_sampled_visibility, pcss
     back_projection_visibility, gaussian_visibility;
 
 method_create variance_create, variance_soft_create, exponential_create, variance_hard_create,
-    exponential_hard_create;
+    exponential_hard_create, exponential_half_create, moments_float_create;
 method_destroy variance_destroy;
-method_update variance_update, variance_soft_update, exponential_update, exponential_hard_update;
+method_update variance_update, variance_soft_update, exponential_update, exponential_hard_update,
+    exponential_half_update, moments_float_update;
 method_visibility variance_visibility, variance_soft_visibility, exponential_visibility,
-    exponential_hard_visibility;
+    exponential_hard_visibility, exponential_half_visibility, moments_float_visibility;
 
 method_create convolution_create;
 method_destroy convolution_destroy;

@@ -171,13 +171,13 @@ comparison compare(const figures *f, const char *experiment, const char *scene, 
 
 double method_error(const figures *f, const char *method)
 {
-    return mean_of(f, "error", NULL, method, NAN, "rms");
+    const double all = mean_of(f, "overall", "all", method, NAN, "rms");
+    return isnan(all) ? mean_of(f, "error", NULL, method, NAN, "rms") : all;
 }
 
 double method_ns(const figures *f, const char *method)
 {
-    const double ns = mean_of(f, "speed", NULL, method, NAN, "ns");
-    return isnan(ns) ? mean_of(f, "error", NULL, method, NAN, "ns") : ns;
+    return mean_of(f, "overall", "all", method, NAN, "ns");
 }
 
 double method_bytes(const figures *f, const char *method)

@@ -48,6 +48,17 @@ static void write_palette(FILE *file)
     }
 }
 
+// As wide as it was taken for, whatever the font.
+static void write_line(svg *s, double y, const char *line)
+{
+    fprintf(s->file,
+            "<text x=\"12\" y=\"%.1f\" class=\"ink\" font-size=\"%d\" font-weight=\"bold\" "
+            "textLength=\"%.0f\" lengthAdjust=\"spacingAndGlyphs\">",
+            y, TITLE_SIZE, svg_text_width(line, -TITLE_SIZE));
+    escaped(s->file, line);
+    fputs("</text>\n", s->file);
+}
+
 // Breaks the title at spaces and writes it, or only measures it; returns the height below.
 static double write_title(svg *s, const char *title, bool write)
 {
@@ -65,7 +76,7 @@ static double write_title(svg *s, const char *title, bool write)
         if (!best) best = used;
         line[best] = 0;
         y += TITLE_SIZE + 5;
-        if (write) svg_text(s, 12, y, "start", COLOUR_INK, -TITLE_SIZE, line);
+        if (write) write_line(s, y, line);
         title += best;
         while (*title == ' ') title++;
     }

@@ -12,6 +12,7 @@ typedef struct state {
     float nearest, range; // of casters, and a little more behind: depth is 0 to 1 below
     float *filtered;      // fixed filters: means a texel, filtered
     int radius;
+    bool halves;              // the map holds floats of 16 bits
     float weight[TAPS_MOST];  // of the filter
     float empty[4];           // a texel without depth
     float bleeding, variance; // cut off, at least
@@ -29,6 +30,8 @@ static const float exponent_positive = 0.55f, exponent_negative = 11.7f;
 // 5, 10, 20 and 40 these are best; more than 40 does not fit the squares of float32.
 static const float bleeding_hard_vsm = 0.05f, bleeding_hard_evsm = 0.02f, variance_hard = 1e-5f;
 static const float hard_positive = 40, hard_negative = 5;
+// Floats of 16 bits bear exponents of 5.54 at most: their squares reach down to 1.5e-5.
+static const float half_exponent = 5.54f, bleeding_half = 0.05f, variance_half = 4e-4f;
 
 // ---- depth ready for filtering -----------------------------------------------------------------
 
@@ -125,6 +128,16 @@ static void powers_of(float z, double *value)
     value[1] = (double)z * (double)z;
 }
 
+// As the map holds it: rounded to 11 bits, and below 2^-14 to multiples of 2^-24.
+static inline float stored(const state *p, float x)
+{
+    int exponent;
+    if (!p->halves) return x;
+    frexpf(x, &exponent);
+    const int last = exponent > -13 ? exponent - 11 : -24;
+    return ldexpf(rintf(ldexpf(x, -last)), last);
+}
+
 // One pass along an axis; step is the distance of neighbours. Here and below n, the channels, is a
 // constant to the compiler.
 static inline void filter_row(const state *p, const float *from, float *to, int count, size_t step,
@@ -137,7 +150,7 @@ static inline void filter_row(const state *p, const float *from, float *to, int 
             const float *at = in ? from + n * step * (size_t)(i + k) : p->empty;
             for (size_t c = 0; c < n; c++) sum[c] += p->weight[k + p->radius] * at[c];
         }
-        memcpy(to + n * step * (size_t)i, sum, n * sizeof *sum);
+        for (size_t c = 0; c < n; c++) to[n * step * (size_t)i + c] = stored(p, sum[c]);
     }
 }
 
@@ -151,7 +164,7 @@ static inline void make_filtered(state *p, const depth_map *map, channels_of *ch
     for (size_t i = 0; i <= texels; i++) {
         channels(i < texels ? scaled(p, p->view.depth[i]) : 1, value);
         float *to = i < texels ? p->filtered + n * i : p->empty;
-        for (size_t c = 0; c < n; c++) to[c] = (float)value[c];
+        for (size_t c = 0; c < n; c++) to[c] = stored(p, (float)value[c]);
     }
     for (size_t y = 0; y < side; y++)
         filter_row(p, p->filtered + n * y * side, between + n * y * side, (int)side, 1, n);
@@ -515,4 +528,71 @@ float exponential_hard_visibility(const void *state_, const float point[3], floa
     read_filtered(p, &r, 4, mean);
     return bound_of_warps(mean, scaled(p, r.z), hard_positive, hard_negative, p->variance,
                           p->bleeding);
+}
+
+// The same in 64 bits: floats of 16 bits, as the moments' slides compare it.
+static void half_warps_of(float z, double *value)
+{
+    warp(z, half_exponent, half_exponent, value);
+}
+
+void *exponential_half_create(const struct method *m, int side, size_t *bytes)
+{
+    state *p = filter_create_gaussian(m->variant, side, 4, bleeding_half, bytes);
+    if (!p) return NULL;
+    p->halves = true;
+    p->variance = variance_half;
+    *bytes /= 2;
+    return p;
+}
+
+void exponential_half_update(void *state_, const depth_map *map)
+{
+    make_filtered(state_, map, half_warps_of, 4);
+}
+
+float exponential_half_visibility(const void *state_, const float point[3], float bias,
+                                  unsigned pixel)
+{
+    const state *p = state_;
+    float mean[4];
+    place r;
+    (void)pixel;
+    if (!place_of(&p->view, point, bias, &r)) return 1;
+    read_filtered(p, &r, 4, mean);
+    return bound_of_warps(mean, scaled(p, r.z), half_exponent, half_exponent, p->variance,
+                          p->bleeding);
+}
+
+// ---- moments of 32-bit floats under a fixed filter -----------------------------------------------
+
+// The slides' 128 bits: four moments of depths in [-1,1] as they are, where the library's own filtered
+// maps keep 16 bits of each.
+static void moments_of(float z, double *value)
+{
+    double power = 1;
+    for (int i = 0; i < 4; i++) value[i] = power *= 2 * (double)z - 1;
+}
+
+void *moments_float_create(const struct method *m, int side, size_t *bytes)
+{
+    return filter_create_gaussian(m->variant, side, 4, 0.02f, bytes);
+}
+
+void moments_float_update(void *state_, const depth_map *map)
+{
+    make_filtered(state_, map, moments_of, 4);
+}
+
+float moments_float_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
+{
+    const state *p = state_;
+    mssm_moments4 m;
+    place r;
+    (void)pixel;
+    if (!place_of(&p->view, point, bias, &r)) return 1;
+    read_filtered(p, &r, 4, m.b);
+    m = mssm_moments4_bias(m, 3e-6f); // of one rounding and two passes
+    const float lit = mssm_visibility4(m, 2 * scaled(p, r.z) - 1).upper;
+    return limited((lit - p->bleeding) / (1 - p->bleeding), 0, 1);
 }
