@@ -1,5 +1,6 @@
 // The methods of the comparison: each against a shadow with a closed form, against what must hold
 // for all of them, and against each other on scenes.
+#include "compare/flip.h"
 #include "compare/methods.h"
 #include "scenes.h"
 #include "test.h"
@@ -420,6 +421,52 @@ static void samples_converge_to_all_texels(void)
     CHECK(fabs(mean[1]) < 0.005, "bias %.4f", mean[1]);
 }
 
+// ---- the difference of pictures -----------------------------------------------------------------
+
+enum { FLIP_WIDTH = 48, FLIP_HEIGHT = 40 };
+
+// Squares of that many texels in two colours; 0: all the first.
+static void squares(image *m, int texels, const float a[3], const float b[3])
+{
+    for (int i = 0; i < FLIP_WIDTH * FLIP_HEIGHT; i++) {
+        const int x = i % FLIP_WIDTH, y = i / FLIP_WIDTH;
+        const float *c = texels && (x / texels + y / texels) % 2 ? b : a;
+        memcpy(m->rgb + 3 * i, c, 3 * sizeof *c);
+    }
+}
+
+// What the paper gives: green and blue are as far apart as colours get (41.2760 in its code's units, all of
+// the range); black and white come to 0.967. What lies beyond the eye's resolution does not count.
+static void flip_is_what_its_paper_says(void)
+{
+    static const float black[3] = {0, 0, 0}, white[3] = {1, 1, 1}, green[3] = {0, 1, 0},
+                       blue[3] = {0, 0, 1}, half[3] = {0.5f, 0.5f, 0.5f}, near[3] = {0.52f, 0.5f, 0.5f};
+    image a, b;
+    if (!image_create(&a, FLIP_WIDTH, FLIP_HEIGHT) || !image_create(&b, FLIP_WIDTH, FLIP_HEIGHT)) abort();
+    squares(&a, 3, green, white);
+    CHECK(flip_mean(&a, &a) == 0, "equal pictures differ");
+    squares(&a, 0, green, green);
+    squares(&b, 0, blue, blue);
+    CHECK(fabs(flip_mean(&a, &b) - 1) < 1e-9, "green and blue: %g", flip_mean(&a, &b));
+    squares(&a, 0, black, black);
+    squares(&b, 0, white, white);
+    CHECK(fabs(flip_mean(&a, &b) - 0.96738) < 1e-4, "black and white: %g", flip_mean(&a, &b));
+    squares(&a, 5, half, black);
+    squares(&b, 7, white, green);
+    CHECK(fabs(flip_mean(&a, &b) - flip_mean(&b, &a)) < 1e-12, "not symmetric");
+    squares(&b, 0, half, half);
+    squares(&a, 1, black, white);
+    const double fine = flip_mean(&a, &b);
+    squares(&a, 8, black, white);
+    const double coarse = flip_mean(&a, &b);
+    CHECK(fine < 0.02 && coarse > 0.6, "fine squares %g, coarse ones %g", fine, coarse);
+    squares(&a, 0, near, near);
+    const double little = flip_mean(&a, &b);
+    CHECK(little > 0 && little < 0.1, "a small difference: %g", little);
+    image_free(&a);
+    image_free(&b);
+}
+
 const test_case compare_tests[] = {
     {"compared methods give half-planes their penumbra", half_planes_have_their_penumbra},
     {"compared methods with fixed kernels have theirs", fixed_kernels_have_theirs},
@@ -429,5 +476,6 @@ const test_case compare_tests[] = {
     {"compared methods average back faces", back_faces_are_averaged_by_all},
     {"compared methods differ as they should", methods_differ_as_they_should},
     {"compared methods have the bias that suits them", methods_have_the_bias_that_suits_them},
+    {"FLIP is what its paper says", flip_is_what_its_paper_says},
     {"PCSS from samples converges to all texels", samples_converge_to_all_texels},
     {0, 0}};

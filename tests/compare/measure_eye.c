@@ -271,7 +271,7 @@ static bool flip_of(measurement *m, bench *b, int which, vec3 from, vec3 to, dou
         done = fail(why, "no memory for pictures");
         picture_free(&p);
     } else if (done) {
-        case_truth(&c, &b->light, p.count, m->quick ? 64 : 400, 9, p.r);
+        case_truth(&c, &b->light, p.count, m->quick ? 36 : 196, 9, p.r);
         bench_evaluate(b, m->bias, p.r, p.count, p.value);
         shade(&p, c.sun, NULL, &p.truth);
         for (int i = 0; i < method_count; i++) {

@@ -215,7 +215,7 @@ static bool run_sequence(measurement *m, bench *b, int which, float tangent, seq
                          message *why)
 {
     const int count = m->quick ? STEP_RECEIVERS / 4 : STEP_RECEIVERS;
-    const int rays = m->quick ? 576 : 4096, steps = m->quick ? STEPS / 2 : STEPS;
+    const int rays = m->quick ? 576 : 2304, steps = m->quick ? STEPS / 2 : STEPS;
     bool done = true;
     memset(q, 0, sizeof *q);
     for (int step = 0; step < steps && done; step++) {
