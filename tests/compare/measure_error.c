@@ -271,7 +271,7 @@ static bool any_measured(const table *t, int l)
 bool measure_error(measurement *m, message *why)
 {
     static const int some[TANGENTS] = {0, 1, 0, 1, 0, 1};
-    const effort full = {1200, 576, 7, every_size, CASE_ALL}, quick = {200, 144, 3, some, CASE_ALL};
+    const effort full = {1000, 484, 7, every_size, CASE_ALL}, quick = {200, 144, 3, some, CASE_ALL};
     table *t = malloc(sizeof *t);
     if (!t) return fail(why, "no memory");
     bool done = measure_biases(m, why) && measure_table(m, m->quick ? &quick : &full, t, why);

@@ -110,7 +110,7 @@ static bool side_case(measurement *m, bench *b, int which, side_sum *sum, messag
     if (!case_make(&c, which, m->data, why)) return false;
     const int count = m->quick ? SIDE_RECEIVERS / 10 : SIDE_RECEIVERS;
     bool done = bench_update(b, &c, 0.1f, why);
-    if (done && !case_receivers(&c, &b->light, count, m->quick ? 256 : 1024, 3, r))
+    if (done && !case_receivers(&c, &b->light, count, m->quick ? 256 : 576, 3, r))
         done = fail(why, "%s: no receivers", c.name);
     case_free(&c);
     if (!done) return false;
@@ -215,7 +215,7 @@ static bool run_sequence(measurement *m, bench *b, int which, float tangent, seq
                          message *why)
 {
     const int count = m->quick ? STEP_RECEIVERS / 4 : STEP_RECEIVERS;
-    const int rays = m->quick ? 576 : 2304, steps = m->quick ? STEPS / 2 : STEPS;
+    const int rays = m->quick ? 576 : 1296, steps = m->quick ? STEPS / 2 : STEPS;
     bool done = true;
     memset(q, 0, sizeof *q);
     for (int step = 0; step < steps && done; step++) {
@@ -384,7 +384,7 @@ static bool setting_case(measurement *m, const setting_maps *s, int which, float
                 mssm_map_update(s->map[1], s->front, c.closed ? s->back : NULL, 1) == MSSM_OK;
     if (!done) fail(why, "%s: no map", c.name);
     // Lights too large for a case are left out, as in the experiment on errors.
-    if (done && case_receivers(&c, &light, count, m->quick ? 256 : 1024, 5, r))
+    if (done && case_receivers(&c, &light, count, m->quick ? 256 : 484, 5, r))
         compare_settings(s, &light, r, count, sums);
     case_free(&c);
     return done;
