@@ -525,54 +525,53 @@ static bool draw_picture(bench *b, subject *s, image *picture, message *why)
     return true;
 }
 
-// NAN with a message.
-static double method_error(bench *b, subject *s, const image *truth, message *why)
+// Of the pictures as a viewer shows them; scales the picture.
+static double shown_flip(const bench *b, const image *truth, image *picture)
+{
+    const float exposure = lighting_exposure(truth, &b->scene, &b->eye);
+    image shown = {0, 0, NULL};
+    if (!image_create(&shown, truth->width, truth->height)) return NAN;
+    for (int i = 0; i < 3 * shown.width * shown.height; i++) {
+        shown.rgb[i] = exposure * truth->rgb[i];
+        picture->rgb[i] *= exposure;
+    }
+    const double flip = flip_mean(&shown, picture);
+    image_free(&shown);
+    return flip;
+}
+
+// NAN with a message; flip may be NULL.
+static double method_error(bench *b, subject *s, const image *truth, double *flip, message *why)
 {
     image picture = {0, 0, NULL};
     if (!draw_picture(b, s, &picture, why)) return NAN;
     const double error = picture_error(truth, &picture);
+    if (flip) *flip = shown_flip(b, truth, &picture);
     image_free(&picture);
     return error;
 }
 
-// As a viewer shows the pictures.
-static double method_flip(bench *b, subject *s, const image *truth, message *why)
-{
-    const float exposure = lighting_exposure(truth, &b->scene, &b->eye);
-    image picture = {0, 0, NULL}, shown = {0, 0, NULL};
-    double flip = NAN;
-    if (image_create(&shown, truth->width, truth->height) && draw_picture(b, s, &picture, why)) {
-        for (int i = 0; i < 3 * shown.width * shown.height; i++) {
-            shown.rgb[i] = exposure * truth->rgb[i];
-            picture.rgb[i] *= exposure;
-        }
-        flip = flip_mean(&shown, &picture);
-    }
-    image_free(&shown);
-    image_free(&picture);
-    return flip;
-}
-
 // The bias that suits the method best, and the error with each of those tried.
-static double best_bias(figures *f, bench *b, subject *s, const image *truth, message *why)
+static bool find_bias(figures *f, bench *b, subject *s, const image *truth, bool quick, message *why)
 {
     static const float tried[] = {0, 1, 2, 3, 4, 6, 8, 12, 16};
     double least = HUGE_VAL;
     float best = 0;
-    for (size_t i = 0; i < sizeof tried / sizeof *tried; i++) {
+    for (size_t i = quick ? 1 : 0; i < sizeof tried / sizeof *tried; i += quick ? 4 : 1) {
         s->bias = tried[i];
-        const double error = method_error(b, s, truth, why);
-        if (isnan(error)) return error;
+        const double error = method_error(b, s, truth, NULL, why);
+        if (isnan(error)) return false;
         add(f, "gl_bias", s->method->name, (double)tried[i], "rms", &error, 1);
         if (error < least) best = tried[i];
         least = fmin(least, error);
     }
     s->bias = best;
-    return least;
+    return true;
 }
 
-static bool add_errors(figures *f, bench *b, subject *s, int grid, message *why)
+static bool add_errors(figures *f, bench *b, subject *s, bool quick, message *why)
 {
+    const int grid = quick ? 6 : 12; // of rays to a light
     const double lights = b->lights.lights;
     image truth[2] = {{0, 0, NULL}, {0, 0, NULL}};
     bool done = trace_truth(b, grid, truth, why);
@@ -585,11 +584,11 @@ static bool add_errors(figures *f, bench *b, subject *s, int grid, message *why)
         const gl_method *m = s[i].method;
         const bool biased = m->kind == HARD || m->kind == PERCENTAGE_CLOSER;
         if (m->frames > 1) s[i].bias = same;
-        const double error = biased && m->frames == 1 ? best_bias(f, b, &s[i], &truth[0], why)
-                                                      : method_error(b, &s[i], &truth[0], why);
+        if (biased && m->frames == 1) done = find_bias(f, b, &s[i], &truth[0], quick, why);
+        double flip = 0;
+        const double error = done ? method_error(b, &s[i], &truth[0], &flip, why) : NAN;
         const double bias = (double)(same = s[i].bias);
-        const double flip = isnan(error) ? error : method_flip(b, &s[i], &truth[0], why);
-        done = !isnan(flip);
+        done = done && !isnan(error) && !isnan(flip);
         if (done) add(f, "gl", m->name, lights, "flip", &flip, 1);
         if (done) add(f, "gl", m->name, lights, "rms", &error, 1);
         if (done && biased) add(f, "gl", m->name, lights, "bias", &bias, 1);
@@ -624,8 +623,9 @@ static void add_kernels(figures *f, bench *b, subject *s, int rounds)
     }
 }
 
-static bool measure_lights(figures *f, int lights, int width, int rounds, int grid, message *why)
+static bool measure_lights(figures *f, int lights, bool quick, message *why)
 {
+    const int width = quick ? 96 : 960, rounds = quick ? 1 : 3;
     gl_times times[MEASURE_GL_METHODS];
     const char *names[MEASURE_GL_METHODS];
     subject s[MEASURE_GL_METHODS];
@@ -636,7 +636,7 @@ static bool measure_lights(figures *f, int lights, int width, int rounds, int gr
     bool done = open_subjects(&b, s, names, MEASURE_GL_METHODS, why);
     const bool opened = done;
     if (done) done = bench_size(&b, width < 192 ? width : 192, why);
-    if (done && lights == MOST_LIGHTS) done = add_errors(f, &b, s, grid, why);
+    if (done && lights == MOST_LIGHTS) done = add_errors(f, &b, s, quick, why);
     for (int i = 0; i < MEASURE_GL_METHODS && done; i++) done = add_counts(f, &b, &s[i], why);
     if (done) done = bench_size(&b, width, why);
     for (int i = 0; i < MEASURE_GL_METHODS && done; i++) warm_up(&b, &s[i]);
@@ -652,10 +652,8 @@ static bool measure_lights(figures *f, int lights, int width, int rounds, int gr
 
 void measure_gl(figures *f, bool quick)
 {
-    const int width = quick ? 96 : 960, rounds = 3, grid = quick ? 6 : 12;
     message why = {{0}};
-    if (!measure_lights(f, 4, width, rounds, grid, &why) ||
-        !measure_lights(f, MOST_LIGHTS, width, rounds, grid, &why)) {
+    if (!measure_lights(f, 4, quick, &why) || !measure_lights(f, MOST_LIGHTS, quick, &why)) {
         fprintf(stderr, "OpenGL is left out: %s\n", why.text);
     }
 }

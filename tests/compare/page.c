@@ -104,8 +104,9 @@ static void write_everything(const figures *f, FILE *page)
             else
                 fprintf(page, " %.*f |", columns_all[k].decimals, v);
         }
-        fprintf(page, " %s | %.2f |", method_constant_time(f, m) ? "yes" : "no",
-                method_bytes(f, m) / 1048576);
+        const double bytes = method_bytes(f, m);
+        fprintf(page, " %s |", method_constant_time(f, m) ? "yes" : "no");
+        fprintf(page, isnan(bytes) ? " - |" : " %.2f |", bytes / 1048576);
     }
     fprintf(page,
             "\n\nrms: error of visibility against rays, over %d scenes and all light sizes; new: over %d "
