@@ -609,7 +609,7 @@ static void add_times(figures *f, const bench *b, const subject *s, const gl_tim
 // The shading pass against the width of kernels.
 static void add_kernels(figures *f, bench *b, subject *s, int rounds)
 {
-    static const int widths[] = {9, 13, 19, 27, 39, 55, 75, 101};
+    static const int widths[] = {9, 19, 39, 75, 101};
     enum { WIDTHS = sizeof widths / sizeof *widths };
     double ms[WIDTHS][MEASURE_GL_ROUNDS];
     for (int i = 0; i < rounds * WIDTHS; i++) {
@@ -625,7 +625,7 @@ static void add_kernels(figures *f, bench *b, subject *s, int rounds)
 
 static bool measure_lights(figures *f, int lights, bool quick, message *why)
 {
-    const int width = quick ? 96 : 960, rounds = quick ? 1 : 3;
+    const int width = quick ? 96 : 960, rounds = quick ? 1 : lights < MOST_LIGHTS ? 2 : 3;
     gl_times times[MEASURE_GL_METHODS];
     const char *names[MEASURE_GL_METHODS];
     subject s[MEASURE_GL_METHODS];

@@ -63,7 +63,7 @@ static bool draw_points(study *s, const compare_case *c, message *why)
     static receiver r[POINTS];
     mssm_light zenith;
     s->points = s->m->quick ? POINTS / 4 : POINTS;
-    s->rays = s->m->quick ? 1024 : 8192;
+    s->rays = s->m->quick ? 1024 : 4096;
     if (case_light(c, 0.01f, 0.01f, &zenith) || !case_receivers(c, &zenith, s->points, 4, 21, r)) {
         return fail(why, "no points on the demo's scene");
     }

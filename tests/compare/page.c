@@ -484,8 +484,9 @@ static void write_gl_conclusion(const figures *f, FILE *page)
         fprintf(page,
                 "\nFrom kernels of %g to %g texels the time of its shading stays within %.0f%%.",
                 widths.list[0], widths.list[widths.count - 1], 100 * (all.most / all.least - 1));
-    fprintf(page, "\nTimes are of llvmpipe, a rasterizer on the CPU. What GPUs execute, and which of "
-                  "these ratios hold there, is in [gpu.md](gpu.md).\n\n");
+    fprintf(page, "\nTimes are of llvmpipe, a rasterizer on the CPU. What GPUs execute is in "
+                  "[gpu.md](gpu.md): there convolution and PCSS from few samples need less arithmetic and "
+                  "reads than layered shadows, and only those that read every texel need more.\n\n");
 }
 
 // The error with each bias that was tried.
@@ -520,8 +521,9 @@ static void write_gl(const figures *f, FILE *page)
     fprintf(page,
             "Medians of rounds in which all methods take turns. The error is that of the whole "
             "picture against the visibility of every surface by rays, in %% of its mean; \"truth\" is what "
-            "those rays are off by themselves. Rivals have the bias that is best here, convolution the "
-            "offset, scale and sharpening. Samples over 8 frames are added up under a light and a view "
+            "those rays are off by themselves. Rivals have the bias that is best here, one for the whole "
+            "map as published: such as grow with the slope or the kernel are not measured. Convolution has "
+            "the best offset, scale and sharpening that were found. Samples over 8 frames are added up under a light and a view "
             "that stand still, which no history can do better; a frame pays for one of them. Reads are "
             "texels for a receiver and light, updates everything between the depth maps and the shading, "
             "a frame depth maps, update and shading; memory is of what shading reads, all lights together, "
