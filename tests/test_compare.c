@@ -440,9 +440,11 @@ static void squares(image *m, int texels, const float a[3], const float b[3])
 static void flip_is_what_its_paper_says(void)
 {
     static const float black[3] = {0, 0, 0}, white[3] = {1, 1, 1}, green[3] = {0, 1, 0},
-                       blue[3] = {0, 0, 1}, half[3] = {0.5f, 0.5f, 0.5f}, near[3] = {0.52f, 0.5f, 0.5f};
+                       blue[3] = {0, 0, 1}, half[3] = {0.5f, 0.5f, 0.5f},
+                       near[3] = {0.52f, 0.5f, 0.5f};
     image a, b;
-    if (!image_create(&a, FLIP_WIDTH, FLIP_HEIGHT) || !image_create(&b, FLIP_WIDTH, FLIP_HEIGHT)) abort();
+    if (!image_create(&a, FLIP_WIDTH, FLIP_HEIGHT) || !image_create(&b, FLIP_WIDTH, FLIP_HEIGHT))
+        abort();
     squares(&a, 3, green, white);
     CHECK(flip_mean(&a, &a) == 0, "equal pictures differ");
     squares(&a, 0, green, green);

@@ -31,11 +31,10 @@ const char gl_reference_text[] =
     "    return vec3(0.5 * p.xy + 0.5, p.z);\n"
     "}\n";
 
-static const char test_text[] =
-    "float map_depth(int light, vec2 at)\n" // the nearest texel
-    "{\n"
-    "    return 2 * textureLod(depth_maps, vec3(at, light), 0).r - 1;\n"
-    "}\n";
+static const char test_text[] = "float map_depth(int light, vec2 at)\n" // the nearest texel
+                                "{\n"
+                                "    return 2 * textureLod(depth_maps, vec3(at, light), 0).r - 1;\n"
+                                "}\n";
 
 static const char hard_text[] =
     "float mssm_visibility(int light, vec3 position)\n"

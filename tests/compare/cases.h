@@ -20,7 +20,12 @@ typedef struct compare_case {
 
 // The chart's own scenes; those that reviewers made up to find its faults; and those that were made after all
 // tuning, whose figures are reported apart.
-enum { CASE_COUNT = 14, CASE_NEW = 20, CASE_UNSEEN = 6, CASE_ALL = CASE_COUNT + CASE_NEW + CASE_UNSEEN };
+enum {
+    CASE_COUNT = 14,
+    CASE_NEW = 20,
+    CASE_UNSEEN = 6,
+    CASE_ALL = CASE_COUNT + CASE_NEW + CASE_UNSEEN
+};
 const char *case_group(int which); // "chart", "new", "unseen"
 // Builds case number which; shared meshes come from that folder (NULL: where they are by default),
 // and a case that needs one that is not there fails and says so.

@@ -170,8 +170,8 @@ static void blinds(scene *s, float shift, uint64_t *state)
 static void table_and_chair(scene *s, float shift, uint64_t *state)
 {
     static const float b[][6] = {
-        {0, 0.8f, 0, 0.9f, 0.03f, 0.6f},          {-0.5f, 0.93f, -0.2f, 0.08f, 0.1f, 0.08f},
-        {0.4f, 0.1f, 0, 0.15f, 0.1f, 0.1f},       {1.6f, 0.46f, 0, 0.24f, 0.02f, 0.26f},
+        {0, 0.8f, 0, 0.9f, 0.03f, 0.6f},           {-0.5f, 0.93f, -0.2f, 0.08f, 0.1f, 0.08f},
+        {0.4f, 0.1f, 0, 0.15f, 0.1f, 0.1f},        {1.6f, 0.46f, 0, 0.24f, 0.02f, 0.26f},
         {1.4f, 0.45f, 0.22f, 0.02f, 0.45f, 0.02f}, {1.4f, 0.45f, -0.22f, 0.02f, 0.45f, 0.02f},
         {1.8f, 0.22f, 0.22f, 0.02f, 0.22f, 0.02f}, {1.8f, 0.22f, -0.22f, 0.02f, 0.22f, 0.02f}};
     UNUSED;
@@ -364,8 +364,10 @@ static void grass(scene *s, float shift, uint64_t *state)
     bar(s, vec(-0.4f, 0, -0.3f), vec(-0.35f, 2, -0.3f), 0.12f);
     bar(s, vec(0.5f, 0, 0.5f), vec(0.6f, 1.4f, 0.5f), 0.09f);
     for (int i = 0; i < 300; i++) {
-        const float x = draw(state, -1.5, 1.5), z = draw(state, -1.5, 1.5), h = draw(state, 0.1, 0.3);
-        bar(s, vec(x, 0, z), vec(x + draw(state, -0.1, 0.1), h, z + draw(state, -0.1, 0.1)), 0.006f);
+        const float x = draw(state, -1.5, 1.5), z = draw(state, -1.5, 1.5),
+                    h = draw(state, 0.1, 0.3);
+        bar(s, vec(x, 0, z), vec(x + draw(state, -0.1, 0.1), h, z + draw(state, -0.1, 0.1)),
+            0.006f);
     }
 }
 

@@ -42,7 +42,7 @@ static void draw_key(svg *s, double y)
 // This library's methods stand out.
 static double name_size(const char *method)
 {
-    static const char *const own[] = {LAYERED,  FILTERED_4, FILTERED_6};
+    static const char *const own[] = {LAYERED, FILTERED_4, FILTERED_6};
     for (int i = 0; i < 3; i++)
         if (!strcmp(method, own[i])) return -12;
     return 12;

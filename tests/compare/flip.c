@@ -41,8 +41,7 @@ static colour3 relative_xyz(colour3 rgb)
 static colour3 opponent_of(colour3 rgb)
 {
     const colour3 x = relative_xyz(rgb);
-    return (colour3){
-        {116 * x.c[1] - 16, 500 * (x.c[0] - x.c[1]), 200 * (x.c[1] - x.c[2])}};
+    return (colour3){{116 * x.c[1] - 16, 500 * (x.c[0] - x.c[1]), 200 * (x.c[1] - x.c[2])}};
 }
 
 static colour3 rgb_of(colour3 opponent)
@@ -188,8 +187,7 @@ static void blur(side *s, int channel, double b, double other_b, double other_sh
     filter(&s->p[channel], &one, &one, &s->p[WORK]);
     filter(&s->p[channel], &other, &other, &s->p[OTHER]);
     for (int i = 0; i < count; i++)
-        s->p[channel].v[i] =
-            (1 - other_share) * s->p[WORK].v[i] + other_share * s->p[OTHER].v[i];
+        s->p[channel].v[i] = (1 - other_share) * s->p[WORK].v[i] + other_share * s->p[OTHER].v[i];
 }
 
 static colour3 channels_at(const side *s, int i)
@@ -230,16 +228,17 @@ double flip_mean(const image *a, const image *b)
     const int count = a->width * a->height;
     side s[2];
     double sum = 0;
-    const int made = side_create(&s[0], a->width, a->height) & side_create(&s[1], a->width, a->height);
+    const int made =
+        side_create(&s[0], a->width, a->height) & side_create(&s[1], a->width, a->height);
     if (made) prepare(&s[0], a);
     if (made) prepare(&s[1], b);
     for (int i = 0; i < count && made; i++) {
         const double colour = scaled_distance(colour_distance(
             lab_of(rgb_of(channels_at(&s[0], i))), lab_of(rgb_of(channels_at(&s[1], i)))));
-        const double edges = fabs(feature_at(&s[0], EDGE_X, EDGE_Y, i) -
-                                  feature_at(&s[1], EDGE_X, EDGE_Y, i));
-        const double points = fabs(feature_at(&s[0], POINT_X, POINT_Y, i) -
-                                   feature_at(&s[1], POINT_X, POINT_Y, i));
+        const double edges =
+            fabs(feature_at(&s[0], EDGE_X, EDGE_Y, i) - feature_at(&s[1], EDGE_X, EDGE_Y, i));
+        const double points =
+            fabs(feature_at(&s[0], POINT_X, POINT_Y, i) - feature_at(&s[1], POINT_X, POINT_Y, i));
         const double feature = sqrt(fmin(fmax(edges, points) / sqrt(2), 1));
         sum += pow(colour, 1 - feature) / count;
     }

@@ -9,13 +9,12 @@ enum { R16F = 0x822D };
 
 // Measured by coordinate descent: the least rms error of the default scene's picture under 16 lights, against
 // rays; mip maps at the tables' settings, which are within a few percent of their own best.
-static const gl_convolution_tuning best[2][3] = {
-    {{0.01f, 0.04f, 1.5f, 0.08f, 0.2f, 0.8f, 2, 0},
-     {0.01f, 0.03f, 1.1f, 0.08f, 0.2f, 0.8f, 10, 0},
-     {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 0}},
-    {{0.01f, 0.04f, 1.5f, 0.08f, 0.2f, 0.8f, 2, 1},
-     {0.01f, 0.03f, 1.1f, 0.08f, 0.2f, 0.8f, 10, 1},
-     {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 1}}};
+static const gl_convolution_tuning best[2][3] = {{{0.01f, 0.04f, 1.5f, 0.08f, 0.2f, 0.8f, 2, 0},
+                                                  {0.01f, 0.03f, 1.1f, 0.08f, 0.2f, 0.8f, 10, 0},
+                                                  {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 0}},
+                                                 {{0.01f, 0.04f, 1.5f, 0.08f, 0.2f, 0.8f, 2, 1},
+                                                  {0.01f, 0.03f, 1.1f, 0.08f, 0.2f, 0.8f, 10, 1},
+                                                  {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 1}}};
 
 gl_convolution_tuning gl_convolution_best(gl_convolution_filter filter, int terms)
 {
@@ -191,8 +190,8 @@ static void write_constants(char *text, size_t room, int terms, const gl_convolu
                       "#define QUADS %d\n#define MARGIN %.6f\n#define OFFSET %.6f\n"
                       "#define CONSTANT %.6f\n#define FINER %.6f\n#define A %.6f\n#define B %.6f\n"
                       "const vec2 weights[QUADS] = vec2[QUADS](",
-                      terms / 2, (double)set->margin, (double)set->offset,
-                      0.5 - (double)set->shift, (double)set->finer, (double)set->a, (double)set->b);
+                      terms / 2, (double)set->margin, (double)set->offset, 0.5 - (double)set->shift,
+                      (double)set->finer, (double)set->a, (double)set->b);
     for (int k = 0; k < terms; k++) {
         const double share = (k + 1.0) / terms, order = 2 * k + 1;
         const double weight = (double)set->scale * 2 / (3.14159265 * order) *

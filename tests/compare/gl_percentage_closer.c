@@ -11,7 +11,8 @@ static const char gather_text[] =
     "{\n"
     "    vec2 side = textureSize(depth_maps, 0).xy;\n"
     "    vec2 cell = max(2 * side * half_size / TAPS, 1);\n"
-    "    vec2 low = (centre - half_size) * side / cell, high = (centre + half_size) * side / cell;\n"
+    "    vec2 low = (centre - half_size) * side / cell, high = (centre + half_size) * side / "
+    "cell;\n"
     "    vec2 first = floor(low), step = cell / side, at;\n"
     "    Found f = Found(0, 0, (high.x - low.x) * (high.y - low.y));\n"
     "    for (at.y = first.y; at.y < high.y; at.y += 2) {\n"
@@ -79,8 +80,9 @@ static void write_sampled(int samples, char *text, size_t room)
 {
     ring_sample sample[SAMPLES_MAX];
     poisson_pattern(samples, sample);
-    int at = snprintf(text, room, "#define SAMPLES %d\n%sconst vec2 samples[SAMPLES] = vec2[SAMPLES](",
-                      samples, gl_reference_text);
+    int at =
+        snprintf(text, room, "#define SAMPLES %d\n%sconst vec2 samples[SAMPLES] = vec2[SAMPLES](",
+                 samples, gl_reference_text);
     for (int i = 0; i < samples; i++) {
         at += snprintf(text + at, room - (size_t)at, "%svec2(%.5f, %.5f)", i ? ", " : "",
                        (double)sample[i].ring, (double)sample[i].at / 8);
@@ -93,7 +95,8 @@ void gl_percentage_closer_visibility(gl_percentage_closer_kind kind, char *text,
     if (kind == GL_PERCENTAGE_CLOSER_TAPS) {
         gl_reference_visibility(GL_REFERENCE_PCSS, text, room);
     } else if (kind == GL_PERCENTAGE_CLOSER_GATHER) {
-        snprintf(text, room, "#define TAPS %d\n%s%s", GL_REFERENCE_TAPS, gl_reference_text, gather_text);
+        snprintf(text, room, "#define TAPS %d\n%s%s", GL_REFERENCE_TAPS, gl_reference_text,
+                 gather_text);
     } else {
         write_sampled(kind == GL_PERCENTAGE_CLOSER_16 ? 16 : 32, text, room);
     }

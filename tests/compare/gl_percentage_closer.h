@@ -7,10 +7,10 @@
 
 // How the search and the filter read the map.
 typedef enum gl_percentage_closer_kind {
-    GL_PERCENTAGE_CLOSER_TAPS,   // 27 x 27 taps, evenly over the kernel
+    GL_PERCENTAGE_CLOSER_TAPS, // 27 x 27 taps, evenly over the kernel
     GL_PERCENTAGE_CLOSER_GATHER, // every texel by its share, four a textureGather; kernels of more than 27
                                  // texels by cells, each by one texel
-    GL_PERCENTAGE_CLOSER_16,     // Poisson samples, turned for every pixel, light and frame
+    GL_PERCENTAGE_CLOSER_16, // Poisson samples, turned for every pixel, light and frame
     GL_PERCENTAGE_CLOSER_32
 } gl_percentage_closer_kind;
 

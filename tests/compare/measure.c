@@ -23,10 +23,10 @@ static const struct {
     const char *name;
     experiment_run *run;
 } experiments[] = {
-    {"error", measure_error},       {"eye", measure_eye},             {"kernel", measure_kernel},       {"side", measure_side},
-    {"temporal", measure_temporal}, {"setting", measure_setting},     {"lights", measure_lights},
-    {"array", measure_array},       {"bandwidth", measure_bandwidth}, {"picture", measure_picture},
-    {"hard", measure_hard},         {"gl", measure_opengl},
+    {"error", measure_error},     {"eye", measure_eye},           {"kernel", measure_kernel},
+    {"side", measure_side},       {"temporal", measure_temporal}, {"setting", measure_setting},
+    {"lights", measure_lights},   {"array", measure_array},       {"bandwidth", measure_bandwidth},
+    {"picture", measure_picture}, {"hard", measure_hard},         {"gl", measure_opengl},
 };
 enum { EXPERIMENTS = sizeof experiments / sizeof *experiments };
 

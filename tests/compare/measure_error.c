@@ -142,10 +142,15 @@ bool measure_biases(measurement *m, message *why)
 // Methods whose error in each scene and size is asked for.
 bool is_followed(const char *name)
 {
-    static const char *const followed[] = {"hard", "PCSS, all texels", CSSM16,
-                                           "back-projection, all texels", "MSSM 6, lower blocker",
-                                           "MSSM 6, upper blocker", "layered, 4 moments",
-                                           "layered, 6 moments", "layered, 6 moments, normal"};
+    static const char *const followed[] = {"hard",
+                                           "PCSS, all texels",
+                                           CSSM16,
+                                           "back-projection, all texels",
+                                           "MSSM 6, lower blocker",
+                                           "MSSM 6, upper blocker",
+                                           "layered, 4 moments",
+                                           "layered, 6 moments",
+                                           "layered, 6 moments, normal"};
     for (size_t i = 0; i < sizeof followed / sizeof *followed; i++)
         if (!strcmp(name, followed[i])) return true;
     return false;
@@ -230,14 +235,15 @@ static void put_all(measurement *m, const table *t, int from, int to, double x)
             const part p = {0, CASE_COUNT, from, to};
             const spread s = over_cells(m, t, p, i, kinds[k].value);
             const char *to_experiment = x <= 0 ? "overall" : k == last ? "speed" : "error";
-            put(m, to_experiment, "all", methods[i].name, x, kinds[k].metric, s.value,
-                s.value, s.value);
+            put(m, to_experiment, "all", methods[i].name, x, kinds[k].metric, s.value, s.value,
+                s.value);
         }
     }
 }
 
 // Means over the scenes of a group, all their lights.
-static void put_group(measurement *m, const table *t, const char *experiment_name, int first, int end)
+static void put_group(measurement *m, const table *t, const char *experiment_name, int first,
+                      int end)
 {
     const part p = {first, end, 0, TANGENTS - 1};
     for (int i = 0; i < method_count; i++) {

@@ -47,7 +47,8 @@ static void fill_rows(const compare_case *c, receiver *r)
 {
     const vec3 middle = vec_mad(vec(0, 0.75f, 0), c->sun, -0.75f / c->sun.y);
     for (int i = 0; i < ROW_RECEIVERS; i++) {
-        const float a = 2 * VEC_PI * (float)(i / STEPS) / ROWS, d = 0.9f * (float)(i % STEPS) / STEPS;
+        const float a = 2 * VEC_PI * (float)(i / STEPS) / ROWS,
+                    d = 0.9f * (float)(i % STEPS) / STEPS;
         r[i].point = vec(middle.x + d * cosf(a), 0, middle.z + d * sinf(a));
         r[i].normal = vec(0, 1, 0);
     }
@@ -117,7 +118,8 @@ typedef struct structure {
 static bool is_on_surface(const compare_case *c, const receiver *r, float texel)
 {
     const float high = 0.5f * texel;
-    const float hit = bvh_hit_nearest(c->tree, vec_mad(r->point, r->normal, high), vec_scale(r->normal, -1));
+    const float hit =
+        bvh_hit_nearest(c->tree, vec_mad(r->point, r->normal, high), vec_scale(r->normal, -1));
     if (fabsf(r->point.y - c->ground) < 1e-5f) return hit > 0.99f * high;
     return fabsf(hit - high) < 0.05f * high;
 }
@@ -136,20 +138,23 @@ static void step_aside(const mssm_light *light, receiver *r, int count)
     }
 }
 
-static bool pairs_of(measurement *m, bench *b, int which, float tangent, structure *sum, message *why)
+static bool pairs_of(measurement *m, bench *b, int which, float tangent, structure *sum,
+                     message *why)
 {
     static receiver r[2][PAIRS];
     static float value[2][METHODS_MOST * PAIRS];
     const int count = m->quick ? PAIRS / 4 : PAIRS, rays = m->quick ? 144 : 400;
     compare_case c;
     message missing;
-    if (!case_make(&c, which, m->data, &missing)) return true; // a mesh that is not here: said before
+    if (!case_make(&c, which, m->data, &missing))
+        return true; // a mesh that is not here: said before
     bool done = bench_update(b, &c, tangent, why);
     const bool seen = done && case_receivers(&c, &b->light, count, rays, 21, r[0]);
     if (seen) {
         memcpy(r[1], r[0], sizeof r[0]);
         step_aside(&b->light, r[1], count);
-        case_truth(&c, &b->light, count, rays, 21, r[1]); // the same rays: their noise mostly cancels
+        case_truth(&c, &b->light, count, rays, 21,
+                   r[1]); // the same rays: their noise mostly cancels
         for (int i = 0; i < 2; i++) bench_evaluate(b, m->bias, r[i], count, value[i]);
     }
     const float texel = 2 * b->light.extent_u / SIDE;
@@ -288,9 +293,8 @@ static bool flip_of(measurement *m, bench *b, int which, vec3 from, vec3 to, dou
 static bool measure_flip(measurement *m, bench *b, message *why)
 {
     double sum[METHODS_MOST] = {0};
-    const bool done =
-        flip_of(m, b, 11, vec(0.3f, 3.1f, 6.6f), vec(0, 0.75f, 0.3f), sum, why) &&
-        flip_of(m, b, 4, vec(1.5f, 2.6f, 4.6f), vec(-0.1f, 0.35f, 0.2f), sum, why);
+    const bool done = flip_of(m, b, 11, vec(0.3f, 3.1f, 6.6f), vec(0, 0.75f, 0.3f), sum, why) &&
+                      flip_of(m, b, 4, vec(1.5f, 2.6f, 4.6f), vec(-0.1f, 0.35f, 0.2f), sum, why);
     for (int i = 0; i < method_count && done; i++)
         put(m, "eye", "all", methods[i].name, 0, "flip", sum[i] / 2, sum[i] / 2, sum[i] / 2);
     return done;

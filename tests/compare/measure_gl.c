@@ -23,7 +23,7 @@ typedef struct gl_method {
     bool normal;            // the library gets the receiver's
     bool mips;              // of convolution
     int frames;             // that a picture is the mean of; a frame pays for one of them
-    float bias;             // in texels, of those that need one: the best in the default scene's picture
+    float bias; // in texels, of those that need one: the best in the default scene's picture
 } gl_method;
 
 static const gl_method methods[MEASURE_GL_METHODS] = {
@@ -209,8 +209,9 @@ static bool subject_open(subject *s, const gl_method *m, const bench *b, message
         if (result != MSSM_OK) return fail(why, "%s: %s", m->name, mssm_result_string(result));
     }
     if (m->kind == CONVOLUTION) {
-        gl_convolution_create(&s->convolution, m->mips ? GL_CONVOLUTION_MIPS : GL_CONVOLUTION_TABLES,
-                              m->variant, NULL, MAP_SIDE, lights, why);
+        gl_convolution_create(&s->convolution,
+                              m->mips ? GL_CONVOLUTION_MIPS : GL_CONVOLUTION_TABLES, m->variant,
+                              NULL, MAP_SIDE, lights, why);
         s->program = s->convolution.program;
     } else {
         s->program = program_of(s, why);
@@ -344,7 +345,9 @@ static GLuint counting_program(const subject *s, message *why)
                       "#define texelFetch(a, b, c) (reads++, texelFetch(a, b, c))\n"
                       "#define textureGather(a, b) (reads += 4, textureGather(a, b))\n"
                       "#define textureLod(a, b, c) (reads += %d, textureLod(a, b, c))\n",
-                      m->kind != CONVOLUTION ? 1 : m->mips ? 8 : 4);
+                      m->kind != CONVOLUTION ? 1
+                      : m->mips              ? 8
+                                             : 4);
     visibility_text(s, whole + at, ROOM - 4096);
     at += (int)strlen(whole + at);
     snprintf(whole + at, (size_t)(ROOM - at), wrap, m->normal ? ", vec3 normal" : "",
@@ -552,7 +555,8 @@ static double method_error(bench *b, subject *s, const image *truth, double *fli
 }
 
 // The bias that suits the method best, and the error with each of those tried.
-static bool find_bias(figures *f, bench *b, subject *s, const image *truth, bool quick, message *why)
+static bool find_bias(figures *f, bench *b, subject *s, const image *truth, bool quick,
+                      message *why)
 {
     static const float tried[] = {0, 1, 2, 3, 4, 6, 8, 12, 16};
     double least = HUGE_VAL;

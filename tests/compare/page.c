@@ -108,18 +108,24 @@ static void write_everything(const figures *f, FILE *page)
         fprintf(page, " %s |", method_constant_time(f, m) ? "yes" : "no");
         fprintf(page, isnan(bytes) ? " - |" : " %.2f |", bytes / 1048576);
     }
-    fprintf(page,
-            "\n\nrms: error of visibility against rays, over %d scenes and all light sizes; new: over %d "
-            "scenes that reviewers made up to show faults; unseen: over %d that were made after all "
-            "tuning. structure: rms of the difference between the errors of receivers a texel apart. "
-            "rows that fall: of rows of receivers outwards over the shadow of one box, those in which "
-            "visibility falls by more than 0.03 where the truth rises, and the deepest fall. FLIP "
-            "(Andersson and others 2020): mean of two pictures against those by rays. flicker: rms error "
-            "of the change from frame to frame while sun or caster move. ns: a receiver, one core, mean "
-            "over light sizes; the library's many at once. at any width: the widest kernel costs less than "
-            "1.5 times the narrowest. MiB: of a map of 256 x 256 texels. Rivals have the bias that suits "
-            "them best over all scenes. \"normal\" knows the receiver's normal.\n\n",
-            scenes_of(f, "error").count, scenes_of(f, "new").count, scenes_of(f, "unseen").count);
+    fprintf(
+        page,
+        "\n\nrms: error of visibility against rays, over %d scenes and all light sizes; new: over "
+        "%d "
+        "scenes that reviewers made up to show faults; unseen: over %d that were made after all "
+        "tuning. structure: rms of the difference between the errors of receivers a texel apart. "
+        "rows that fall: of rows of receivers outwards over the shadow of one box, those in which "
+        "visibility falls by more than 0.03 where the truth rises, and the deepest fall. FLIP "
+        "(Andersson and others 2020): mean of two pictures against those by rays. flicker: rms "
+        "error "
+        "of the change from frame to frame while sun or caster move. ns: a receiver, one core, "
+        "mean "
+        "over light sizes; the library's many at once. at any width: the widest kernel costs less "
+        "than "
+        "1.5 times the narrowest. MiB: of a map of 256 x 256 texels. Rivals have the bias that "
+        "suits "
+        "them best over all scenes. \"normal\" knows the receiver's normal.\n\n",
+        scenes_of(f, "error").count, scenes_of(f, "new").count, scenes_of(f, "unseen").count);
 }
 
 static void write_advice(const figures *f, FILE *page)
@@ -127,20 +133,22 @@ static void write_advice(const figures *f, FILE *page)
     const char *best = best_constant(f);
     if (!best) return;
     const double error = method_error(f, best), narrow = pcss_faster_up_to(f, best);
-    fprintf(page,
-            "**Take \"%s\".** Of all methods whose time does not depend on the light's size it has the "
-            "least error over the chart's scenes: %.3f, where a hard shadow map has %.3f and PCSS that "
-            "reads every texel %.3f, in %.1f microseconds a receiver on one core. Within 5%% of that "
-            "error the fastest is \"%s\"; at most half of its time takes \"%s\". ",
-            best, error, method_error(f, "hard"), method_error(f, PCSS_ALL), method_ns(f, best) / 1e3,
-            choose(f, (choice){true, HUGE_VAL, 1.05 * error}, true),
-            choose(f, (choice){true, 0.5 * method_ns(f, best), HUGE_VAL}, false));
+    fprintf(
+        page,
+        "**Take \"%s\".** Of all methods whose time does not depend on the light's size it has the "
+        "least error over the chart's scenes: %.3f, where a hard shadow map has %.3f and PCSS that "
+        "reads every texel %.3f, in %.1f microseconds a receiver on one core. Within 5%% of that "
+        "error the fastest is \"%s\"; at most half of its time takes \"%s\". ",
+        best, error, method_error(f, "hard"), method_error(f, PCSS_ALL), method_ns(f, best) / 1e3,
+        choose(f, (choice){true, HUGE_VAL, 1.05 * error}, true),
+        choose(f, (choice){true, 0.5 * method_ns(f, best), HUGE_VAL}, false));
     if (isnan(narrow))
         fprintf(page, "PCSS that reads every texel is slower at every kernel width.\n\n");
     else
-        fprintf(page,
-                "PCSS that reads every texel is faster where kernels stay below about %g texels.\n\n",
-                narrow);
+        fprintf(
+            page,
+            "PCSS that reads every texel is faster where kernels stay below about %g texels.\n\n",
+            narrow);
     write_everything(f, page);
 }
 
@@ -202,8 +210,10 @@ static void write_scenes(const figures *f, FILE *page)
 {
     static const char *const group[] = {"error", "new", "unseen"};
     if (!scenes_of(f, "error").count) return;
-    fprintf(page, "## Scene by scene\n\nRms error of visibility, mean over light sizes; the least is "
-                  "bold. The chart's scenes, those that reviewers made up, those made after all tuning.\n\n");
+    fprintf(
+        page,
+        "## Scene by scene\n\nRms error of visibility, mean over light sizes; the least is "
+        "bold. The chart's scenes, those that reviewers made up, those made after all tuning.\n\n");
     write_columns(page, &soft, "scene");
     for (int k = 0; k < 3; k++) {
         const names scenes = scenes_of(f, group[k]);
@@ -349,12 +359,11 @@ static void write_hard_faults(const figures *f, FILE *page, double x)
             x);
     for (int i = 0; i < methods.count; i++) {
         const char *m = methods.list[i];
-        fprintf(page, "| %s | %.3f | %.4f | %.4f | %.3f | %.2f |\n", m,
-                mean_of(f, "hard", NULL, m, x, "shaded_rms"),
-                mean_of(f, "hard", NULL, m, x, "leak"),
-                mean_of(f, "hard", NULL, m, x, "false_shadow"),
-                mean_of(f, "hard", NULL, m, x, "pcf_rms"),
-                mean_of(f, "hard", NULL, m, x, "update_ms"));
+        fprintf(
+            page, "| %s | %.3f | %.4f | %.4f | %.3f | %.2f |\n", m,
+            mean_of(f, "hard", NULL, m, x, "shaded_rms"), mean_of(f, "hard", NULL, m, x, "leak"),
+            mean_of(f, "hard", NULL, m, x, "false_shadow"),
+            mean_of(f, "hard", NULL, m, x, "pcf_rms"), mean_of(f, "hard", NULL, m, x, "update_ms"));
     }
     fprintf(page, "\n");
 }
@@ -465,8 +474,8 @@ static double gl_ratio(const figures *f, const char *own, const char *other, con
 // What the page says first of the tables: against each rival, in time, error and memory.
 static void write_gl_conclusion(const figures *f, FILE *page)
 {
-    static const char *const rivals[] = {PCSS_TAPS, PCSS_GATHER, PCSS_POISSON, CONVOLUTION_GL,
-                                         CONVOLUTION_MIPS, "MSSM 6, upper blocker"};
+    static const char *const rivals[] = {PCSS_TAPS,      PCSS_GATHER,      PCSS_POISSON,
+                                         CONVOLUTION_GL, CONVOLUTION_MIPS, "MSSM 6, upper blocker"};
     static const char *const metric[] = {"shade_ms", "frame_ms", "rms", "flip", "bytes"};
     const numbers lights = sweep_of(f, "gl", LAYERED, "frame_ms");
     fprintf(page,
@@ -475,7 +484,8 @@ static void write_gl_conclusion(const figures *f, FILE *page)
             LAYERED, lights.list[lights.count - 1]);
     for (size_t i = 0; i < sizeof rivals / sizeof *rivals; i++) {
         fprintf(page, "| %s |", rivals[i]);
-        for (int k = 0; k < 5; k++) fprintf(page, " %.2f |", gl_ratio(f, LAYERED, rivals[i], metric[k]));
+        for (int k = 0; k < 5; k++)
+            fprintf(page, " %.2f |", gl_ratio(f, LAYERED, rivals[i], metric[k]));
         fprintf(page, "\n");
     }
     const numbers widths = sweep_of(f, "gl_kernel", LAYERED, "shade_ms");
@@ -484,9 +494,11 @@ static void write_gl_conclusion(const figures *f, FILE *page)
         fprintf(page,
                 "\nFrom kernels of %g to %g texels the time of its shading stays within %.0f%%.",
                 widths.list[0], widths.list[widths.count - 1], 100 * (all.most / all.least - 1));
-    fprintf(page, "\nTimes are of llvmpipe, a rasterizer on the CPU. What GPUs execute is in "
-                  "[gpu.md](gpu.md): there convolution and PCSS from few samples need less arithmetic and "
-                  "reads than layered shadows, and only those that read every texel need more.\n\n");
+    fprintf(
+        page,
+        "\nTimes are of llvmpipe, a rasterizer on the CPU. What GPUs execute is in "
+        "[gpu.md](gpu.md): there convolution and PCSS from few samples need less arithmetic and "
+        "reads than layered shadows, and only those that read every texel need more.\n\n");
 }
 
 // The error with each bias that was tried.
@@ -495,22 +507,24 @@ static void write_gl_bias(const figures *f, FILE *page)
     const names methods = methods_of(f, "gl_bias");
     const numbers tried = sweep_of(f, "gl_bias", NULL, "rms");
     if (!methods.count) return;
-    fprintf(page, "Error, %%, by the bias in texels; the least is what the tables have.\n\n| bias |");
+    fprintf(page,
+            "Error, %%, by the bias in texels; the least is what the tables have.\n\n| bias |");
     for (int k = 0; k < tried.count; k++) fprintf(page, " %g |", tried.list[k]);
     fprintf(page, "\n|---|");
     for (int k = 0; k < tried.count; k++) fprintf(page, "---|");
     for (int i = 0; i < methods.count; i++) {
         fprintf(page, "\n| %s |", methods.list[i]);
         for (int k = 0; k < tried.count; k++)
-            fprintf(page, " %.1f |", mean_of(f, "gl_bias", NULL, methods.list[i], tried.list[k], "rms"));
+            fprintf(page, " %.1f |",
+                    mean_of(f, "gl_bias", NULL, methods.list[i], tried.list[k], "rms"));
     }
     fprintf(page, "\n\n");
 }
 
 static void write_gl(const figures *f, FILE *page)
 {
-    static const char *const metric[] = {"rms",   "flip",       "shade_ms", "update_ms", "frame_ms",
-                                         "reads", "dispatches", "bytes"};
+    static const char *const metric[] = {"rms",      "flip",  "shade_ms",   "update_ms",
+                                         "frame_ms", "reads", "dispatches", "bytes"};
     static const int decimals[] = {2, 3, 1, 1, 1, 1, 0, 1};
     const names methods = methods_of(f, "gl");
     const numbers lights = sweep_of(f, "gl", LAYERED, "frame_ms");
@@ -518,17 +532,24 @@ static void write_gl(const figures *f, FILE *page)
     fprintf(page, "## OpenGL\n\nThe same comparison where a user would run it, on the driver of "
                   "the machine that measured. ");
     write_gl_conclusion(f, page);
-    fprintf(page,
-            "Medians of rounds in which all methods take turns. The error is that of the whole "
-            "picture against the visibility of every surface by rays, in %% of its mean; \"truth\" is what "
-            "those rays are off by themselves. Rivals have the bias that is best here, one for the whole "
-            "map as published: such as grow with the slope or the kernel are not measured. Convolution has "
-            "the best offset, scale and sharpening that were found. Samples over 8 frames are added up under a light and a view "
-            "that stand still, which no history can do better; a frame pays for one of them. Reads are "
-            "texels for a receiver and light, updates everything between the depth maps and the shading, "
-            "a frame depth maps, update and shading; memory is of what shading reads, all lights together, "
-            "maps of 256 x 256. The picture is %g pixels wide, for errors 192.\n\n",
-            mean_of(f, "gl", NULL, LAYERED, lights.list[0], "width"));
+    fprintf(
+        page,
+        "Medians of rounds in which all methods take turns. The error is that of the whole "
+        "picture against the visibility of every surface by rays, in %% of its mean; \"truth\" is "
+        "what "
+        "those rays are off by themselves. Rivals have the bias that is best here, one for the "
+        "whole "
+        "map as published: such as grow with the slope or the kernel are not measured. Convolution "
+        "has "
+        "the best offset, scale and sharpening that were found. Samples over 8 frames are added up "
+        "under a light and a view "
+        "that stand still, which no history can do better; a frame pays for one of them. Reads are "
+        "texels for a receiver and light, updates everything between the depth maps and the "
+        "shading, "
+        "a frame depth maps, update and shading; memory is of what shading reads, all lights "
+        "together, "
+        "maps of 256 x 256. The picture is %g pixels wide, for errors 192.\n\n",
+        mean_of(f, "gl", NULL, LAYERED, lights.list[0], "width"));
     for (int j = 0; j < lights.count; j++) {
         fprintf(page,
                 "| %g lights | error, %% | FLIP | shading, ms | update, ms | frame, ms | reads | "
@@ -615,8 +636,7 @@ static void write_time_goals(const figures *f, FILE *page)
     const double ns = method_ns(f, LAYERED);
     write_goal(page, "time / PCSS reading every texel at 101 x 101 kernels, at most 0.1",
                own / mean_of(f, "kernel", NULL, PCSS_ALL, x, "ns"), 0.1, NULL);
-    write_goal(page, "time / CSSM16, below 1",
-               ns / method_ns(f, CONVOLUTION), 1, NULL);
+    write_goal(page, "time / CSSM16, below 1", ns / method_ns(f, CONVOLUTION), 1, NULL);
     write_goal(page, "time / MSSM with 6 moments, lower blocker, below 2",
                ns / method_ns(f, "MSSM 6, lower blocker"), 2, NULL);
     write_goal(page, "time / MSSM with 6 moments, upper blocker, below 2",
@@ -705,33 +725,34 @@ static void write_method(const figures *f, FILE *page)
     if (!isnan(noise))
         fprintf(page, "; its own rms error is %.4f on average, %.4f at most", noise,
                 mean_of(f, "truth", "all", "error", 0, "noise_most"));
-    fprintf(
-        page,
-        ".\n- All %d methods see the same depth map, 256 texels a side, one sample a texel, "
-        "without back faces. The rivals are "
-        "written from their papers, in `tests/compare/`. Those that need a depth bias get the "
-        "one that is best for them "
-        "over all scenes.\n"
-        "- The library and its rivals are scalar C, compiled by gcc with -O2, which vectorises "
-        "hardly a loop. Exceptions, all in favour of rivals: convolution reads the "
-        "channels of its tables four at a time, \"" PCF_GAUSSIAN "\" its texels, and \"%s\" is "
-        "\"%s\" with four texels at a time, charted beside it. The bounds over arrays are "
-        "measured with other flags and have a section of their own.\n"
-        "- Times are of one core, in rounds that go through all methods, so that whatever "
-        "disturbs the machine disturbs all "
-        "of them. Compare ratios: nanoseconds are those of the machine that ran this.\n"
-        "- A method counts as of constant time if the widest kernel costs less than 1.5 times "
-        "the narrowest.\n\n"
-        "Run it again:\n\n```sh\nmake chart          # everything: accuracy.csv, this page, "
-        "its pictures; about ten minutes\n"
-        "make chart-quick    # the same with fewer receivers, to build/\n"
-        "make chart-check    # do README and docs still say what the figures say?\n```\n\n"
-        "On a mesh or a light probe of your own, after `make build/release/measure`:\n\n```sh\n"
-        "build/release/measure --scene mesh.obj --sun 0.3,1,0.45   # v and f lines, +Y up, any unit; "
-        "a ground is put under it\n"
-        "build/release/measure --probe probe.hdr --out mine.csv    # lat-long, or six faces from top "
-        "to bottom; .hdr or .pfm\n```\n",
-        methods.count, PCSS_VECTORS, PCSS_ALL);
+    fprintf(page,
+            ".\n- All %d methods see the same depth map, 256 texels a side, one sample a texel, "
+            "without back faces. The rivals are "
+            "written from their papers, in `tests/compare/`. Those that need a depth bias get the "
+            "one that is best for them "
+            "over all scenes.\n"
+            "- The library and its rivals are scalar C, compiled by gcc with -O2, which vectorises "
+            "hardly a loop. Exceptions, all in favour of rivals: convolution reads the "
+            "channels of its tables four at a time, \"" PCF_GAUSSIAN "\" its texels, and \"%s\" is "
+            "\"%s\" with four texels at a time, charted beside it. The bounds over arrays are "
+            "measured with other flags and have a section of their own.\n"
+            "- Times are of one core, in rounds that go through all methods, so that whatever "
+            "disturbs the machine disturbs all "
+            "of them. Compare ratios: nanoseconds are those of the machine that ran this.\n"
+            "- A method counts as of constant time if the widest kernel costs less than 1.5 times "
+            "the narrowest.\n\n"
+            "Run it again:\n\n```sh\nmake chart          # everything: accuracy.csv, this page, "
+            "its pictures; about ten minutes\n"
+            "make chart-quick    # the same with fewer receivers, to build/\n"
+            "make chart-check    # do README and docs still say what the figures say?\n```\n\n"
+            "On a mesh or a light probe of your own, after `make build/release/measure`:\n\n```sh\n"
+            "build/release/measure --scene mesh.obj --sun 0.3,1,0.45   # v and f lines, +Y up, any "
+            "unit; "
+            "a ground is put under it\n"
+            "build/release/measure --probe probe.hdr --out mine.csv    # lat-long, or six faces "
+            "from top "
+            "to bottom; .hdr or .pfm\n```\n",
+            methods.count, PCSS_VECTORS, PCSS_ALL);
 }
 
 void page_write(const figures *f, FILE *page)

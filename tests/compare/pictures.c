@@ -205,8 +205,10 @@ static void draw_panel(pictures *p, int panel)
         const int x = left + i % WIDTH, y = i / WIDTH;
         const vec3 shown = lit_colour(&p->pixels[i]);
         for (int k = 0; k < 3; k++)
-            (panel ? &p->seen : &p->truth)->rgb[3 * i + k] =
-                powf(k == 0 ? shown.x : k == 1 ? shown.y : shown.z, 2.2f);
+            (panel ? &p->seen : &p->truth)->rgb[3 * i + k] = powf(k == 0   ? shown.x
+                                                                  : k == 1 ? shown.y
+                                                                           : shown.z,
+                                                                  2.2f);
         put_pixel(p->sheet, x, top + y, shown);
         if (panel > 0) put_pixel(p->sheet, x, below + y, error_colour(error_of(&p->pixels[i])));
     }

@@ -12,7 +12,15 @@
 #include "radv.h"
 #include "texts.h"
 
-typedef enum subject_kind { LAYERED, FILTERED, REFERENCE, SAMPLES, TABLES, MIPS, KERNEL } subject_kind;
+typedef enum subject_kind {
+    LAYERED,
+    FILTERED,
+    REFERENCE,
+    SAMPLES,
+    TABLES,
+    MIPS,
+    KERNEL
+} subject_kind;
 
 typedef struct subject {
     const char *name; // as in docs/accuracy.csv; of a kernel, its label
@@ -93,7 +101,8 @@ static bool write_text(const subject *s, char *text)
     if (s->kind == REFERENCE) return texts_reference(text, (gl_reference_kind)s->variant);
     if (s->kind == KERNEL) return texts_kernel(text, s->name, s->variant);
     if (s->kind == SAMPLES) return texts_samples(text, (gl_percentage_closer_kind)s->variant);
-    return texts_convolution(text, s->kind == MIPS ? GL_CONVOLUTION_MIPS : GL_CONVOLUTION_TABLES, s->variant);
+    return texts_convolution(text, s->kind == MIPS ? GL_CONVOLUTION_MIPS : GL_CONVOLUTION_TABLES,
+                             s->variant);
 }
 
 static void path_of(char path[512], const char *folder, int i, const char *end)
@@ -280,22 +289,25 @@ static void print_table(FILE *f, const figures *measured, bool kernels)
 
 static void print_ratios(FILE *f)
 {
-    static const char *const rivals[] = {PCSS_TAPS,           PCSS_GATHER,       PCSS_POISSON,
-                                         CSSM16 CSSM_TABLES, CSSM16 CSSM_MIPS};
-    fprintf(f,
-            "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are of "
-            "llvmpipe, a rasterizer on\nthe CPU, where every read of a texture is arithmetic too. On "
-            "a GPU the slower of two units decides. Relative to\nlayered shadows with 6 moments, "
-            "arithmetic and reads (%s):\n\n| | arithmetic | reads |\n|---|---|---|\n",
-            gpus[CEILING_GPU].name);
+    static const char *const rivals[] = {PCSS_TAPS, PCSS_GATHER, PCSS_POISSON, CSSM16 CSSM_TABLES,
+                                         CSSM16 CSSM_MIPS};
+    fprintf(
+        f,
+        "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are of "
+        "llvmpipe, a rasterizer on\nthe CPU, where every read of a texture is arithmetic too. On "
+        "a GPU the slower of two units decides. Relative to\nlayered shadows with 6 moments, "
+        "arithmetic and reads (%s):\n\n| | arithmetic | reads |\n|---|---|---|\n",
+        gpus[CEILING_GPU].name);
     for (size_t i = 0; i < sizeof rivals / sizeof *rivals; i++) {
         fprintf(f, "| %s | %.2f | %.2f |\n", rivals[i],
                 ratio(rivals[i], "layered, 6 moments", ARITHMETIC),
                 ratio(rivals[i], "layered, 6 moments", READS));
     }
-    fprintf(f, "\nPCSS is counted with its widest kernel. A read of tables is of four texels of 128 bits, "
-               "one of mip maps of eight of\n32 or 64 bits, which GPUs filter for nothing: these shade "
-               "faster there than llvmpipe says; memory and update are\ntheir price.\n");
+    fprintf(
+        f,
+        "\nPCSS is counted with its widest kernel. A read of tables is of four texels of 128 bits, "
+        "one of mip maps of eight of\n32 or 64 bits, which GPUs filter for nothing: these shade "
+        "faster there than llvmpipe says; memory and update are\ntheir price.\n");
 }
 
 static void write_page(const char *path, const figures *measured)
@@ -329,7 +341,8 @@ static void write_page(const char *path, const figures *measured)
         "- **vector, slow, reads**: instructions that a wave executes if it takes every branch, as "
         "it does as soon as one\n  of its threads does: every block of the assembly times the "
         "turns "
-        "of the loops around it (2 looks at the cone and 2 kernels, which is the chart's mean rounded up; PCSS its\n  widest kernel, twice; 32 times eight rows of a column). "
+        "of the loops around it (2 looks at the cone and 2 kernels, which is the chart's mean "
+        "rounded up; PCSS its\n  widest kernel, twice; 32 times eight rows of a column). "
         "slow: reciprocals, roots, powers, a quarter of the rate. reads: of\n  images and buffers, "
         "the receiver's position included. Empty where turns depend on the probe.\n"
         "- **arithmetic**: vector + 4 slow, **llvmpipe**: time of the shading pass with 16 lights "
