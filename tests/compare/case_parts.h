@@ -52,7 +52,8 @@ typedef struct kind {
     const char *mesh; // a shared one that stands in the middle
 } kind;
 
-// Scenes after the chart's own: those made up by reviewers, and those that nobody tuned for. (cases_new.c)
+// Scenes after the chart's own: those made up by reviewers, and those that nobody tuned for.
+// (cases_new.c)
 extern const kind new_kinds[CASE_NEW + CASE_UNSEEN];
 
 #endif

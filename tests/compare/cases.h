@@ -18,8 +18,8 @@ typedef struct compare_case {
     int moving;   // the object that moves and therefore receives nothing; -1: there is none
 } compare_case;
 
-// The chart's own scenes; those that reviewers made up to find its faults; and those that were made after all
-// tuning, whose figures are reported apart.
+// The chart's own scenes; those that reviewers made up to find its faults; and those that were made
+// after all tuning, whose figures are reported apart.
 enum {
     CASE_COUNT = 14,
     CASE_NEW = 20,
@@ -33,8 +33,8 @@ bool case_make(compare_case *c, int which, const char *data, message *why);
 // Any triangle mesh in OBJ format (v and f lines, +Y up, any unit) with a ground under it.
 bool case_load(compare_case *c, const char *path, vec3 sun, message *why);
 void case_free(compare_case *c);
-// The case a little later: step 0 is case_make's; the sun or a caster moves by about a quarter texel
-// of a 256^2 map a step.
+// The case a little later: step 0 is case_make's; the sun or a caster moves by about a quarter
+// texel of a 256^2 map a step.
 bool case_make_step(compare_case *c, int which, int step, const char *data, message *why);
 
 // A light of that size along the sun, fitted to the casters.
@@ -55,12 +55,14 @@ typedef struct receiver {
 // False where no surface is like that: some lights are too large for some scenes.
 bool case_receivers(const compare_case *c, const mssm_light *light, int count, int rays,
                     uint64_t seed, receiver *out);
-// The truth alone, for receivers that stay while the case moves on. Same seed, same pattern of rays.
+// The truth alone, for receivers that stay while the case moves on. Same seed, same pattern of
+// rays.
 void case_truth(const compare_case *c, const mssm_light *light, int count, int rays, uint64_t seed,
                 receiver *receivers);
-// The same for a light without size, seen through the Gaussian of methods.h over a map of that side:
-// rays along the light from all over the receiver's tangent plane under the kernel. That is what
-// percentage-closer filtering would give with endless texels and a bias that follows the surface.
+// The same for a light without size, seen through the Gaussian of methods.h over a map of that
+// side: rays along the light from all over the receiver's tangent plane under the kernel. That is
+// what percentage-closer filtering would give with endless texels and a bias that follows the
+// surface.
 void case_truth_filtered(const compare_case *c, const mssm_light *light, int side, int radius,
                          int count, int rays, uint64_t seed, receiver *receivers);
 

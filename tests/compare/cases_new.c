@@ -285,7 +285,7 @@ static void plate_over_ball(scene *s, float shift, uint64_t *state)
     ball(s, 0, 0.25f, 0, 0.25f);
 }
 
-// ---- Made after tuning, for nobody to tune for ---------------------------------------------------
+// ---- Made after tuning, for nobody to tune for --------------------------------------------------
 
 // A bicycle wheel of thin spokes, leaning.
 static void spokes(scene *s, float shift, uint64_t *state)
@@ -356,7 +356,8 @@ static void sieve(scene *s, float shift, uint64_t *state)
     ball(s, 0.3f, 0.3f, 0.2f, 0.3f);
 }
 
-// Two trunks, the one before the other as seen from the light, and grass of thin blades at their feet.
+// Two trunks, the one before the other as seen from the light, and grass of thin blades at their
+// feet.
 static void grass(scene *s, float shift, uint64_t *state)
 {
     (void)shift;

@@ -8,7 +8,7 @@
 enum { RADIUS_MOST = 16 };
 static const double pixels_a_degree = 67.02, pi = 3.14159265358979;
 
-// ---- Colours -------------------------------------------------------------------------------------
+// ---- Colours ------------------------------------------------------------------------------------
 
 // Linear Rec. 709 to XYZ, and back.
 static const double to_xyz[3][3] = {{0.4124564, 0.3575761, 0.1804375},
@@ -76,7 +76,8 @@ static double colour_distance(colour3 a, colour3 b)
     return pow(d, 0.7);
 }
 
-// In [0,1]; the largest distance is that of green and blue. Up to 0.4 of it takes up 0.95 of the range.
+// In [0,1]; the largest distance is that of green and blue. Up to 0.4 of it takes up 0.95 of the
+// range.
 static double scaled_distance(double d)
 {
     const colour3 green = {{0, 1, 0}}, blue = {{0, 0, 1}};
@@ -84,14 +85,15 @@ static double scaled_distance(double d)
     return d < knee ? 0.95 * d / knee : 0.95 + 0.05 * (d - knee) / (most - knee);
 }
 
-// ---- Filters -------------------------------------------------------------------------------------
+// ---- Filters ------------------------------------------------------------------------------------
 
 typedef struct taps {
     int radius;
     double w[2 * RADIUS_MOST + 1];
 } taps;
 
-// Contrast sensitivity of a channel: a sum of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b) of x degrees.
+// Contrast sensitivity of a channel: a sum of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b) of x
+// degrees.
 static taps gaussian_taps(double b)
 {
     const double widest = 0.04; // the largest b sets the radius of all
@@ -105,8 +107,8 @@ static taps gaussian_taps(double b)
     return t;
 }
 
-// Detectors of edges (first derivative of a Gaussian) and points (second): positive and negative weights
-// sum to 1 and -1. Order 0 is the Gaussian across.
+// Detectors of edges (first derivative of a Gaussian) and points (second): positive and negative
+// weights sum to 1 and -1. Order 0 is the Gaussian across.
 static taps feature_taps(int order)
 {
     const double sd = 0.5 * 0.082 * pixels_a_degree;
@@ -155,7 +157,7 @@ static void filter(const plane *from, const taps *across, const taps *up, plane 
     }
 }
 
-// ---- The difference ------------------------------------------------------------------------------
+// ---- The difference -----------------------------------------------------------------------------
 
 enum { ACHROMATIC, RED_GREEN, BLUE_YELLOW, EDGE_X, EDGE_Y, POINT_X, POINT_Y, WORK, OTHER, PLANES };
 

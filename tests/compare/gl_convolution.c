@@ -7,8 +7,9 @@ enum { BASIS_UNIT = 5, WEIGHTED_UNIT, MEAN_UNIT };
 // What gl.h leaves out.
 enum { R16F = 0x822D };
 
-// Measured by coordinate descent: the least rms error of the default scene's picture under 16 lights, against
-// rays; mip maps at the tables' settings, which are within a few percent of their own best.
+// Measured by coordinate descent: the least rms error of the default scene's picture under 16
+// lights, against rays; mip maps at the tables' settings, which are within a few percent of their
+// own best.
 static const gl_convolution_tuning best[2][3] = {{{0.01f, 0.04f, 1.5f, 0.08f, 0.2f, 0.8f, 2, 0},
                                                   {0.01f, 0.03f, 1.1f, 0.08f, 0.2f, 0.8f, 10, 0},
                                                   {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 0}},
@@ -29,8 +30,8 @@ static const char common_text[] =
     "vec2 wave(float angle) { return vec2(cos(angle), sin(angle)); }\n"
     "vec2 turn(vec2 a, vec2 b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }\n";
 
-// The finest level of mip maps, one thread a texel: terms 2i and 2i + 1 are layer i of a light. 8 bits
-// for the basis and 16 for the rest, as in the paper.
+// The finest level of mip maps, one thread a texel: terms 2i and 2i + 1 are layer i of a light. 8
+// bits for the basis and 16 for the rest, as in the paper.
 static const char texels_text[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
     "layout(binding = 0, rgba8) writeonly uniform image2DArray basis;\n"

@@ -1,10 +1,10 @@
-// Convolution soft shadows (Annen and others, Real-Time, All-Frequency Shadows in Dynamic Scenes, 2008)
-// in OpenGL, as a rival of moment maps: basis images of the depth maps, filtered ahead of time, average
-// blocker depth and visibility from them. Shades through the path of gl_lighting.h.
+// Convolution soft shadows (Annen and others, Real-Time, All-Frequency Shadows in Dynamic Scenes,
+// 2008) in OpenGL, as a rival of moment maps: basis images of the depth maps, filtered ahead of
+// time, average blocker depth and visibility from them. Shades through the path of gl_lighting.h.
 //
-// A term is a cosine and a sine, each filtered alone and times the depth: M terms are 4M + 1 values a texel.
-// Annen's pictures use M of 4 to 16. Kneiphof counts the values of a filter: CSSM8 is M = 4 (17 values),
-// CSSM16 is M = 8 (33 values).
+// A term is a cosine and a sine, each filtered alone and times the depth: M terms are 4M + 1 values
+// a texel. Annen's pictures use M of 4 to 16. Kneiphof counts the values of a filter: CSSM8 is M =
+// 4 (17 values), CSSM16 is M = 8 (33 values).
 #ifndef GL_CONVOLUTION_H
 #define GL_CONVOLUTION_H
 

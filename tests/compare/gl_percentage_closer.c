@@ -43,8 +43,8 @@ static const char gather_text[] =
     "    return clamp(1 - f.area / f.all, 0, 1);\n"
     "}\n";
 
-// The samples' rings and places on them, in shares of the perimeter. Where a pixel begins is interleaved
-// gradient noise (Jimenez 2014).
+// The samples' rings and places on them, in shares of the perimeter. Where a pixel begins is
+// interleaved gradient noise (Jimenez 2014).
 static const char sampled_text[] =
     "#ifndef PIXEL\n"
     "#define PIXEL gl_FragCoord.xy\n"

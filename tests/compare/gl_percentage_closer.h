@@ -1,5 +1,6 @@
-// Percentage-closer soft shadows (Fernando 2005) in OpenGL as they are written for GPUs, over the depth maps
-// of gl_reference.h, which has 27 x 27 taps one by one; shades through the path of gl_lighting.h.
+// Percentage-closer soft shadows (Fernando 2005) in OpenGL as they are written for GPUs, over the
+// depth maps of gl_reference.h, which has 27 x 27 taps one by one; shades through the path of
+// gl_lighting.h.
 #ifndef GL_PERCENTAGE_CLOSER_H
 #define GL_PERCENTAGE_CLOSER_H
 
@@ -14,7 +15,8 @@ typedef enum gl_percentage_closer_kind {
     GL_PERCENTAGE_CLOSER_32
 } gl_percentage_closer_kind;
 
-// The text with mssm_visibility(). It takes PIXEL for the pixel's place, gl_FragCoord.xy if that is not defined.
+// The text with mssm_visibility(). It takes PIXEL for the pixel's place, gl_FragCoord.xy if that is
+// not defined.
 enum { GL_PERCENTAGE_CLOSER_TEXT = 8192 };
 void gl_percentage_closer_visibility(gl_percentage_closer_kind kind, char *text, size_t room);
 

@@ -1,5 +1,5 @@
-// What an eye sees of errors and their mean does not say: visibility that falls where the truth rises, errors
-// that change from one texel to the next, and the difference of pictures.
+// What an eye sees of errors and their mean does not say: visibility that falls where the truth
+// rises, errors that change from one texel to the next, and the difference of pictures.
 #include "measure.h"
 
 #include "../test.h"
@@ -11,7 +11,7 @@
 
 enum { SIDE = 256 };
 
-// ---- Rows outwards over the shadow of one convex caster --------------------------------------------
+// ---- Rows outwards over the shadow of one convex caster -----------------------------------------
 
 enum { CASTERS = 6, ROWS = 20, STEPS = 80, ROW_RECEIVERS = ROWS * STEPS, LIGHTS = 4 };
 static const float row_tangents[LIGHTS] = {0.05f, 0.1f, 0.2f, 0.4f};
@@ -105,7 +105,7 @@ static bool measure_rows(measurement *m, bench *b, message *why)
     return done;
 }
 
-// ---- Neighbours ------------------------------------------------------------------------------------
+// ---- Neighbours ---------------------------------------------------------------------------------
 
 enum { PAIRS = 400 };
 
@@ -185,7 +185,7 @@ static bool measure_structure(measurement *m, bench *b, message *why)
     return done;
 }
 
-// ---- Pictures --------------------------------------------------------------------------------------
+// ---- Pictures -----------------------------------------------------------------------------------
 
 enum { WIDTH = 320, HEIGHT = 180, ROOM = WIDTH * HEIGHT * (VIEW_SAMPLES + 1) };
 

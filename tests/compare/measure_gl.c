@@ -59,7 +59,8 @@ typedef struct bench {
     camera eye;
 } bench;
 
-// A method at work. The library's depth maps have its default of 4 samples a texel, the rivals' one.
+// A method at work. The library's depth maps have its default of 4 samples a texel, the rivals'
+// one.
 typedef struct subject {
     const gl_method *method;
     mssm_gl *maps;
@@ -159,8 +160,8 @@ static void subject_close(subject *s)
     memset(s, 0, sizeof *s);
 }
 
-// The visibility text of a method, and after it what hands over the normal, which the shading pass has at
-// hand under that name.
+// The visibility text of a method, and after it what hands over the normal, which the shading pass
+// has at hand under that name.
 static const char normal_text[] =
     "#define mssm_visibility(light, position) mssm_visibility(light, position, normal)\n";
 
@@ -239,7 +240,8 @@ static double finish(void)
 }
 
 // Depth maps, and what shading reads. With a kernel, the widest that a receiver can ask for is so
-// many texels wide. Times of the update alone go to *update (or NULL), which costs stops in between.
+// many texels wide. Times of the update alone go to *update (or NULL), which costs stops in
+// between.
 static void draw_maps(bench *b, subject *s, float kernel, double *update)
 {
     const int lights = b->lights.lights;
@@ -482,7 +484,8 @@ static bool add_counts(figures *f, bench *b, subject *s, message *why)
     return reads > 0;
 }
 
-// The lights' picture with the visibility of every surface by rays: two of them, whose mean is the truth.
+// The lights' picture with the visibility of every surface by rays: two of them, whose mean is the
+// truth.
 static bool trace_truth(bench *b, int grid, image truth[2], message *why)
 {
     const gl_target *to = &b->view.picture;

@@ -1,6 +1,6 @@
 // Soft shadow methods behind one interface, over the same depth maps: the library's own and its
-// rivals, each from its paper. What a method cannot do (perspective lights, several samples a texel)
-// it is not asked for: maps here have one sample a texel and lights at infinity.
+// rivals, each from its paper. What a method cannot do (perspective lights, several samples a
+// texel) it is not asked for: maps here have one sample a texel and lights at infinity.
 #ifndef METHODS_H
 #define METHODS_H
 
@@ -21,11 +21,12 @@ typedef struct method {
     const char *source;  // author, year, title
     int constant_time;   // the cost of a receiver does not depend on the kernel's width
     int variant;         // for methods that share functions: samples, terms, moments...
-    // Room for maps of that side; NULL when memory runs out. bytes is what has to stay in memory for
-    // shading, depth map included where the method still reads it.
+    // Room for maps of that side; NULL when memory runs out. bytes is what has to stay in memory
+    // for shading, depth map included where the method still reads it.
     void *(*create)(const struct method *m, int side, size_t *bytes);
     void (*destroy)(void *state);
-    // What a frame has to do when the depth map is new. The map stays valid while points are asked for.
+    // What a frame has to do when the depth map is new. The map stays valid while points are asked
+    // for.
     void (*update)(void *state, const depth_map *map);
     // Visibility in [0,1] of a world-space point; bias in texels of level 0, for methods that need
     // one (the library's own take their default); pixel seeds whatever is random.
@@ -39,20 +40,20 @@ typedef struct method {
 extern const method methods[];
 extern const int method_count;
 
-// Hard shadows under a Gaussian of the map, for lights without size; the variant of a copy is set to its
-// radius before create.
+// Hard shadows under a Gaussian of the map, for lights without size; the variant of a copy is set
+// to its radius before create.
 extern const method hard_methods[];
 extern const int hard_method_count;
 
 const method *method_named(const char *name);  // of either; NULL if there is none
 
-// The Gaussian all of them share: weights of 2 * radius + 1 texels, standard deviation radius / 2, sum 1.
-// It is read bilinearly, so that its taps are joined by straight lines.
+// The Gaussian all of them share: weights of 2 * radius + 1 texels, standard deviation radius / 2,
+// sum 1. It is read bilinearly, so that its taps are joined by straight lines.
 enum { RADIUS_MOST = 32, TAPS_MOST = 2 * RADIUS_MOST + 1 };
 void gaussian(int radius, float weight[TAPS_MOST]);
 
-// Samples of percentage-closer soft shadows: the square ring that each lies on (0 to 1) and where on its
-// perimeter (0 to 8), so that rotating is adding.
+// Samples of percentage-closer soft shadows: the square ring that each lies on (0 to 1) and where
+// on its perimeter (0 to 8), so that rotating is adding.
 enum { SAMPLES_MAX = 64 };
 typedef struct ring_sample {
     float ring, at;

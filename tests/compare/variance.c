@@ -1,5 +1,6 @@
-// Methods that keep a mean and a variance of depth: variance and exponential variance shadow maps with
-// a fixed filter, variance soft shadow maps, and exponential variance shadow maps with a blocker search.
+// Methods that keep a mean and a variance of depth: variance and exponential variance shadow maps
+// with a fixed filter, variance soft shadow maps, and exponential variance shadow maps with a
+// blocker search.
 #include "rivals.h"
 
 #include <string.h>
@@ -26,8 +27,8 @@ static const float bleeding_vsm = 0.0f, bleeding_vssm = 0.12f, bleeding_evsm = 0
 static const float variance_vsm = 1e-7f, variance_vssm = 1e-3f, variance_evsm = 1e-8f;
 static const float exponent_positive = 0.55f, exponent_negative = 11.7f;
 
-// The same for hard shadows, over Gaussians of 1 to 16 texels and the scenes of cases.c. Of exponents of
-// 5, 10, 20 and 40 these are best; more than 40 does not fit the squares of float32.
+// The same for hard shadows, over Gaussians of 1 to 16 texels and the scenes of cases.c. Of
+// exponents of 5, 10, 20 and 40 these are best; more than 40 does not fit the squares of float32.
 static const float bleeding_hard_vsm = 0.05f, bleeding_hard_evsm = 0.02f, variance_hard = 1e-5f;
 static const float hard_positive = 40, hard_negative = 5;
 // Floats of 16 bits bear exponents of 5.54 at most: their squares reach down to 1.5e-5.
@@ -463,7 +464,8 @@ void exponential_update(void *state_, const depth_map *map)
     make_table(p, warps_of);
 }
 
-// The lesser of the bounds from both warps. The floor of the variance is carried over by their slopes.
+// The lesser of the bounds from both warps. The floor of the variance is carried over by their
+// slopes.
 static float bound_of_warps(const float mean[4], float t, float positive, float negative,
                             float floor_of_variance, float bleeding)
 {
@@ -504,7 +506,7 @@ float exponential_visibility(const void *state_, const float point[3], float bia
     return limited(exponential_bound(p, &r, k, t, bleeding_evsm, &mean), 0, 1);
 }
 
-// ---- exponential variance under a fixed filter ---------------------------------------------------
+// ---- exponential variance under a fixed filter --------------------------------------------------
 
 void *exponential_hard_create(const struct method *m, int side, size_t *bytes)
 {
@@ -564,10 +566,10 @@ float exponential_half_visibility(const void *state_, const float point[3], floa
                           p->bleeding);
 }
 
-// ---- moments of 32-bit floats under a fixed filter -----------------------------------------------
+// ---- moments of 32-bit floats under a fixed filter ----------------------------------------------
 
-// The slides' 128 bits: four moments of depths in [-1,1] as they are, where the library's own filtered
-// maps keep 16 bits of each.
+// The slides' 128 bits: four moments of depths in [-1,1] as they are, where the library's own
+// filtered maps keep 16 bits of each.
 static void moments_of(float z, double *value)
 {
     double power = 1;
