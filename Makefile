@@ -60,7 +60,7 @@ stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
 
 # The tests of what needs no OpenGL: for coverage, mutants and other platforms.
-cpu_sources = $(addprefix tests/,main.c test_moments.c test_map.c test_visibility.c test_estimators.c test_lightprobe.c test_parts.c test_edges.c test_cases.c \
+cpu_sources = $(addprefix tests/,main.c test_moments.c test_map.c test_visibility.c test_estimators.c test_lightprobe.c test_errata.c test_parts.c test_edges.c test_cases.c \
     test_images.c test_lights.c test_filtered.c test_scattering.c \
     oracle_moments.c oracle_lightprobe.c families.c random.c scenes.c) \
     $(filter-out examples/common/gl_%.c,$(wildcard examples/common/*.c))

@@ -65,7 +65,7 @@ int main(int argc, char **argv)
 {
     const test_case *suites[] = {
         moments_tests, cases_tests, map_tests, visibility_tests, estimators_tests, lightprobe_tests,
-        parts_tests, edges_tests, images_tests, lights_tests, filtered_tests, scattering_tests,
+        errata_tests, parts_tests, edges_tests, images_tests, lights_tests, filtered_tests, scattering_tests,
 #ifndef TEST_CPU_ONLY // what coverage, mutants and other platforms are measured with
         files_tests, glsl_tests, gl_tests, lightprobe_gl_tests, gl_hostile_tests, governor_tests,
         cuts_tests, compare_tests, compare_hard_tests, isa_tests,

@@ -46,6 +46,7 @@ extern const test_case map_tests[];
 extern const test_case visibility_tests[];
 extern const test_case estimators_tests[];
 extern const test_case lightprobe_tests[];
+extern const test_case errata_tests[];
 extern const test_case edges_tests[];
 extern const test_case images_tests[];
 extern const test_case parts_tests[];
