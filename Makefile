@@ -11,6 +11,7 @@
 #   make chart         speed against accuracy, all methods: docs/accuracy.md, its pictures and figures
 #   make chart-quick   the same from fewer receivers, into build/docs
 #   make chart-check   whether README and docs still say what the figures say
+#   make figures       the papers' figures re-made: docs/figures.md and its pictures (some minutes)
 #   make isa           what GPUs execute of the shaders, counted in their machine code: docs/gpu.md
 #   make fuzz          random and damaged input for both headers and the file readers, FUZZ_SECONDS=60 each
 #   make coverage      lines and branches of the headers' CPU halves that the tests take; fails below 100%
@@ -136,6 +137,9 @@ chart-quick: $(out)/measure $(out)/report measure-vector
 chart-check: $(out)/report
 	$(out)/report docs/accuracy.csv --check README.md docs/*.md
 
+figures: $(out)/figures
+	$(out)/figures docs
+
 clean:
 	rm -rf build
 
@@ -169,6 +173,9 @@ $(out)/measure: $(measure_objects) $(out)/tests/random.o $(out)/tests/oracle_lig
 $(out)/pictures: $(call part,pictures cases cases_new flip) $(rivals) $(out)/tests/random.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
+$(out)/figures: $(patsubst %.c,$(out)/%.o,$(wildcard tests/figures/*.c)) $(rivals) $(call part,svg gl_convolution) $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
 $(out)/report: $(report_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
@@ -187,6 +194,6 @@ $(out)/test-cpu: $(cpu_objects)
 $(out)/outputs: $(addprefix $(out)/cpu/,tests/platforms/outputs.o examples/common/implementation.o)
 	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
 
-.PHONY: all demo test test-all test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart \
+.PHONY: all demo test test-all test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart figures \
     chart-quick chart-check clean measure-vector
 .SECONDARY:
