@@ -23,7 +23,8 @@ static const char rows_text[] =
     "layout(binding = 0) uniform sampler2DArray probe;\n"
     "layout(binding = 0, rgba32f) writeonly uniform image2DArray colours;\n"
     "layout(binding = 1, rgba32f) writeonly uniform image2DArray moments;\n"
-    "const mat3 xyz = mat3(0.4124, 0.2126, 0.0193, 0.3576, 0.7152, 0.1192, 0.1805, 0.0722, 0.9505);\n"
+    "const mat3 xyz = mat3(0.4124, 0.2126, 0.0193, 0.3576, 0.7152, 0.1192, 0.1805, 0.0722, "
+    "0.9505);\n"
     "void main()\n"
     "{\n"
     "    ivec3 p = ivec3(0, gl_GlobalInvocationID.xy);\n"
@@ -65,7 +66,8 @@ static const char cuts_text[] =
     "shared int filled;\n"
     "float luminance(uvec4 r)\n"
     "{\n"
-    "    return sum_of(colours, int(r.x), ivec2(r.y & 0xffffu, r.y >> 16), ivec2(r.z & 0xffffu, r.z >> 16)).y;\n"
+    "    return sum_of(colours, int(r.x), ivec2(r.y & 0xffffu, r.y >> 16), ivec2(r.z & 0xffffu, "
+    "r.z >> 16)).y;\n"
     "}\n"
     "void set(int i, uvec4 r)\n"
     "{\n"
@@ -85,7 +87,8 @@ static const char cuts_text[] =
     "    while (low < high) {\n"
     "        int middle = (low + high) / 2;\n"
     "        ivec2 px = wide ? ivec2(start, middle) : x, py = wide ? y : ivec2(start, middle);\n"
-    "        if (sum_of(colours, int(a.x), px, py).y < goal) low = middle + 1; else high = middle;\n"
+    "        if (sum_of(colours, int(a.x), px, py).y < goal) low = middle + 1; else high = "
+    "middle;\n"
     "    }\n"
     "    uint first = uint(start | low << 16), second = uint(low | end << 16);\n"
     "    set(from, uvec4(a.x, wide ? first : a.y, wide ? a.z : first, 0));\n"
@@ -148,7 +151,8 @@ static const char lights_text[] =
     "    if (face == 4) return vec3(s, -t, m);\n"
     "    return vec3(-s, -t, -m);\n"
     "}\n"
-    "const mat3 rgb = mat3(3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570);\n"
+    "const mat3 rgb = mat3(3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, "
+    "1.0570);\n"
     "void main()\n"
     "{\n"
     "    int i = int(gl_GlobalInvocationID.x), at = 17 * i;\n"
@@ -159,7 +163,8 @@ static const char lights_text[] =
     "    vec4 m = sum_of(moments, int(r.x), x, y) / (c.y > 0 ? c.y : 1);\n"
     "    vec2 size = sqrt(3 * max(m.zw - m.xy * m.xy, 0));\n"
     "    float distance = length(vec3(m.xy, 1));\n"
-    "    vec3 d = world(r.x, m.x, m.y, 1) / distance, u = world(r.x, 1, 0, 0), v = world(r.x, 0, 1, 0);\n"
+    "    vec3 d = world(r.x, m.x, m.y, 1) / distance, u = world(r.x, 1, 0, 0), v = world(r.x, 0, "
+    "1, 0);\n"
     "    u -= dot(u, d) * d;\n"
     "    v -= dot(v, d) * d;\n"
     "    size *= vec2(length(u), length(v)) / distance;\n"
@@ -207,7 +212,8 @@ enum { LIGHT_BYTES = MEDIAN_CUT_MOST * 17 * 4, REGION_BYTES = 16 + 16 * MEDIAN_C
 bool gl_median_cut_create(gl_median_cut *m, const lightprobe_cube *cube, message *why)
 {
     const int side = cube->side;
-    *m = (gl_median_cut){.side = side, .probe = texture(side), .table = {texture(side), texture(side)}};
+    *m = (gl_median_cut){
+        .side = side, .probe = texture(side), .table = {texture(side), texture(side)}};
     for (int face = 0; face < 6; face++) {
         gl.TextureSubImage3D(m->probe, 0, 0, 0, face, side, side, 1, GL_RGB, GL_FLOAT,
                              cube->face[face]);

@@ -9,7 +9,7 @@
 
 static const struct {
     const char *name;
-    figure *make;
+    page_figure *make;
 } all[] = {
     {"light-sources", light_sources},       {"probe-times", probe_times},
     {"shadow-times", shadow_times},         {"probe-lights-one", probe_lights_one},
@@ -18,14 +18,16 @@ static const struct {
 };
 enum { FIGURES = sizeof all / sizeof *all };
 
-static const char head[] =
-    "<!-- written by `make figures` -->\n"
-    "# The papers' figures\n\n"
-    "Kneiphof's figures 2 to 7, Annen's table 1 and the plots of Peters' slides, re-made on the built-in scene and probe by `make figures`, "
-    "with one sentence each: does it agree with the paper? The sentence is computed from the figure's own data. What is wrong in the papers is "
-    "in [errata.md](errata.md).\n\n"
-    "Times are of this machine's processor, also where OpenGL draws (Mesa's llvmpipe): slopes and ratios can be compared with the papers', "
-    "milliseconds cannot. What GPUs execute is in [gpu.md](gpu.md).\n\n";
+static const char head[] = "<!-- written by `make figures` -->\n"
+                           "# The papers' figures\n\n"
+                           "Kneiphof's figures 2 to 7, Annen's table 1 and the plots of Peters' "
+                           "slides, re-made on the built-in scene and probe by `make figures`, "
+                           "with one sentence each: does it agree with the paper? The sentence is "
+                           "computed from the figure's own data. What is wrong in the papers is "
+                           "in [errata.md](errata.md).\n\n"
+                           "Times are of this machine's processor, also where OpenGL draws (Mesa's "
+                           "llvmpipe): slopes and ratios can be compared with the papers', "
+                           "milliseconds cannot. What GPUs execute is in [gpu.md](gpu.md).\n\n";
 
 int main(int argc, char **argv)
 {

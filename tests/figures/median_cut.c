@@ -18,7 +18,9 @@ void median_cut_free(median_cut *m)
 
 static float *entry(const median_cut *m, int face, int x, int y)
 {
-    return m->table + MEDIAN_CUT_SUMS * (((size_t)face * (size_t)m->side + (size_t)y) * (size_t)m->side + (size_t)x);
+    return m->table +
+           MEDIAN_CUT_SUMS *
+               (((size_t)face * (size_t)m->side + (size_t)y) * (size_t)m->side + (size_t)x);
 }
 
 void median_cut_sums(median_cut *m, const lightprobe_cube *cube)
@@ -55,7 +57,8 @@ static void sum_of(const median_cut *m, const light_cut *c, float sum[MEDIAN_CUT
     memset(sum, 0, MEDIAN_CUT_SUMS * sizeof *sum);
     for (int i = 0; i < 4; i++) {
         if (x[i & 1] < 0 || y[i >> 1] < 0) continue;
-        const float *e = entry(m, c->face, x[i & 1], y[i >> 1]), sign = i == 0 || i == 3 ? 1.0f : -1.0f;
+        const float *e = entry(m, c->face, x[i & 1], y[i >> 1]),
+                    sign = i == 0 || i == 3 ? 1.0f : -1.0f;
         for (int k = 0; k < MEDIAN_CUT_SUMS; k++) sum[k] += sign * e[k];
     }
 }

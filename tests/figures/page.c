@@ -37,8 +37,8 @@ static void put_text(const sheet *s, int x, int y, const char *text)
         const int code = *text >= 'a' && *text <= 'z' ? *text - 'a' + 'A' : *text;
         for (int i = 0; i < 30 && code >= 32 && code < 96; i++) {
             if (glyphs[code - 32] >> i & 1)
-                memset(s->rgb + 3 * ((size_t)(y + i / 5) * (size_t)s->width + (size_t)(x + i % 5)), 26,
-                       3);
+                memset(s->rgb + 3 * ((size_t)(y + i / 5) * (size_t)s->width + (size_t)(x + i % 5)),
+                       26, 3);
         }
     }
 }
@@ -119,7 +119,12 @@ static double draw_key(svg *s, const panel *panels, int count, double top, bool 
 static void draw_panel(svg *s, const panel *from, double x, double y, double width, double height,
                        bool first)
 {
-    plot p = {s,      x, y, width, height, axis_make(from->across, true),
+    plot p = {s,
+              x,
+              y,
+              width,
+              height,
+              axis_make(from->across, true),
               axis_make(first ? "milliseconds" : "", true)};
     for (int k = 0; k < from->count; k++) {
         for (int i = 0; i < from->list[k].count; i++) {
@@ -149,7 +154,8 @@ bool chart_draw(const char *path, const char *title, const panel *panels, int co
     enum { WIDTH = 960, HEIGHT = 300 };
     svg s = {.width = WIDTH};
     const double key = draw_key(&s, panels, count, 0, false);
-    if (!svg_open(&s, path, WIDTH, key + HEIGHT + 60, title)) return fail(why, "cannot write %s", path);
+    if (!svg_open(&s, path, WIDTH, key + HEIGHT + 60, title))
+        return fail(why, "cannot write %s", path);
     const double top = s.top + draw_key(&s, panels, count, s.top, true) + 8;
     const double each = (WIDTH - 16.0) / count;
     for (int i = 0; i < count; i++)
@@ -182,7 +188,12 @@ void chart_table(FILE *file, const char *corner, const panel *p)
             if (isnan(y))
                 fputs(" - |", file);
             else
-                fprintf(file, y >= 100 ? " %.0f |" : y >= 10 ? " %.1f |" : y >= 1 ? " %.2f |" : " %.3f |", y);
+                fprintf(file,
+                        y >= 100  ? " %.0f |"
+                        : y >= 10 ? " %.1f |"
+                        : y >= 1  ? " %.2f |"
+                                  : " %.3f |",
+                        y);
         }
     }
     fputs("\n\n", file);

@@ -16,9 +16,9 @@ typedef struct page {
 // The path of a file beside the page, in a buffer of the page's own.
 const char *page_path(const page *p, const char *name);
 
-typedef bool figure(page *p, message *why);
-figure light_sources, probe_times, shadow_times, probe_lights_one, probe_lights_two, blocker_bounds,
-    many_lights, hard_shadow_times;
+typedef bool page_figure(page *p, message *why);
+page_figure light_sources, probe_times, shadow_times, probe_lights_one, probe_lights_two,
+    blocker_bounds, many_lights, hard_shadow_times;
 
 // ---- Sheets of pictures -------------------------------------------------------------------------
 

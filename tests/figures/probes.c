@@ -41,8 +41,8 @@ static lightprobe_cube cube_of(const probe *p)
 
 // ---- CPU ----------------------------------------------------------------------------------------
 
-static bool time_cpu(times *t, int at, const lightprobe_cube *cube, lightprobe_light *lights, int *count,
-                     message *why)
+static bool time_cpu(times *t, int at, const lightprobe_cube *cube, lightprobe_light *lights,
+                     int *count, message *why)
 {
     static light_cut cuts[MEDIAN_CUT_MOST];
     median_cut m;
@@ -63,7 +63,8 @@ static bool time_cpu(times *t, int at, const lightprobe_cube *cube, lightprobe_l
             median_cut_lights(&m, cuts, *count, lights);
             now[3] = seconds_now();
             static lightprobe_light own[MEDIAN_CUT_MOST];
-            if (lightprobe_extract(cube, &settings, scratch, bytes, own, &found, NULL)) return fail(why, "no lights");
+            if (lightprobe_extract(cube, &settings, scratch, bytes, own, &found, NULL))
+                return fail(why, "no lights");
             now[4] = seconds_now();
             for (int k = 0; k < 4; k++) v[k][i] = now[k + 1] - now[k];
         }
@@ -86,8 +87,8 @@ static double finish(void)
     return seconds_now();
 }
 
-static bool time_rival(times *t, int at, const lightprobe_cube *cube, lightprobe_light *lights, int *count,
-                       message *why)
+static bool time_rival(times *t, int at, const lightprobe_cube *cube, lightprobe_light *lights,
+                       int *count, message *why)
 {
     gl_median_cut m;
     double v[3][ROUNDS];
@@ -120,7 +121,8 @@ static bool time_own(times *t, int at, const lightprobe_cube *cube, message *why
     gl_probe_upload(&texture, cube->face, cube->side);
     for (int n = 0; n < NUMBERS; n++) { // what is drawn: each takes seconds to compile
         if (n != MIDDLE && (at != MIDDLE || n % 2)) continue;
-        const lightprobe_gl_desc desc = {.load = gl_context_function, .side = cube->side, .max_lights = numbers[n]};
+        const lightprobe_gl_desc desc = {
+            .load = gl_context_function, .side = cube->side, .max_lights = numbers[n]};
         lightprobe_gl *own;
         double v[ROUNDS];
         if (lightprobe_gl_create(&own, &desc)) return fail(why, "no lights in OpenGL");
@@ -138,8 +140,8 @@ static bool time_own(times *t, int at, const lightprobe_cube *cube, message *why
 }
 
 // Both sides of the rival find the same lights, whatever their order, and lose nothing.
-static bool same_lights(const lightprobe_light *a, int count_a, const lightprobe_light *b, int count_b,
-                        message *why)
+static bool same_lights(const lightprobe_light *a, int count_a, const lightprobe_light *b,
+                        int count_b, message *why)
 {
     float sum[2] = {0, 0};
     int missing = 0;
@@ -155,9 +157,10 @@ static bool same_lights(const lightprobe_light *a, int count_a, const lightprobe
     }
     for (int k = 0; k < count_b; k++) sum[1] += b[k].irradiance[1];
     // Tables of floats, summed in another order, may cut a column beside.
-    if (count_a == count_b && missing <= count_a / 16 && fabsf(sum[0] / sum[1] - 1) < 1e-3f) return true;
-    return fail(why, "median cut: %d lights of %g on the CPU, %d of %g in OpenGL, %d elsewhere", count_a,
-                (double)sum[0], count_b, (double)sum[1], missing);
+    if (count_a == count_b && missing <= count_a / 16 && fabsf(sum[0] / sum[1] - 1) < 1e-3f)
+        return true;
+    return fail(why, "median cut: %d lights of %g on the CPU, %d of %g in OpenGL, %d elsewhere",
+                count_a, (double)sum[0], count_b, (double)sum[1], missing);
 }
 
 // ---- The figure ---------------------------------------------------------------------------------
@@ -173,9 +176,10 @@ static const struct {
     const char *sums, *cuts, *lights, *all, *ours;
     colour ink;
     bool dashed;
-} looks[2] = {{"tables, CPU", "cuts, CPU", "lights, CPU", "paper's way, all steps, CPU", "lightprobe.h, CPU", COLOUR_PCSS, true},
-              {"tables, OpenGL", "cuts, OpenGL", "lights, OpenGL", "paper's way, all steps, OpenGL", "lightprobe.h, OpenGL", COLOUR_CONVOLUTION,
-               false}};
+} looks[2] = {{"tables, CPU", "cuts, CPU", "lights, CPU", "paper's way, all steps, CPU",
+               "lightprobe.h, CPU", COLOUR_PCSS, true},
+              {"tables, OpenGL", "cuts, OpenGL", "lights, OpenGL", "paper's way, all steps, OpenGL",
+               "lightprobe.h, OpenGL", COLOUR_CONVOLUTION, false}};
 
 static void panels_of(const times *t, panel p[3])
 {
@@ -207,7 +211,8 @@ static void panels_of(const times *t, panel p[3])
         for (int n = 0; n < NUMBERS; n++) {
             series_add(cuts, numbers[n], t[g].cuts[MIDDLE][n]);
             series_add(lights, numbers[n], t[g].lights[MIDDLE][n]);
-            series_add(all, numbers[n], t[g].sums[MIDDLE] + t[g].cuts[MIDDLE][n] + t[g].lights[MIDDLE][n]);
+            series_add(all, numbers[n],
+                       t[g].sums[MIDDLE] + t[g].cuts[MIDDLE][n] + t[g].lights[MIDDLE][n]);
             if (t[g].ours[MIDDLE][n] > 0) series_add(ours, numbers[n], t[g].ours[MIDDLE][n]);
         }
     }
@@ -216,16 +221,20 @@ static void panels_of(const times *t, panel p[3])
 static void say(page *p, const times *t, const char *name)
 {
     const int last = SIDES - 1, most = NUMBERS - 1;
-    const double exponent = log(t->sums[last] / t->sums[MIDDLE]) / log((double)sides[last] / sides[MIDDLE]);
+    const double exponent =
+        log(t->sums[last] / t->sums[MIDDLE]) / log((double)sides[last] / sides[MIDDLE]);
     const double by_side = t->cuts[last][MIDDLE] / t->cuts[0][MIDDLE];
     const double by_number = t->cuts[MIDDLE][most] / t->cuts[MIDDLE][0];
     const double lights = t->lights[MIDDLE][most] / t->lights[MIDDLE][0];
     const double all = t->sums[MIDDLE] + t->cuts[MIDDLE][MIDDLE] + t->lights[MIDDLE][MIDDLE];
     const double share = t->sums[3] / (t->sums[3] + t->cuts[3][MIDDLE] + t->lights[3][MIDDLE]);
     fprintf(p->file,
-            "- *%s.* Tables grow with the side to the power %.1f (paper: quadratic). From 32² to 512² cuts take %.1f times as long (\"little impacted\"), "
-            "from 16 to 256 lights %.1f times (\"logarithmic\" would be 3.0, the rounds; linear 16), and lights %.1f times. At 256² tables are %.0f%% of the "
-            "time (\"the major amount\"). At 128² and 64 lights the paper's way takes %.2f ms, lightprobe.h %.2f ms.\n",
+            "- *%s.* Tables grow with the side to the power %.1f (paper: quadratic). From 32² to "
+            "512² cuts take %.1f times as long (\"little impacted\"), "
+            "from 16 to 256 lights %.1f times (\"logarithmic\" would be 3.0, the rounds; linear "
+            "16), and lights %.1f times. At 256² tables are %.0f%% of the "
+            "time (\"the major amount\"). At 128² and 64 lights the paper's way takes %.2f ms, "
+            "lightprobe.h %.2f ms.\n",
             name, exponent, by_side, by_number, lights, 100 * share, all, t->ours[MIDDLE][MIDDLE]);
 }
 
@@ -245,7 +254,8 @@ bool probe_times(page *p, message *why)
         const lightprobe_cube cube = cube_of(&source);
         done = time_cpu(&t[0], i, &cube, lights[0], &count[0], why);
         if (done && opened) {
-            done = time_rival(&t[1], i, &cube, lights[1], &count[1], why) && time_own(&t[1], i, &cube, why) &&
+            done = time_rival(&t[1], i, &cube, lights[1], &count[1], why) &&
+                   time_own(&t[1], i, &cube, why) &&
                    same_lights(lights[0], count[0], lights[1], count[1], why);
         }
         probe_free(&source);
@@ -255,28 +265,38 @@ bool probe_times(page *p, message *why)
     if (!done) return false;
     panel panels[3];
     panels_of(t, panels);
-    fprintf(p->file, "## Time to find the lights\n\nKneiphof's Figure 3. The paper's way: summed-area tables of XYZ and of the moments of luminance, median cut in them, "
-                     "lights from them; in OpenGL compute shaders, with one group of 256 threads and a bitonic sorter for the cuts. Both find the same lights "
-                     "on either side. One thread on the CPU, medians of %d.\n\n![Time to find the lights](figure_probe_times.svg)\n\n",
+    fprintf(p->file,
+            "## Time to find the lights\n\nKneiphof's Figure 3. The paper's way: summed-area "
+            "tables of XYZ and of the moments of luminance, median cut in them, "
+            "lights from them; in OpenGL compute shaders, with one group of 256 threads and a "
+            "bitonic sorter for the cuts. Both find the same lights "
+            "on either side. One thread on the CPU, medians of %d.\n\n![Time to find the "
+            "lights](figure_probe_times.svg)\n\n",
             ROUNDS);
     chart_table(p->file, "ms, by the side of the faces", &panels[0]);
     fprintf(p->file, "By the number of lights, faces of 128²:\n\n");
     panel numbers_panel = panels[1];
-    for (int k = 0; k < panels[2].count; k++) numbers_panel.list[numbers_panel.count++] = panels[2].list[k];
+    for (int k = 0; k < panels[2].count; k++)
+        numbers_panel.list[numbers_panel.count++] = panels[2].list[k];
     chart_table(p->file, "ms, by the number of lights", &numbers_panel);
     const times *judge = t[1].done ? &t[1] : &t[0];
     const double exponent = log(judge->sums[SIDES - 1] / judge->sums[MIDDLE]) / log(4.0);
     const double growth = judge->cuts[MIDDLE][NUMBERS - 1] / judge->cuts[MIDDLE][0];
-    fprintf(p->file, "**%s** Tables grow as the paper says, and take most of the time; cuts hardly know the side%s.\n\n",
+    fprintf(p->file,
+            "**%s** Tables grow as the paper says, and take most of the time; cuts hardly know the "
+            "side%s.\n\n",
             exponent > 1.6 && growth < 8 ? "Agrees." : "Agrees in part.",
             growth < 8 ? " and grow slowly with the lights, round by round"
-                       : "; on a processor they grow with the lights, since 256 threads of a group share its cores");
+                       : "; on a processor they grow with the lights, since 256 threads of a group "
+                         "share its cores");
     say(p, &t[0], "CPU");
     if (t[1].done)
         say(p, &t[1], "OpenGL (llvmpipe)");
     else
         fprintf(p->file, "- *OpenGL* is left out: %s\n", missing);
     fputs("\n", p->file);
-    return chart_draw(page_path(p, "figure_probe_times.svg"), "Time to find the lights of a probe: the paper's way step by step, and lightprobe.h", panels,
-                      3, why);
+    return chart_draw(
+        page_path(p, "figure_probe_times.svg"),
+        "Time to find the lights of a probe: the paper's way step by step, and lightprobe.h",
+        panels, 3, why);
 }

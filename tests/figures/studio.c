@@ -7,7 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = PANEL_WIDTH, HEIGHT = PANEL_HEIGHT, MAP_SIDE = 256, MAP_SAMPLES = 4, TRUTH_RAYS = 384 };
+enum {
+    WIDTH = PANEL_WIDTH,
+    HEIGHT = PANEL_HEIGHT,
+    MAP_SIDE = 256,
+    MAP_SAMPLES = 4,
+    TRUTH_RAYS = 384
+};
 
 static bool trace_truth(studio *s, message *why)
 {
@@ -152,8 +158,8 @@ static void start_row(void *context, int y)
             sum = vec_mad(sum, vec_mul(at->albedo, vec_of(rgb)), at->share / VEC_PI);
             rest -= at->share;
         }
-        const vec3 ray = camera_ray(&h->s->eye, ((float)(i % WIDTH) + 0.5f) / WIDTH,
-                                    ((float)y + 0.5f) / HEIGHT);
+        const vec3 ray =
+            camera_ray(&h->s->eye, ((float)(i % WIDTH) + 0.5f) / WIDTH, ((float)y + 0.5f) / HEIGHT);
         if (rest > 0) sum = vec_mad(sum, probe_sample(&h->s->probe, ray), rest);
         image_set(h->out, i % WIDTH, y, sum);
     }
@@ -173,11 +179,13 @@ static bool open_map(shading *h, int side, message *why)
     const lightprobe_light *l = h->light;
     const int samples = h->how->own ? MAP_SAMPLES : 1;
     const size_t texels = (size_t)samples * (size_t)side * (size_t)side;
-    const float low[3] = {s->low.x, s->low.y, s->low.z}, high[3] = {s->high.x, s->high.y, s->high.z};
+    const float low[3] = {s->low.x, s->low.y, s->low.z},
+                high[3] = {s->high.x, s->high.y, s->high.z};
     const int moments = h->how->own && h->how->own->moments == 4 ? 4 : 6;
     const raster_frustum frustum = {h->frustum.world_to_shadow, false, 0, 0};
     size_t bytes = mssm_map_bytes(side, moments);
-    float *front = malloc(2 * texels * sizeof *front), *back = h->how->back_faces ? front + texels : NULL;
+    float *front = malloc(2 * texels * sizeof *front),
+          *back = h->how->back_faces ? front + texels : NULL;
     const depth_map map = {&h->frustum, side, front, back};
     h->memory = malloc(bytes);
     bool done = front && h->memory &&

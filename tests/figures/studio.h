@@ -37,10 +37,10 @@ bool studio_extract(const studio *s, studio_lights *lights, int count, bool pape
 
 // How the lights are shadowed.
 typedef struct shadowing {
-    const method *method; // of maps with one sample a texel; NULL: by rays, or by the library
+    const method *method;     // of maps with one sample a texel; NULL: by rays, or by the library
     const mssm_settings *own; // this library's, of four samples a texel as in the paper; or NULL
-    bool back_faces;      // depth maps are means of front and back
-    int grid;             // grid x grid rays to a light; 0: one ray to its middle, all light from there
+    bool back_faces;          // depth maps are means of front and back
+    int grid; // grid x grid rays to a light; 0: one ray to its middle, all light from there
 } shadowing;
 
 bool studio_shade(const studio *s, const studio_lights *lights, const shadowing *how, image *out,

@@ -10,9 +10,16 @@ const approach methods[METHODS] = {
     {"cholesky", "published: Cholesky, roots, customary bias vector", VECTOR_CUSTOMARY, 0, 0, 0,
      run_cholesky},
     {"cholesky-our-vector", "Cholesky, roots, our bias vector", VECTOR_OURS, 0, 0, 0, run_cholesky},
-    {"inverse", "explicit inverse, our bias vector", VECTOR_OURS, 0, 0, 0, run_inverse},
-    {"lu", "LU with pivoting, our bias vector", VECTOR_OURS, 0, 0, 0, run_lu},
-    {"newton", "Cholesky, divided differences, our bias vector", VECTOR_OURS, 0, 0, 0, run_newton}};
+    {"inverse", "explicit inverse of the moment matrix, our bias vector", VECTOR_OURS, 0, 0, 0,
+     run_inverse},
+    {"lu", "LU with pivoting of both systems, our bias vector", VECTOR_OURS, 0, 0, 0, run_lu},
+    {"newton", "Cholesky, divided differences, our bias vector", VECTOR_OURS, 0, 0, 0, run_newton},
+    {"cubic", "Cholesky, cubic of the paper's [8], our bias vector", VECTOR_OURS, 0, 0, 0,
+     run_cubic},
+    {"paper-inverse", "the same, inverse of the weights' system", VECTOR_OURS, 0, 0, 0,
+     run_paper_inverse},
+    {"paper-lu", "the same, LU of the weights' system", VECTOR_OURS, 0, 0, 0, run_paper_lu},
+    {"paper-qr", "the same, QR of the weights' system", VECTOR_OURS, 0, 0, 0, run_paper_qr}};
 
 int method_named(const char *name)
 {

@@ -32,6 +32,10 @@ enum {
     METHOD_INVERSE,
     METHOD_LU,
     METHOD_NEWTON,
+    METHOD_CUBIC,
+    METHOD_PAPER_INVERSE,
+    METHOD_PAPER_LU,
+    METHOD_PAPER_QR,
     METHODS
 };
 extern const approach methods[METHODS];
@@ -44,6 +48,10 @@ answer run_cholesky(int m, const float b[6], const float t[6], float alpha, floa
 answer run_inverse(int m, const float b[6], const float t[6], float alpha, float z);
 answer run_lu(int m, const float b[6], const float t[6], float alpha, float z);
 answer run_newton(int m, const float b[6], const float t[6], float alpha, float z);
+answer run_cubic(int m, const float b[6], const float t[6], float alpha, float z);
+answer run_paper_inverse(int m, const float b[6], const float t[6], float alpha, float z);
+answer run_paper_lu(int m, const float b[6], const float t[6], float alpha, float z);
+answer run_paper_qr(int m, const float b[6], const float t[6], float alpha, float z);
 
 // The receiver's depth as it takes part in a mean of depths.
 float in_map(float z);

@@ -1,8 +1,9 @@
 // The published algorithm and its variants, from their descriptions (Peters, GDC Europe 2016, bonus
 // slides "Computing the bounds"): solve B c = (1, z, z^2...) with B the matrix of moments; the
 // roots of the polynomial c are the other depths; the shares follow from as many linear equations
-// as there are depths. They differ in how the two systems are solved. All in float32, without any
-// repair.
+// as there are depths. They differ in how the two systems and the polynomial are solved. All in float32,
+// without any repair.
+#include "../published_moments.h"
 #include "methods.h"
 
 #include <math.h>
@@ -123,6 +124,15 @@ static void find_roots(int n, const float c[4], float x[3])
     for (int k = 0; k < 3; k++) x[k] = size * cosf(angle + 2.0943951f * (float)k) - a;
 }
 
+// The same with the cubic of the image-based lighting paper's reference [8].
+static void find_roots_published(int n, const float c[4], float x[3])
+{
+    if (n == 2)
+        find_roots(n, c, x);
+    else
+        published_cubic(c[0], c[1], c[2], c[3], x);
+}
+
 // Each share as a Lagrange polynomial through all depths, applied to the moments.
 static void closed_form_shares(nodes *s, const float b[6])
 {
@@ -141,15 +151,39 @@ static void closed_form_shares(nodes *s, const float b[6])
     }
 }
 
-// The Vandermonde system by elimination.
-static void eliminated_shares(nodes *s, const float b[6])
+// Householder reflections, and back from the last.
+static void solve_qr(int size, float A[4][4], const float right[4], float c[4])
 {
-    float V[4][4], right[4];
+    memcpy(c, right, 4 * sizeof *c);
+    for (int k = 0; k < size; k++) {
+        float v[4] = {0}, length = 0, squared = 0;
+        for (int i = k; i < size; i++) length += A[i][k] * A[i][k];
+        length = A[k][k] > 0 ? -sqrtf(length) : sqrtf(length);
+        for (int i = k; i < size; i++) v[i] = A[i][k] - (i == k ? length : 0);
+        for (int i = k; i < size; i++) squared += v[i] * v[i];
+        for (int j = k; j <= size; j++) { // the last column is the right side
+            float along = 0;
+            for (int i = k; i < size; i++) along += v[i] * (j < size ? A[i][j] : c[i]);
+            for (int i = k; i < size; i++) *(j < size ? &A[i][j] : &c[i]) -= 2 * along / squared * v[i];
+        }
+    }
+    for (int i = size - 1; i >= 0; i--) {
+        for (int j = i + 1; j < size; j++) c[i] -= A[i][j] * c[j];
+        c[i] /= A[i][i];
+    }
+}
+
+typedef void solver(int size, float A[4][4], const float right[4], float c[4]);
+
+// The Vandermonde system.
+static void solved_shares(nodes *s, const float b[6], solver *solve)
+{
+    float V[4][4], right[4] = {0};
     for (int i = 0; i < s->count; i++) {
         for (int j = 0; j < s->count; j++) V[i][j] = i ? V[i - 1][j] * s->z[j] : 1;
         right[i] = i ? b[i - 1] : 1;
     }
-    solve_lu(s->count, V, right, s->w);
+    solve(s->count, V, right, s->w);
 }
 
 static answer summed(const nodes *s, float z)
@@ -165,8 +199,8 @@ static answer summed(const nodes *s, float z)
     return a;
 }
 
-static nodes other_depths(int m, const float b[6], float z,
-                          void (*solve)(int, float[4][4], const float *, float *))
+static nodes other_depths(int m, const float b[6], float z, solver *solve,
+                          void (*roots)(int n, const float c[4], float x[3]))
 {
     nodes s;
     float B[4][4], right[4], c[4] = {0};
@@ -174,7 +208,7 @@ static nodes other_depths(int m, const float b[6], float z,
     moment_system(m / 2, b, z, B, right);
     solve(s.count, B, right, c);
     s.z[0] = z;
-    find_roots(m / 2, c, s.z + 1);
+    roots(m / 2, c, s.z + 1);
     return s;
 }
 
@@ -182,7 +216,7 @@ answer run_cholesky(int m, const float b[6], const float t[6], float alpha, floa
 {
     (void)t;
     (void)alpha;
-    nodes s = other_depths(m, b, z, solve_cholesky);
+    nodes s = other_depths(m, b, z, solve_cholesky, find_roots);
     closed_form_shares(&s, b);
     return summed(&s, z);
 }
@@ -191,7 +225,7 @@ answer run_inverse(int m, const float b[6], const float t[6], float alpha, float
 {
     (void)t;
     (void)alpha;
-    nodes s = other_depths(m, b, z, solve_inverse);
+    nodes s = other_depths(m, b, z, solve_inverse, find_roots);
     closed_form_shares(&s, b);
     return summed(&s, z);
 }
@@ -200,9 +234,47 @@ answer run_lu(int m, const float b[6], const float t[6], float alpha, float z)
 {
     (void)t;
     (void)alpha;
-    nodes s = other_depths(m, b, z, solve_lu);
-    eliminated_shares(&s, b);
+    nodes s = other_depths(m, b, z, solve_lu, find_roots);
+    solved_shares(&s, b, solve_lu);
     return summed(&s, z);
+}
+
+answer run_cubic(int m, const float b[6], const float t[6], float alpha, float z)
+{
+    (void)t;
+    (void)alpha;
+    nodes s = other_depths(m, b, z, solve_cholesky, find_roots_published);
+    closed_form_shares(&s, b);
+    return summed(&s, z);
+}
+
+// What the image-based lighting paper tried (4.2.1): that cubic, and the system of the weights.
+static answer run_paper(int m, const float b[6], float z, solver *solve)
+{
+    nodes s = other_depths(m, b, z, solve_cholesky, find_roots_published);
+    solved_shares(&s, b, solve);
+    return summed(&s, z);
+}
+
+answer run_paper_inverse(int m, const float b[6], const float t[6], float alpha, float z)
+{
+    (void)t;
+    (void)alpha;
+    return run_paper(m, b, z, solve_inverse);
+}
+
+answer run_paper_lu(int m, const float b[6], const float t[6], float alpha, float z)
+{
+    (void)t;
+    (void)alpha;
+    return run_paper(m, b, z, solve_lu);
+}
+
+answer run_paper_qr(int m, const float b[6], const float t[6], float alpha, float z)
+{
+    (void)t;
+    (void)alpha;
+    return run_paper(m, b, z, solve_qr);
 }
 
 // The polynomial that has the values f at the depths, by divided differences, applied to the
@@ -228,7 +300,7 @@ answer run_newton(int m, const float b[6], const float t[6], float alpha, float 
 {
     (void)t;
     (void)alpha;
-    const nodes s = other_depths(m, b, z, solve_cholesky);
+    const nodes s = other_depths(m, b, z, solve_cholesky, find_roots);
     float nearer[4] = {0}, not_behind[4] = {1, 0, 0, 0}, first[4] = {0};
     for (int i = 1; i < s.count; i++) {
         const int in_front = s.z[i] < z;
