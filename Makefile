@@ -55,7 +55,7 @@ report_only = $(call part,report charts page claims summary svg)
 report_objects = $(filter $(report_only) $(call part,figures),$(compare))
 measure_objects = $(filter-out $(report_only) $(call part,pictures),$(compare))
 test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases cases_new flip gl_convolution gl_percentage_closer measure_gl figures light_cuts) \
-    $(out)/tests/isa/listing.o
+    $(out)/tests/isa/listing.o $(out)/tests/figures/median_cut.o
 stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $(call part,svg) \
     $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
 benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
@@ -173,7 +173,7 @@ $(out)/measure: $(measure_objects) $(out)/tests/random.o $(out)/tests/oracle_lig
 $(out)/pictures: $(call part,pictures cases cases_new flip) $(rivals) $(out)/tests/random.o $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-$(out)/figures: $(patsubst %.c,$(out)/%.o,$(wildcard tests/figures/*.c)) $(rivals) $(call part,svg gl_convolution) $(common)
+$(out)/figures: $(patsubst %.c,$(out)/%.o,$(wildcard tests/figures/*.c)) $(rivals) $(call part,svg gl_convolution gl_percentage_closer) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 $(out)/report: $(report_objects) $(common)

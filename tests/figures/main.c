@@ -34,6 +34,7 @@ int main(int argc, char **argv)
     message why = {"usage: figures FOLDER [NAME...]"};
     page p = {stdout, argc > 1 ? argv[1] : "."};
     bool done = argc > 1;
+    setvbuf(stdout, NULL, _IOLBF, 0);
     if (argc == 2) {
         p.file = fopen(page_path(&p, "figures.md"), "w");
         done = p.file || fail(&why, "cannot write %s", page_path(&p, "figures.md"));

@@ -70,24 +70,31 @@ static float luminance_of(const median_cut *m, const light_cut *c)
     return sum[1];
 }
 
-// Across the longer edge, where the luminance is split evenly: by bisection in the table.
+// Luminance of what lies before a cut across the longer edge.
+static float part_of(const median_cut *m, const light_cut *a, bool wide, int at)
+{
+    light_cut part = *a;
+    *(wide ? &part.x1 : &part.y1) = at;
+    return luminance_of(m, &part);
+}
+
+// Where the luminance is split most evenly: by bisection in the table.
 static bool split(const median_cut *m, light_cut *a, light_cut *b)
 {
     const bool wide = a->x1 - a->x0 >= a->y1 - a->y0;
-    int low = wide ? a->x0 : a->y0, high = wide ? a->x1 : a->y1;
-    if (high - low < 2) return false;
+    const int start = wide ? a->x0 : a->y0, end = wide ? a->x1 : a->y1;
+    if (end - start < 2) return false;
     const float half = 0.5f * luminance_of(m, a);
-    const int last = high - 1;
-    for (low++, high--; low < high;) {
+    int low = start + 1, high = end - 1;
+    while (low < high) { // the first that is half or more
         const int middle = (low + high) / 2;
-        light_cut part = *a;
-        *(wide ? &part.x1 : &part.y1) = middle;
-        if (luminance_of(m, &part) < half)
+        if (part_of(m, a, wide, middle) < half)
             low = middle + 1;
         else
             high = middle;
     }
-    if (low > last) low = last;
+    if (low > start + 1 && half - part_of(m, a, wide, low - 1) <= part_of(m, a, wide, low) - half)
+        low--;
     *b = *a;
     *(wide ? &a->x1 : &a->y1) = low;
     *(wide ? &b->x0 : &b->y0) = low;

@@ -203,8 +203,10 @@ static frame_times best_of(bench *b, subject *s)
     gl.Scissor(0, 0, 8, 8);
     frame_of(b, s);
     gl.Disable(GL_SCISSOR_TEST);
-    for (int i = 0; i < ROUNDS; i++) {
+    double spent = 0;
+    for (int i = 0; i < ROUNDS && spent < 2e3; i++) {
         const frame_times t = frame_of(b, s);
+        spent += t.all;
         best.resolve = fmin(best.resolve, t.resolve);
         best.tables = fmin(best.tables, t.tables);
         best.shade = fmin(best.shade, t.shade);
