@@ -38,6 +38,7 @@ int main(int argc, char **argv)
     if (argc == 2) {
         p.file = fopen(page_path(&p, "figures.md"), "w");
         done = p.file || fail(&why, "cannot write %s", page_path(&p, "figures.md"));
+        if (done) setvbuf(p.file, NULL, _IOLBF, 0);
         if (done) fputs(head, p.file);
     }
     for (int i = 0; i < FIGURES && done; i++) {

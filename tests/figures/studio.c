@@ -12,7 +12,7 @@ enum {
     HEIGHT = PANEL_HEIGHT,
     MAP_SIDE = 256,
     MAP_SAMPLES = 4,
-    TRUTH_RAYS = 384
+    TRUTH_RAYS = 256
 };
 
 static bool trace_truth(studio *s, message *why)
@@ -254,4 +254,16 @@ double studio_brightness(const studio *s, const image *a, const image *truth)
         other += (double)vec_luminance(vec_of(truth->rgb + 3 * i));
     }
     return one / other;
+}
+
+double studio_leak(const studio *s, const image *a, const image *truth)
+{
+    double more = 0, sum = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        if (s->view.triangle[i * VIEW_SAMPLES] < 0) continue;
+        const double right = (double)vec_luminance(vec_of(truth->rgb + 3 * i));
+        more += fmax((double)vec_luminance(vec_of(a->rgb + 3 * i)) - right, 0);
+        sum += right;
+    }
+    return 100 * more / sum;
 }

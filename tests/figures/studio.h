@@ -47,9 +47,11 @@ bool studio_shade(const studio *s, const studio_lights *lights, const shadowing 
                   message *why);
 
 // Over the pixels that show the scene: rms of the difference in % of the mean of the truth; the same of
-// the steps between neighbours that the truth does not have, which hard edges make; and what share of the light there is.
+// the steps between neighbours that the truth does not have, which hard edges make; what share of the light there is; and how
+// much too bright it is where it is too bright, in % of the mean: what weak shadows let through.
 double studio_error(const studio *s, const image *a, const image *truth);
 double studio_edges(const studio *s, const image *a, const image *truth);
 double studio_brightness(const studio *s, const image *a, const image *truth);
+double studio_leak(const studio *s, const image *a, const image *truth);
 
 #endif
