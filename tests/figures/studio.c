@@ -93,7 +93,7 @@ typedef struct shading {
     const studio_lights *lights;
     const shadowing *how;
     const lightprobe_light *light; // the one that is added
-    void *state, *memory;
+    void *state, *memory, *depth; // rivals read the depth map itself
     mssm_map *map; // of the library
     mssm_light frustum;
     image *out;
@@ -169,7 +169,8 @@ static void close_map(shading *h)
 {
     if (h->state) h->how->method->destroy(h->state);
     free(h->memory);
-    h->state = h->memory = NULL;
+    free(h->depth);
+    h->state = h->memory = h->depth = NULL;
 }
 
 // Depth map of h->light, as large as the library's examples take it, and the method's map of that.
@@ -188,6 +189,7 @@ static bool open_map(shading *h, int side, message *why)
           *back = h->how->back_faces ? front + texels : NULL;
     const depth_map map = {&h->frustum, side, front, back};
     h->memory = malloc(bytes);
+    h->depth = front;
     bool done = front && h->memory &&
                 mssm_light_directional(&h->frustum, l->direction, l->axis_u, l->tan_half_u,
                                        l->tan_half_v, low, high) == MSSM_OK &&
@@ -201,7 +203,6 @@ static bool open_map(shading *h, int side, message *why)
         done = h->state;
         if (done) h->how->method->update(h->state, &map);
     }
-    free(front);
     return done || fail(why, "no memory for a map");
 }
 
