@@ -44,6 +44,13 @@
 //         return sum;  // times albedo / pi is the radiance of a diffuse surface
 //     }
 //
+// CONTENTS: search for the mark
+//
+//   lightprobe_extract and what goes in and out of it: first; behind it
+//                       >>disc >>angles >>tiles >>leaves >>clusters >>lights >>median cut
+//   >>gl calls          the same in OpenGL 4.5        >>gl
+//   >>picture calls     panoramas, crosses, strips    >>pictures >>without
+//
 // CONVENTIONS
 //
 //   cube maps     six faces in the order +X -X +Y -Y +Z -Z, oriented as in OpenGL, row by row:
@@ -223,7 +230,7 @@ LIGHTPROBE_API void lightprobe_residual_irradiance(const lightprobe_stats *stats
 LIGHTPROBE_API const char *lightprobe_glsl_math(void);
 
 #if !(defined LIGHTPROBE_STATIC && defined LIGHTPROBE_NO_GL) // a static function must be defined
-// ---- OpenGL 4.5: the same lights from a cube-map texture, without a trip to the CPU ----
+// ---- OpenGL 4.5: the same lights from a cube-map texture, without a trip to the CPU ---- >>gl calls
 //
 //     lightprobe_gl_desc desc = {0};
 //     desc.load = my_get_proc_address;                 // of GLFW, SDL, EGL ...
@@ -299,7 +306,7 @@ LIGHTPROBE_API lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl,
 LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
 #endif // LIGHTPROBE_STATIC, LIGHTPROBE_NO_GL
 
-// ---- Pictures of probes: from panoramas, crosses and strips to cubes; cubes without lights ----
+// ---- Pictures of probes: from panoramas, crosses and strips to cubes; cubes without lights ---- >>picture calls
 //
 //     lightprobe_image panorama = {pixels, 4096, 2048, 3, 0, LIGHTPROBE_AUTO};
 //     static float texels[18 * 128 * 128];
@@ -382,7 +389,7 @@ extern "C" {
 #endif
 
 // ------------------------------------------------------------------------------------------------
-// Disc irradiance, shared with GLSL
+// Disc irradiance, shared with GLSL >>disc
 // ------------------------------------------------------------------------------------------------
 
 // What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and
@@ -498,7 +505,7 @@ void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float n
 }
 
 // ------------------------------------------------------------------------------------------------
-// Directions and solid angles
+// Directions and solid angles >>angles
 // ------------------------------------------------------------------------------------------------
 
 // Where the middle, +s and +t of each face point.
@@ -752,7 +759,7 @@ static int lightprobe__is_number(float x)
 }
 
 // ------------------------------------------------------------------------------------------------
-// Sums over tiles: the one pass over all texels
+// Sums over tiles: the one pass over all texels >>tiles
 // ------------------------------------------------------------------------------------------------
 
 // Four floats at a time. gcc 12 -O2 makes code that takes twice as long out of plain loops.
@@ -1125,7 +1132,7 @@ static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, 
 }
 
 // ------------------------------------------------------------------------------------------------
-// Leaves: the cell with the largest error is divided first
+// Leaves: the cell with the largest error is divided first >>leaves
 // ------------------------------------------------------------------------------------------------
 
 // [glsl begin cells]
@@ -1274,7 +1281,7 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
 }
 
 // ------------------------------------------------------------------------------------------------
-// Clusters: leaves that become one light, wherever the faces meet
+// Clusters: leaves that become one light, wherever the faces meet >>clusters
 // ------------------------------------------------------------------------------------------------
 
 // [glsl begin work]
@@ -1955,7 +1962,7 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
 }
 
 // ------------------------------------------------------------------------------------------------
-// Lights
+// Lights >>lights
 // ------------------------------------------------------------------------------------------------
 
 // [glsl begin lights]
@@ -2114,7 +2121,7 @@ static float lightprobe_clamp(double x)
 }
 
 // ------------------------------------------------------------------------------------------------
-// The paper's way: median cut (image-based lighting paper, sections 3.1 and 4.1)
+// The paper's way: median cut (image-based lighting paper, sections 3.1 and 4.1) >>median cut
 // ------------------------------------------------------------------------------------------------
 
 // Texels [x0, x1) x [y0, y1) of a face.
@@ -2682,7 +2689,7 @@ int lightprobe_image_side(const lightprobe_image *image)
     return (w > h ? w : h) / 6;
 }
 
-// ---- From panoramas
+// ---- From panoramas >>pictures
 //
 // The edges of a texel are arcs of great circles, of which those that do not run from pole to pole are
 // tan(elevation) = k cos u, u the azimuth from where they are steepest. Seen in azimuth and sin(elevation)
@@ -2918,7 +2925,7 @@ lightprobe_result lightprobe_cube_from_image(const lightprobe_image *image, int 
     return LIGHTPROBE_OK;
 }
 
-// ---- Cubes without lights
+// ---- Cubes without lights >>without
 
 typedef struct lightprobe__removal {
     const lightprobe_light *light;
@@ -3023,6 +3030,8 @@ lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
 // ------------------------------------------------------------------------------------------------
 // OpenGL 4.5
 // ------------------------------------------------------------------------------------------------
+
+// ---- OpenGL 4.5 ---- >>gl
 
 #ifndef LIGHTPROBE_NO_GL
 

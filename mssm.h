@@ -40,6 +40,16 @@
 //         return mssm_visibility4(mssm_moments4_bias(m, 1e-6f), 0.0f);  // both bounds close to 0.7
 //     }
 //
+// CONTENTS: search for the mark. Calls come first, then what is behind them in the same order
+//
+//   >>math calls        moments, bias, bounds         >>math >>bounds >>roots >>stored
+//   >>light calls       lights, frusta, falloffs      >>lights
+//   >>map calls         soft shadows on the CPU       >>tables >>estimators
+//   >>filtered calls    filtered hard shadows         >>filtered
+//   >>scattering calls  light shafts                  >>scattering
+//   >>gl calls          the OpenGL 4.5 half           >>gl >>filtered gl
+//   mssm_glsl_...       texts for shaders; ">>glsl" is generated: nothing to read, nothing to edit
+//
 // CONVENTIONS
 //
 //   depth z       in [-1,1], -1 nearest the light, linear in the distance along the light's axis,
@@ -90,7 +100,7 @@ extern "C" {
 #endif
 
 // ------------------------------------------------------------------------------------------------
-// Moment math
+// >>math calls: Moment math
 // ------------------------------------------------------------------------------------------------
 
 // [glsl begin]
@@ -176,7 +186,7 @@ MSSM_API float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_m
 MSSM_API mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3);
 
 // ------------------------------------------------------------------------------------------------
-// Lights
+// >>light calls: Lights
 // ------------------------------------------------------------------------------------------------
 
 typedef enum mssm_result {
@@ -276,7 +286,7 @@ MSSM_API float mssm_cone(float cosine, float cos_inner, float cos_outer, float e
 MSSM_API const char *mssm_glsl_lights(void);
 
 // ------------------------------------------------------------------------------------------------
-// Moment map: one light's summed-area tables, in memory that the caller owns
+// >>map calls: Moment map: one light's summed-area tables, in memory that the caller owns
 // ------------------------------------------------------------------------------------------------
 
 typedef enum mssm_estimator {
@@ -337,7 +347,7 @@ MSSM_API mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, f
 
 #ifndef MSSM_NO_FILTERED
 // ------------------------------------------------------------------------------------------------
-// Filtered hard shadows and translucent casters (docs/filtered.md)
+// >>filtered calls: Filtered hard shadows and translucent casters (docs/filtered.md)
 // ------------------------------------------------------------------------------------------------
 //
 // Lights without size, antialiased by one look at a blurred map of 64 bits a texel (96 with 6
@@ -395,7 +405,7 @@ MSSM_API mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opaci
 
 #ifndef MSSM_NO_SCATTERING
 // ------------------------------------------------------------------------------------------------
-// Single scattering: shafts of a directional light in a homogeneous medium (docs/shafts.md)
+// >>scattering calls: Single scattering: shafts of a directional light in a homogeneous medium (docs/shafts.md)
 // ------------------------------------------------------------------------------------------------
 //
 // Seen from the camera with the light as pole, a view ray is one inclination (angle from the pole)
@@ -473,7 +483,7 @@ MSSM_API const char *mssm_glsl_shading(void);
 
 #if !(defined MSSM_STATIC && defined MSSM_NO_GL)  // a static function must be defined
 // ------------------------------------------------------------------------------------------------
-// OpenGL 4.5
+// >>gl calls: OpenGL 4.5
 // ------------------------------------------------------------------------------------------------
 //
 // Any number of lights; each frame:
@@ -734,7 +744,7 @@ MSSM_SHARED int mssm_bits(float x)
 
 // [glsl begin]
 
-// ---- Moments and their storage ----
+// ---- Moments and their storage ---- >>math
 
 mssm_moments4 mssm_moments4_of_depth(float z)
 {
@@ -890,7 +900,7 @@ mssm_moments6 mssm_moments6_decode(mssm_moments6 q)
     return m;
 }
 
-// ---- Bounds without the roots (docs/moments.md, "Bounds") ----
+// ---- Bounds without the roots (docs/moments.md, "Bounds") ---- >>bounds
 //
 // Notation: u = depth - mean. D1, D2, D3 are the pivots of the moment matrix (squared norms of the
 // monic orthogonal polynomials p1 = u, p2 = (u - a1) p1 - D1, p3 = (u - a2) p2 - D2/D1 p1), u0 is
@@ -1181,7 +1191,7 @@ float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float
     return mssm_split_depth(s, z, self_weight_min, self_weight_max);
 }
 
-// ---- Roots and the full reconstruction ----
+// ---- Roots and the full reconstruction ---- >>roots
 
 // One real root of a cubic and the quadratic x^2 + b x + c that is left of it.
 struct mssm_deflated {
@@ -1465,7 +1475,7 @@ mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)
     return r;
 }
 
-// ---- Stored moments: factorised in the Chebyshev basis, without decoding ----
+// ---- Stored moments: factorised in the Chebyshev basis, without decoding ---- >>stored
 //
 // t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2
 // make the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16.
@@ -1558,7 +1568,7 @@ void mssm_visibility6_array(int count, const float *const b[6], const float *MSS
     }
 }
 
-// ---- Lights ----
+// ---- Lights ---- >>lights
 
 const char *mssm_result_string(mssm_result r)
 {
@@ -1893,7 +1903,7 @@ float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent)
 }
 // [glsl end]
 
-// ---- Tables (docs/moments.md, "Tables") ----
+// ---- Tables (docs/moments.md, "Tables") ---- >>tables
 
 // A kernel of up to this many texels is served by level 0; level l, where texels are 2^l times as
 // wide, serves kernels up to 2^l times as wide. One query of such a kernel reads whole texels of at
@@ -2314,7 +2324,7 @@ static float mssm__least_depth(const mssm_map *map, float x, float y, float half
     return least;
 }
 
-// ---- Estimators (docs/moments.md, "Layers") ----
+// ---- Estimators (docs/moments.md, "Layers") ---- >>estimators
 //
 // Shared with GLSL, where a map is the number of a light, in a type of its mssm_gl's own.
 #define MSSM_MAP const mssm_map *
@@ -2876,7 +2886,7 @@ mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half
 }
 
 #ifndef MSSM_NO_FILTERED
-// ---- Filtered hard shadows ----
+// ---- Filtered hard shadows ---- >>filtered
 
 mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity)
 {
@@ -3202,7 +3212,7 @@ float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light
 #endif  // MSSM_NO_FILTERED
 
 #ifndef MSSM_NO_SCATTERING
-// ---- Single scattering ----
+// ---- Single scattering ---- >>scattering
 
 // [glsl begin scattering]
 
@@ -3387,7 +3397,7 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
 }
 #endif  // MSSM_NO_SCATTERING
 
-// ---- GLSL text ----
+// ---- GLSL text ---- >>glsl
 
 #if defined __GNUC__
 #pragma GCC diagnostic push
@@ -5038,7 +5048,7 @@ const char *mssm_glsl_lights(void)
     return mssm__glsl_lights;
 }
 
-// ---- OpenGL 4.5 ----
+// ---- OpenGL 4.5 ---- >>gl
 
 #ifndef MSSM_NO_GL
 
@@ -7347,7 +7357,7 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 }
 
 #ifndef MSSM_NO_FILTERED
-// ---- Filtered hard shadows in OpenGL ----
+// ---- Filtered hard shadows in OpenGL ---- >>filtered gl
 
 enum {
     MSSM__GL_COLOR_ATTACHMENT0 = 0x8CE0,
