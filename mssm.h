@@ -218,8 +218,10 @@ typedef struct mssm_light {
 // A light at infinity: a rectangle of the sky with tangents of half-angles tan_half_u, tan_half_v
 // >= 0 along axis_u and across it. The frustum is fitted to the box of the casters, 1/64 wider; receivers
 // may lie outside. Where casters go on beyond the box (a cascade, a camera's surroundings), what the map
-// holds at its rim stands for them; otherwise all is lit there. direction needs not be unit. axis_u is made orthogonal to it; where that is
-// impossible another axis is taken. Fails, with light untouched, on numbers that are not finite, a
+// holds at its rim stands for them; otherwise all is lit there. Keep the box close to the casters, or call
+// mssm_light_fit: past casters nearer to their receivers than .2% of the box's depth along the light, the
+// moment bias lets light through (1%, and 15% at .05%). direction needs not be unit. axis_u is made orthogonal to it; where
+// that is impossible another axis is taken. Fails, with light untouched, on numbers that are not finite, a
 // zero direction or box_min > box_max.
 MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
                                             const float axis_u[3], float tan_half_u, float tan_half_v,
@@ -322,8 +324,9 @@ MSSM_API mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, i
 // open meshes. Fails with the map untouched.
 MSSM_API mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples);
 
-// Visibility of the light from a world-space point, in [0,1]. settings may be NULL. Points outside
-// the map, nearer than its near plane or not finite are lit.
+// Visibility of the light from a world-space point, in [0,1]. settings may be NULL. Points
+// nearer than the near plane, not finite, or so far outside the map that their kernel misses it are lit;
+// just outside what the rim holds goes on.
 MSSM_API float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
                                    const mssm_settings *settings, const float point[3]);
 
@@ -3438,7 +3441,7 @@ static const char mssm__glsl_math[] =
     "struct mssm_bounds { float lower, upper; };\n"
     "struct mssm_roots3 { float x[3]; int count; };\n"
     "\n"
-    "// ---- Moments and their storage ----\n"
+    "// ---- Moments and their storage ---- >>math\n"
     "\n"
     "mssm_moments4 mssm_moments4_of_depth(float z)\n"
     "{\n"
@@ -3594,7 +3597,7 @@ static const char mssm__glsl_math[] =
     "    return m;\n"
     "}\n"
     "\n"
-    "// ---- Bounds without the roots (docs/moments.md, \"Bounds\") ----\n"
+    "// ---- Bounds without the roots (docs/moments.md, \"Bounds\") ---- >>bounds\n"
     "//\n"
     "// Notation: u = depth - mean. D1, D2, D3 are the pivots of the moment matrix (squared norms of the\n"
     "// monic orthogonal polynomials p1 = u, p2 = (u - a1) p1 - D1, p3 = (u - a2) p2 - D2/D1 p1), u0 is\n"
@@ -3885,7 +3888,7 @@ static const char mssm__glsl_math[] =
     "    return mssm_split_depth(s, z, self_weight_min, self_weight_max);\n"
     "}\n"
     "\n"
-    "// ---- Roots and the full reconstruction ----\n"
+    "// ---- Roots and the full reconstruction ---- >>roots\n"
     "\n"
     "// One real root of a cubic and the quadratic x^2 + b x + c that is left of it.\n"
     "struct mssm_deflated {\n"
@@ -4169,7 +4172,7 @@ static const char mssm__glsl_math[] =
     "    return r;\n"
     "}\n"
     "\n"
-    "// ---- Stored moments: factorised in the Chebyshev basis, without decoding ----\n"
+    "// ---- Stored moments: factorised in the Chebyshev basis, without decoding ---- >>stored\n"
     "//\n"
     "// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2\n"
     "// make the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16.\n"
