@@ -649,17 +649,12 @@ MSSM_API const char *mssm_gl_shader(const mssm_gl *gl);
 MSSM_API unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
 #ifndef MSSM_NO_FILTERED
-// Filtered hard shadows have the same life cycle, and translucent casters where wanted. After a light's
-// mssm_gl_end_depth, before the next begin or the build:
-//
-//     mssm_gl_begin_translucent(gl);
-//     draw_smoke_from_far_to_near(light.world_to_shadow);
-//     mssm_gl_end_translucent(gl);
-//
-// Between the two the application blends into the moments of the light just drawn: its fragment shader
-// calls mssm_translucent (mssm_glsl_translucent). Blending is its own to set, for both targets:
-// glEnable(GL_BLEND); glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out what
-// lies behind opaque casters.
+// Filtered hard shadows have the same life cycle, and translucent casters where wanted: after a light's
+// mssm_gl_end_depth, before the next begin or the build. Between these the application blends them, from
+// far to near, into the moments of the light just drawn: its fragment shader calls mssm_translucent
+// (mssm_glsl_translucent). Blending is its own to set, for both targets: glEnable(GL_BLEND);
+// glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out what lies behind opaque
+// casters.
 MSSM_API mssm_result mssm_gl_begin_translucent(mssm_gl *gl);
 MSSM_API mssm_result mssm_gl_end_translucent(mssm_gl *gl);
 
@@ -5360,9 +5355,8 @@ struct mssm_gl {
     mssm__gl_light *lights;
     mssm_view *view;
     char *shader;
-    int filtered;       // and of such:
-    int radius, anisotropy;
-    int ready;          // light whose moments are in work, not built yet, or -1
+    int filtered, radius, anisotropy;
+    int ready;          // filtered: light whose moments are in work, not built yet, or -1
     int translucent;    // the pass under way is one of translucent casters
     unsigned work, rows, farthest, target, triangle;
 };
@@ -6040,28 +6034,24 @@ static int mssm__is_name(const char *name)
     return i > 0 && strncmp(name, "gl_", 3);
 }
 
-// Two texts of a shader that take the same unit, binding or name say so.
-static int mssm__print_taken(char *to, size_t size, const char *what, int number, const char *member)
-{
-    return snprintf(to, size,
-                    "#ifdef MSSM_%s_%d\n#error %s: %d of @ is that of another mssm_gl above\n#endif\n"
-                    "#define MSSM_%s_%d\n",
-                    what, number, member, number, what, number);
-}
-
+// Two texts of a shader that take the same name, binding or unit say so.
 static void mssm__print_collisions(const mssm_gl *gl, char *to, size_t size)
 {
-    const int unit = gl->desc.first_texture_unit, binding = gl->desc.first_buffer_binding;
+    const int binding = gl->desc.first_buffer_binding;
     int at = snprintf(to, size,
                       "#ifdef MSSM_NAME_@\n#error name: two mssm_gl declare @, one needs another mssm_gl_desc.name\n"
                       "#endif\n#define MSSM_NAME_@\n#ifdef LIGHTPROBE_BINDING\n#if LIGHTPROBE_BINDING == %d\n"
                       "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
                       "#endif\n#endif\n",
                       binding);
-    at += mssm__print_taken(to + at, size - (size_t)at, "BINDING", binding, "first_buffer_binding");
-    for (int i = 0; i < 3; i++) {
-        if (!mssm__has_texture(gl, i)) continue;
-        at += mssm__print_taken(to + at, size - (size_t)at, "UNIT", unit + i, "first_texture_unit");
+    for (int i = -1; i < 3; i++) {
+        const char *what = i < 0 ? "BINDING" : "UNIT", *member = i < 0 ? "buffer_binding" : "texture_unit";
+        const int number = i < 0 ? binding : gl->desc.first_texture_unit + i;
+        if (i >= 0 && !mssm__has_texture(gl, i)) continue;
+        at += snprintf(to + at, size - (size_t)at,
+                       "#ifdef MSSM_%s_%d\n#error first_%s: %d of @ is that of another mssm_gl above\n#endif\n"
+                       "#define MSSM_%s_%d\n",
+                       what, number, member, number, what, number);
     }
 }
 
@@ -6188,11 +6178,10 @@ static void mssm__delete_storage(mssm_gl *gl)
     }
     gl->views = 0;
 #ifndef MSSM_NO_FILTERED
+    const unsigned textures[3] = {gl->work, gl->rows, gl->farthest};  // or 0
     if (gl->target) f->DeleteFramebuffers(1, &gl->target);
     if (gl->triangle) f->DeleteVertexArrays(1, &gl->triangle);
-    if (gl->work) f->DeleteTextures(1, &gl->work);
-    if (gl->rows) f->DeleteTextures(1, &gl->rows);
-    if (gl->farthest) f->DeleteTextures(1, &gl->farthest);
+    if (gl->filtered) f->DeleteTextures(3, textures);
 #endif
     MSSM_FREE(gl->lights);
     MSSM_FREE(gl->view);
@@ -6225,22 +6214,18 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
                : MSSM_ERROR_GL;
 }
 
-static mssm_result mssm__create_table(mssm_gl *gl, int i)
+// A 2D array; integer textures are complete with these filters only.
+static unsigned mssm__create_array(const mssm_gl *gl, int levels, int side, int layers, mssm__glenum format,
+                                   const char *label)
 {
-    static const char *const names[] = {"mssm tables, moments 1 to 4",
-                                        "mssm tables, moments 5 and 6", "mssm least depths"};
-    const mssm__gl_functions *f = &gl->f;
-    f->CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &gl->table[i]);
-    if (!gl->table[i]) return MSSM_ERROR_GL;
-    // Least depths begin with half the side, and halve without rest.
-    const int levels = i < 2 ? gl->levels : gl->depth_levels, side = i < 2 ? gl->padded : 1 << (levels - 1);
-    f->TextureStorage3D(gl->table[i], levels, gl->format[i], side, side, gl->desc.lights);
-    // Integer textures are complete with these filters only.
-    f->TextureParameteri(gl->table[i], MSSM__GL_TEXTURE_MIN_FILTER,
-                         MSSM__GL_NEAREST_MIPMAP_NEAREST);
-    f->TextureParameteri(gl->table[i], MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
-    f->ObjectLabel(MSSM__GL_TEXTURE, gl->table[i], -1, names[i]);
-    return MSSM_OK;
+    unsigned texture = 0;
+    gl->f.CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &texture);
+    if (!texture) return 0;
+    gl->f.TextureStorage3D(texture, levels, format, side, side, layers);
+    gl->f.TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_NEAREST_MIPMAP_NEAREST);
+    gl->f.TextureParameteri(texture, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
+    gl->f.ObjectLabel(MSSM__GL_TEXTURE, texture, -1, label);
+    return texture;
 }
 
 static void mssm__set_sizes(mssm_gl *gl)
@@ -6255,6 +6240,8 @@ static void mssm__set_sizes(mssm_gl *gl)
 
 static mssm_result mssm__create_storage(mssm_gl *gl)
 {
+    static const char *const names[] = {"mssm tables, moments 1 to 4", "mssm tables, moments 5 and 6",
+                                        "mssm least depths"};
     const mssm__gl_functions *f = &gl->f;
     const size_t count = (size_t)gl->desc.lights;
     mssm__set_sizes(gl);
@@ -6276,9 +6263,13 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     memset(gl->view, 0, count * sizeof *gl->view);
     mssm_result r = MSSM_OK;
     for (int i = 0; i < (gl->filtered ? 1 : 2) && !r; i++) r = mssm__create_depth(gl, i);
-    if (!r) r = mssm__create_table(gl, 0);
-    if (!r && gl->desc.moments == 6) r = mssm__create_table(gl, 1);
-    if (!r && gl->format[2]) r = mssm__create_table(gl, 2);
+    for (int i = 0; i < 3 && !r; i++) {
+        if (!mssm__has_texture(gl, i)) continue;
+        // Least depths begin with half the side, and halve without rest.
+        const int levels = i < 2 ? gl->levels : gl->depth_levels, side = i < 2 ? gl->padded : 1 << (levels - 1);
+        gl->table[i] = mssm__create_array(gl, levels, side, gl->desc.lights, gl->format[i], names[i]);
+        if (!gl->table[i]) r = MSSM_ERROR_GL;
+    }
     f->CreateBuffers(1, &gl->views);
     if (!gl->views) r = MSSM_ERROR_GL;
     if (!r) {
@@ -7556,43 +7547,27 @@ static const char mssm__glsl_filtered_entry[] =
     "    return @_bounds(light, world_position, ddx, ddy).upper;\n"
     "}\n";
 
-static unsigned mssm__filtered_array(mssm_gl *gl, int levels, mssm__glenum format, int layers,
-                                     const char *label)
-{
-    unsigned texture = 0;
-    gl->f.CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &texture);
-    if (!texture) return 0;
-    gl->f.TextureStorage3D(texture, levels, format, gl->padded, gl->padded, layers);
-    gl->f.TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_NEAREST_MIPMAP_NEAREST);
-    gl->f.TextureParameteri(texture, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
-    gl->f.ObjectLabel(MSSM__GL_TEXTURE, texture, -1, label);
-    return texture;
-}
-
-// The maps are read trilinearly; beyond their edges the outermost texels go on.
-static void mssm__filtered_sampling(mssm_gl *gl, unsigned texture)
-{
-    const mssm__gl_functions *f = &gl->f;
-    f->TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_LINEAR_MIPMAP_LINEAR);
-    f->TextureParameteri(texture, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_LINEAR);
-    f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_EDGE);
-    f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_EDGE);
-}
-
 static mssm_result mssm__filtered_targets(mssm_gl *gl)
 {
-    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
-                                            MSSM__GL_COLOR_ATTACHMENT0 + 1};
+    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0, MSSM__GL_COLOR_ATTACHMENT0 + 1};
     const mssm__gl_functions *f = &gl->f;
-    gl->work = mssm__filtered_array(gl, gl->levels, MSSM__GL_RGBA32F, 2, "mssm moments");
-    gl->rows = mssm__filtered_array(gl, 1, MSSM__GL_RGBA32F, 2, "mssm blurred rows");
-    gl->farthest = mssm__filtered_array(gl, 1, MSSM__GL_DEPTH_COMPONENT32F, 1, "mssm depth, one sample");
+    // The maps are read trilinearly; beyond their edges the outermost texels go on.
+    static const mssm__glenum sampling[4][2] = {{MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_LINEAR_MIPMAP_LINEAR},
+                                                {MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_LINEAR},
+                                                {MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_EDGE},
+                                                {MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_EDGE}};
+    const int side = gl->padded;
+    gl->work = mssm__create_array(gl, gl->levels, side, 2, MSSM__GL_RGBA32F, "mssm moments");
+    gl->rows = mssm__create_array(gl, 1, side, 2, MSSM__GL_RGBA32F, "mssm blurred rows");
+    gl->farthest = mssm__create_array(gl, 1, side, 1, MSSM__GL_DEPTH_COMPONENT32F, "mssm depth, one sample");
     f->CreateFramebuffers(1, &gl->target);
     f->CreateVertexArrays(1, &gl->triangle);
     if (!gl->work || !gl->rows || !gl->farthest || !gl->target || !gl->triangle) return MSSM_ERROR_GL;
     f->ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->triangle, -1, "mssm triangle");
     for (int i = 0; i < 2; i++) {
-        if (gl->table[i]) mssm__filtered_sampling(gl, gl->table[i]);
+        for (int k = 0; k < 4 && gl->table[i]; k++) {
+            f->TextureParameteri(gl->table[i], sampling[k][0], (int)sampling[k][1]);
+        }
         f->NamedFramebufferTextureLayer(gl->target, buffers[i], gl->work, 0, i);
     }
     f->NamedFramebufferTextureLayer(gl->target, MSSM__GL_DEPTH_ATTACHMENT, gl->farthest, 0, 0);
