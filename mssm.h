@@ -2747,7 +2747,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);
         // Of what wider kernels left, none is left to the blockers of other layers, much further than this
         // kernel's, that block beside it. 1.3, not 1: where only those are seen, they stand for what they hide.
-        float left = (1.3f * s.counted - s.past) / (1.3f - s.past);
+        float left = part * (1.3f * s.counted - s.past) / (1.3f * part - s.past + 1e-6f);
         float more = lit * s.fresh;
         blocked += more + rest * left;
         lit += rest * (part - left) - more;
@@ -4738,7 +4738,7 @@ static const char mssm__glsl_shading[] =
     "        float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);\n"
     "        // Of what wider kernels left, none is left to the blockers of other layers, much further than this\n"
     "        // kernel's, that block beside it. 1.3, not 1: where only those are seen, they stand for what they hide.\n"
-    "        float left = (1.3f * s.counted - s.past) / (1.3f - s.past);\n"
+    "        float left = part * (1.3f * s.counted - s.past) / (1.3f * part - s.past + 1e-6f);\n"
     "        float more = lit * s.fresh;\n"
     "        blocked += more + rest * left;\n"
     "        lit += rest * (part - left) - more;\n"
@@ -6647,8 +6647,9 @@ static mssm_result mssm__check_units(mssm_gl *gl)
 {
     const int units = mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS);
     const int bindings = mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS);
-    return mssm__in_range(gl, "first_texture_unit", gl->desc.first_texture_unit, 0, units - (gl->format[2] ? 3 : 2)) &&
-                   mssm__in_range(gl, "first_buffer_binding", gl->desc.first_buffer_binding, 0, bindings - 1)
+    const int own = gl->format[2] ? 3 : 2;
+    return mssm__in_range(gl, "first_texture_unit", gl->desc.first_texture_unit, 0, units < own ? -1 : units - own) &&
+                   mssm__in_range(gl, "first_buffer_binding", gl->desc.first_buffer_binding, 0, bindings < 1 ? -1 : bindings - 1)
                ? MSSM_OK
                : MSSM_ERROR_ARGUMENT;
 }

@@ -3,6 +3,7 @@
 //     cc -O2 -I. examples/gl_deferred.c examples/common/*.c -lm -lpthread -ldl && ./a.out --orbit 8
 #include "common/gl_context.h"
 #include "common/gl_draw.h"
+#include "common/options.h"
 #include "common/probe.h"
 #include "../lightprobe.h"
 #include "../mssm.h"
@@ -124,10 +125,11 @@ int main(int argc, char **argv)
 {
     static renderer r;
     probe source, turned;
-    gl_context context;
+    gl_context context = {0};
     message why = {"usage: gl_deferred [--orbit FRAMES] [--out STEM]"};
     const char *stem = "deferred", *missing;
     int frames = 1;
+    if (options_help_asked(argc, argv, "gl_deferred [--orbit FRAMES] [--out STEM]: all lights of a turning probe; writes STEM-0000.png and on")) return 0;
     for (int i = 1; i + 1 < argc; i += 2) {
         if (!strcmp(argv[i], "--orbit")) frames = atoi(argv[i + 1]);
         if (!strcmp(argv[i], "--out")) stem = argv[i + 1];
@@ -146,5 +148,6 @@ int main(int argc, char **argv)
     if (!done) fprintf(stderr, "gl_deferred: %s\n", why.text);
     mssm_gl_destroy(r.shadows);
     lightprobe_gl_destroy(r.probe);
+    gl_context_destroy(&context);
     return done ? 0 : 1;
 }

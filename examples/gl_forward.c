@@ -6,6 +6,7 @@
 
 #include "common/gl_context.h"
 #include "common/gl_draw.h"
+#include "common/options.h"
 
 #include <stdio.h>
 
@@ -103,13 +104,15 @@ static bool draw(const char *file, message *why)
 
 int main(int argc, char **argv)
 {
-    gl_context context;
+    gl_context context = {0};
     const char *missing;
     message why = {"no memory"};
+    if (options_help_asked(argc, argv, "gl_forward [PICTURE.png]: a filtered sun and 16 soft lamps in one forward shader")) return 0;
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
                       draw(argc > 1 ? argv[1] : "forward.png", &why);
     if (!done) fprintf(stderr, "gl_forward: %s\n", why.text);
     mssm_gl_destroy(sun_maps);
     mssm_gl_destroy(lamp_maps);
+    gl_context_destroy(&context);
     return done ? 0 : 1;
 }

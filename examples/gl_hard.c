@@ -7,6 +7,7 @@
 
 #include "common/gl_context.h"
 #include "common/gl_draw.h"
+#include "common/options.h"
 #include "common/raytrace.h"
 #include "common/threads.h"
 
@@ -137,12 +138,15 @@ static bool run(const char *file, int radius, int moments, message *why)
 
 int main(int argc, char **argv)
 {
-    gl_context context;
+    gl_context context = {0};
     const char *missing;
     message why = {"cannot start"};
+    if (options_help_asked(argc, argv, "gl_hard [STEM [RADIUS [MOMENTS]]]: filtered hard shadows beside PCF and rays; writes STEM.png,\n"
+                             "STEM-pcf.png and STEM-truth.png. RADIUS of the Gaussian in texels (2), MOMENTS 4 or 6")) return 0;
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
                       run(argc > 1 ? argv[1] : "hard", argc > 2 ? atoi(argv[2]) : 2,
                           argc > 3 ? atoi(argv[3]) : 4, &why);
     if (!done) fprintf(stderr, "gl_hard: %s\n", why.text);
+    gl_context_destroy(&context);
     return done ? 0 : 1;
 }

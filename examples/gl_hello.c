@@ -5,6 +5,7 @@
 
 #include "common/gl_context.h"
 #include "common/gl_draw.h"
+#include "common/options.h"
 
 #include <stdio.h>
 
@@ -126,9 +127,10 @@ static bool run(const char *file, message *why)
 
 int main(int argc, char **argv)
 {
-    gl_context context;
+    gl_context context = {0};
     const char *missing;
     message why;
+    if (options_help_asked(argc, argv, "gl_hello [PICTURE.png]: one area light, one caster, one soft shadow")) return 0;
     if (!gl_context_create(&context, &missing))
         return fprintf(stderr, "gl_hello: %s\n", missing), 1;
     const bool done = run(argc > 1 ? argv[1] : "hello.png", &why);

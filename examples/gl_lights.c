@@ -4,6 +4,7 @@
 #include "common/gl_context.h"
 #include "common/gl_range.h"
 #include "common/gl_sampled.h"
+#include "common/options.h"
 
 #include <stdio.h>
 
@@ -138,12 +139,14 @@ static bool run(const char *file, message *why)
 
 int main(int argc, char **argv)
 {
-    gl_context context;
+    gl_context context = {0};
     const char *missing;
     message why = {"no memory"};
+    if (options_help_asked(argc, argv, "gl_lights [PICTURE.png]: every kind of light, the last beside its truth")) return 0;
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
                       run(argc > 1 ? argv[1] : "lights.png", &why);
     if (!done) fprintf(stderr, "gl_lights: %s\n", why.text);
     mssm_gl_destroy(shadows);
+    gl_context_destroy(&context);
     return done ? 0 : 1;
 }

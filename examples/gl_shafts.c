@@ -4,6 +4,7 @@
 // writes shafts.png, shafts.png-marched.png (in equal time) and shafts.png-truth.png.
 #include "common/gl_context.h"
 #include "common/gl_shafts.h"
+#include "common/options.h"
 #include "common/shafts.h"
 
 #include <stdio.h>
@@ -137,9 +138,10 @@ static bool run(const char *file, message *why)
 
 int main(int argc, char **argv)
 {
-    gl_context context;
+    gl_context context = {0};
     const char *missing;
     message why = {"cannot start"};
+    if (options_help_asked(argc, argv, "gl_shafts [PICTURE.png]: light shafts; writes also PICTURE.png-marched.png and -truth.png")) return 0;
     if (!gl_context_create(&context, &missing)) return fprintf(stderr, "%s\n", missing), 1;
     const bool done = run(argc > 1 ? argv[1] : "shafts.png", &why);
     if (!done) fprintf(stderr, "gl_shafts: %s\n", why.text);

@@ -5,6 +5,7 @@
 // A second argument is the number of moments of the first: 4 (64 bits a texel) or 6 (96).
 #include "common/gl_context.h"
 #include "common/gl_smoke_plume.h"
+#include "common/options.h"
 #include "mssm.h"
 
 #include <stdio.h>
@@ -140,11 +141,14 @@ static bool run(const char *file, int moments, message *why)
 
 int main(int argc, char **argv)
 {
-    gl_context context;
+    gl_context context = {0};
     const char *missing;
     message why = {"no memory"};
+    if (options_help_asked(argc, argv, "gl_smoke [STEM [MOMENTS]]: smoke and its shadows beside rays; writes STEM.png, STEM-soft.png and\n"
+                             "their -truth.png. MOMENTS 4 or 6")) return 0;
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
                       run(argc > 1 ? argv[1] : "smoke", argc > 2 ? atoi(argv[2]) : 6, &why);
     if (!done) fprintf(stderr, "gl_smoke: %s\n", why.text);
+    gl_context_destroy(&context);
     return done ? 0 : 1;
 }

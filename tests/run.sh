@@ -15,7 +15,7 @@ MAKE=${MAKE:-make}
 all=$([ "${1-}" = all ] && echo 1)
 passed=0 failed=0 skipped=0 only= no_egl=
 log=$(mktemp) || exit 1
-trap 'rm -f "$log" "$log.run" "$log.failed"' EXIT
+trap 'rm -f "$log" "$log".*' EXIT
 : >"$log.failed"
 
 # section NAME COMMAND...: shows what the command prints and adds its counts: its last line
@@ -125,9 +125,38 @@ claims()
     fi
 }
 
+# Minutes under valgrind, for rivals and for code that other tests run too; the sanitizers see them.
+valgrind_suite()
+{
+    only="-GL|hostile driver|compared methods|irradiance of 32 lights"
+    suite release env TEST_SCALE=200 \
+        valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
+}
+
+# What needs one core and takes minutes, run beside the sections before it. later NAME is its section.
+beside()
+{
+    for part in fuzz coverage valgrind; do
+        case $part in
+            fuzz) sh tests/fuzz.sh short ;;
+            coverage) sh tests/coverage.sh ;;
+            valgrind) ! command -v valgrind || valgrind_suite ;;
+        esac >"$log.$part" 2>&1
+        echo $? >"$log.$part.status"
+    done
+}
+
+later()
+{
+    wait
+    cat "$log.$1"
+    return "$(cat "$log.$1.status")"
+}
+
 # What a release must pass besides.
 more()
 {
+    beside &
     grep -q '^    skipped: .*libEGL' "$log" && no_egl=1 # these skips are seen already
     [ -n "$no_egl" ] || section "tests, release, EGL hidden" without_egl release
     section "promises" promises
@@ -162,17 +191,13 @@ more()
     fi
     only=
     if command -v valgrind >/dev/null; then
-        # Minutes under valgrind, for rivals and for code that other tests run too; the sanitizers see them.
-        only="-GL|hostile driver|compared methods|irradiance of 32 lights"
-        section "tests, valgrind" suite release env TEST_SCALE=200 \
-            valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
+        section "tests, valgrind" later valgrind
     else
         echo "skip  valgrind: apt-get install valgrind" && skipped=$((skipped + 1))
     fi
-
-    section "fuzz, short" sh tests/fuzz.sh short
+    section "fuzz, short" later fuzz
     if command -v gcov >/dev/null && gcc --version >/dev/null 2>&1; then
-        section "coverage" sh tests/coverage.sh
+        section "coverage" later coverage
     else
         echo "skip  coverage: apt-get install gcc" && skipped=$((skipped + 1))
     fi

@@ -225,7 +225,8 @@ static void compare(subject *s, const char *what)
     const double all =
         (double)a->stats.total[0] + (double)a->stats.total[1] + (double)a->stats.total[2] + 1e-30;
     CHECK(apart(a->stats.total, b->stats.total, all) < 1e-6, "%s: total", what);
-    CHECK(apart(a->stats.residual, b->stats.residual, all) < 1e-6, "%s: residual", what);
+    // Where decisions may differ, so may what is left to the residual.
+    CHECK(apart(a->stats.residual, b->stats.residual, all) < (s->alike ? 1e-6 : 0.01), "%s: residual", what);
     for (int i = 0; i < 9 && rounds_alike(); i++)
         CHECK(apart(a->stats.residual_sh[i], b->stats.residual_sh[i], all) < 1e-6,
               "%s: harmonic %d", what, i);

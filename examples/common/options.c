@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -151,4 +152,12 @@ bool options_parse_some(options *o, const char *names, int argc, char **argv, me
         }
     }
     return true;
+}
+
+bool options_help_asked(int argc, char **argv, const char *usage)
+{
+    for (int i = 1; i < argc; i++) {
+        if (!strcmp(argv[i], "--help") || !strcmp(argv[i], "-h")) return printf("usage: %s\n", usage) > 0;
+    }
+    return false;
 }

@@ -30,4 +30,7 @@ bool options_parse(options *o, int argc, char **argv, message *why);
 // For a program that takes some of the same options, their names in one string, and has defaults in *o.
 bool options_parse_some(options *o, const char *names, int argc, char **argv, message *why);
 
+// For programs with few arguments: whether one is --help or -h, which prints the usage.
+bool options_help_asked(int argc, char **argv, const char *usage);
+
 #endif
