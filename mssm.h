@@ -6921,6 +6921,7 @@ static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int a
 {
     const int side = gl->desc.side;
     char line[120];
+    if (all < 0) all = 0;  // a driver that lies
     if (!mssm__in_range(gl, names[0], at, 0, all - 1) ||
         !mssm__in_range(gl, names[1], size ? size : all - at, 1, all - at)) {
         return 0;
@@ -6957,7 +6958,7 @@ static int mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s)
     }
     const int flat = target == MSSM__GL_TEXTURE_2D || target == MSSM__GL_TEXTURE_2D_MULTISAMPLE;
     s->each = multisampled && answers[SAMPLES] > 0 ? answers[SAMPLES] : 1;
-    if (!mssm__in_range(gl, "mssm_gl_depth: layer", s->is.layer, 0, cube ? 5 : flat ? 0 : answers[DEPTH] - 1)) {
+    if (!mssm__in_range(gl, "mssm_gl_depth: layer", s->is.layer, 0, cube ? 5 : flat ? 0 : answers[DEPTH] - (answers[DEPTH] > 0))) {
         return 0;
     }
     s->across = mssm__check_axis(gl, names[0], s->is.x, s->is.width, answers[WIDTH]);
