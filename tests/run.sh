@@ -33,7 +33,7 @@ section()
     else # failures and skips with their notes: programs write them above, scripts below by five blanks
         awk '/^ok / { note = ""; below = 0; next }
              /^     / && below { print; next }
-             /^(FAIL|skip) |error|warning|\*\*\*/ { printf "%s%s\n", note, $0; note = ""; below = 1; next }
+             /^(FAIL|skip) |: (fatal )?error: |: warning: |runtime error|\*\*\*/ { printf "%s%s\n", note, $0; note = ""; below = 1; next }
              { note = note $0 "\n" }' "$log"
     fi
     counts=$(sed -n 's/^\([0-9]*\) passed, \([0-9]*\) failed, \([0-9]*\) skipped$/\1 \2 \3/p' "$log" |
