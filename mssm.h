@@ -309,8 +309,8 @@ typedef struct mssm_settings {  // zero means default everywhere
 
 typedef struct mssm_map mssm_map;
 
-// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * (moments * 4 + 1), the 1 for
-// least depths, and a third more for the coarser levels. 0 if the arguments are out of range.
+// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * (moments * 4 + 2), the 2 for
+// least and greatest depths, and a third more for the coarser levels. 0 if the arguments are out of range.
 MSSM_API size_t mssm_map_bytes(int side, int moments);
 
 // Lays out a map in memory (any alignment; must not be moved while in use). The map starts empty:
@@ -480,8 +480,9 @@ MSSM_API const char *mssm_glsl_math(void);
 // float x, float y, float half_x, float half_y), which is yours to define: the Chebyshev moments
 // that a rectangle of the map holds. A macro MSSM_SEARCH may name a cheaper one for the search, and
 // MSSM_LEAST_DEPTH a float f(int map, float x, float y, float half_size): the least depth within
-// half_size texels, which proves receivers lit and lets near planes and far casters do no harm: to be
-// defined right before the text, which forgets them. A type of map other than int is MSSM_MAP's.
+// half_size texels, which proves receivers lit and lets near planes and far casters do no harm;
+// MSSM_GREATEST_DEPTH likewise the greatest, which proves them dark: to be defined right before the text,
+// which forgets them. A type of map other than int is MSSM_MAP's.
 MSSM_API const char *mssm_glsl_shading(void);
 
 #if !(defined MSSM_STATIC && defined MSSM_NO_GL)  // a static function must be defined
@@ -642,7 +643,7 @@ MSSM_API const char *mssm_gl_shader(const mssm_gl *gl);
 
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
 // levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments; 2:
-// least depths from half the side down (R32F). Filtered: 0 and 1 the maps (RGBA16, RG16); 3: the encoded
+// least depths, and the least of -depth, from half the side down (RG32F). Filtered: 0 and 1 the maps (RGBA16, RG16); 3: the encoded
 // moments of the light just drawn, before the Gaussian until it is built and after it from then on: an
 // array of two layers (RGBA32F), moments 1 to 3 and 4 to 6. Before
 // reading them back: glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
@@ -1923,9 +1924,9 @@ struct mssm_map {
     int averaged;  // made of front and back faces
     int size[MSSM__LEVELS];
     uint32_t *table[MSSM__LEVELS];
-    int depths;  // levels of least depth: level l has that of 2^(l + 1) x 2^(l + 1) texels
+    int depths;  // levels of least depths: level l has those of 2^(l + 1) x 2^(l + 1) texels
     int size_of_depths[MSSM__DEPTHS];
-    float *depth[MSSM__DEPTHS];
+    float (*depth[MSSM__DEPTHS])[2];  // the least depth, and the least of -depth
 };
 
 // Levels of least depth, from half the side down to 1, and in *words the texels of all.
@@ -1960,7 +1961,7 @@ size_t mssm_map_bytes(int side, int moments)
     uint64_t words, depths;
     if (!mssm__layout(side, moments, &words)) return 0;
     mssm__layout_depths(side, &depths);
-    uint64_t bytes = words * sizeof(uint32_t) + depths * sizeof(float) + sizeof(mssm_map) + 63;
+    uint64_t bytes = words * sizeof(uint32_t) + 2 * depths * sizeof(float) + sizeof(mssm_map) + 63;
     return bytes <= SIZE_MAX ? (size_t)bytes : 0;
 }
 
@@ -2084,23 +2085,27 @@ static void mssm__fill_level(mssm_map *map, int level, const float *front, const
     }
 }
 
-// Least depths of all levels, or without a map 1.
+// Least depths and greatest ones of all levels, or without a map 1.
 static void mssm__fill_depths(mssm_map *map, const float *front, const float *back, int samples)
 {
     for (int level = 0, size = (map->side + 1) / 2; level < map->depths; level++, size = (size + 1) / 2) {
-        for (size_t i = 0; i < (size_t)size * (size_t)size; i++) map->depth[level][i] = 1;
-        const float *from = level ? map->depth[level - 1] : front;
+        for (size_t i = 0; i < (size_t)size * (size_t)size; i++) {
+            map->depth[level][i][0] = 1;
+            map->depth[level][i][1] = front ? 1.0f : -1.0f;
+        }
         const int finer = level ? map->size_of_depths[level - 1] : map->side, each = level ? 1 : samples;
         map->size_of_depths[level] = size;
         if (!front) continue;
         for (int y = 0; y < finer; y++) {
-            float *row = map->depth[level] + (size_t)(y / 2) * (size_t)size;
+            float(*row)[2] = map->depth[level] + (size_t)(y / 2) * (size_t)size;
             const size_t first = (size_t)y * (size_t)finer * (size_t)each;
             for (int i = 0; i < finer * each; i++) {
-                float z = mssm__depth(from[first + (size_t)i]);
-                if (back && !level) z = 0.5f * (z + mssm__depth(back[first + (size_t)i]));
-                float *least = &row[i / each / 2];
-                *least = mssm_min(z, *least);
+                const size_t at = first + (size_t)i;
+                float z = level ? 0 : mssm__depth(front[at]);
+                if (back && !level) z = 0.5f * (z + mssm__depth(back[at]));
+                float *least = row[i / each / 2];
+                least[0] = mssm_min(level ? map->depth[level - 1][at][0] : z, least[0]);
+                least[1] = mssm_min(level ? map->depth[level - 1][at][1] : -z, least[1]);
             }
         }
     }
@@ -2135,7 +2140,7 @@ mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, 
         table += (size_t)(size + 1) * (size_t)(size + 1) * (size_t)moments;
     }
     m->depths = mssm__layout_depths(side, &words);
-    float *depth = (float *)(void *)table;
+    float(*depth)[2] = (float(*)[2])(void *)table;
     for (int level = 0, size = (side + 1) / 2; level < m->depths; level++, size = (size + 1) / 2) {
         m->depth[level] = depth;
         depth += (size_t)size * (size_t)size;
@@ -2306,8 +2311,9 @@ static mssm_moments6 mssm__query_texels(const mssm_map *map, int moments, float 
     return t;
 }
 
-// Least depth of all texels within half_size texels of (x, y), and of some around: at most nine reads.
-static float mssm__least_depth(const mssm_map *map, float x, float y, float half_size)
+// Least depth, or least of -depth, of all texels within half_size texels of (x, y), and of some around:
+// at most nine reads.
+static float mssm__least(const mssm_map *map, float x, float y, float half_size, int which)
 {
     const int level = mssm_depth_level(half_size, map->depths), size = map->size_of_depths[level];
     const float scale = 0.5f / (float)(1 << level);
@@ -2316,8 +2322,8 @@ static float mssm__least_depth(const mssm_map *map, float x, float y, float half
     const int first = (int)sx.low, last = (int)sx.high, top = (int)sy.high;
     float least = 1.0f;
     for (int j = (int)sy.low; j <= top; j++) {
-        const float *row = map->depth[level] + (size_t)j * (size_t)size;
-        for (int i = first; i <= last; i++) least = mssm_min(row[i], least);
+        const float *row = &map->depth[level][(size_t)j * (size_t)size][which];
+        for (int i = first; i <= last; i++) least = mssm_min(row[2 * i], least);
     }
     return least;
 }
@@ -2327,7 +2333,8 @@ static float mssm__least_depth(const mssm_map *map, float x, float y, float half
 // Shared with GLSL, where a map is the number of a light, in a type of its mssm_gl's own.
 #define MSSM_MAP const mssm_map *
 #define MSSM_SEARCH mssm__query_texels
-#define MSSM_LEAST_DEPTH mssm__least_depth
+#define MSSM_LEAST_DEPTH(map, x, y, half_size) mssm__least(map, x, y, half_size, 0)
+#define MSSM_GREATEST_DEPTH(map, x, y, half_size) (-mssm__least(map, x, y, half_size, 1))
 #define MSSM_CALLED static  // shared, but called, not inlined: the bulk of the code
 
 // [glsl begin shading]
@@ -2511,29 +2518,6 @@ MSSM_CALLED mssm_points4 mssm_layers(struct mssm_options o, int moments, mssm_mo
     return q;
 }
 
-// [glsl end]
-// [glsl begin estimate]
-// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0
-// where nothing can block: from the least depth in the cone of the light up to the near plane, and
-// then in the cone up to there, as long as that helps.
-MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receiver r)
-{
-    float kernel = mssm_max(v.kernel_u, v.kernel_v);
-    float d = r.d_max;
-    float before;
-    int i = 0;
-    do {
-        float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));
-        if (z >= r.z_test) return 0.0f;
-        before = d;
-        d = mssm_min(mssm_spread_to(v, r, z), d);
-        i = i + 1;
-    } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);
-    return d;
-}
-// [glsl end]
-
-// [glsl begin shading]
 // What a depth blocks: nothing behind the receiver, and only a part of what may be its own surface.
 MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
 {
@@ -2555,8 +2539,46 @@ MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
     return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);
 }
 
+// Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.
+MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_receiver r, float d, float z)
+{
+    float w = mssm_blocked(r, z, 1.0f);
+    if (r.plane == 1) w = w * mssm_off_plane(mssm_spread_to(v, r, z), mssm_plane_reach(v, r, d));
+    return w < 1.0f ? 0 : 1;
+}
+
 // [glsl end]
 // [glsl begin estimate]
+// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0
+// where nothing can block: from the least depth in the cone of the light up to the near plane, and
+// then in the cone up to there, as long as that helps.
+MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receiver r)
+{
+    float kernel = mssm_max(v.kernel_u, v.kernel_v);
+    float d = r.d_max;
+    float before;
+    int i = 0;
+    do {
+        float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));
+        if (z >= r.z_test) return 0.0f;
+        before = d;
+        d = mssm_min(mssm_spread_to(v, r, z), d);
+        i = i + 1;
+    } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);
+    return d;
+}
+
+// Whether all that the cone holds up to distance d hides the receiver: above it first, then in all of it.
+// Beyond the map nothing does. Asked where moments leave less than half of the light, as their bias does in
+// a long range of depth.
+MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_receiver r, float d)
+{
+    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
+    if (mssm_hides(v, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, 0.0f)) == 0) return 0;
+    float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);
+    return mssm_hides(v, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));
+}
+
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
 // the receiver's own surface does no harm. Only where to look first depends on it, so that four
 // moments do, and the rectangle may be rounded to what is cheap to read.
@@ -2758,7 +2780,9 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         k.d = k.inner;
         i = i + 1;
     } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);
-    return 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);
+    float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);
+    if (visible > o.tolerance && visible < 0.5f && mssm_hidden(map, v, r, reach) == 1) return 0.0f;
+    return visible;
 }
 
 // Bounds and blockers in the kernel at distance d.
@@ -2778,7 +2802,9 @@ MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o, 
     struct mssm_split s = mssm_split_at(map, v, o, r, reach);
     float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);
     s = mssm_split_at(map, v, o, r, mssm_min(mssm_spread_to(v, r, depth), reach));
-    return mssm_split_bounds(s).upper;
+    float visible = mssm_split_bounds(s).upper;
+    if (visible > o.tolerance && visible < 0.5f && mssm_hidden(map, v, r, reach) == 1) return 0.0f;
+    return visible;
 }
 
 MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, struct mssm_options o,
@@ -3140,7 +3166,7 @@ mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded)
         if (encoded[(size_t)i * (size_t)moments] >= MSSM__EMPTY) continue;
         for (int level = 0; level < map->depths; level++) {
             const int size = map->size_of_depths[level], x = (i % side) >> (level + 1);
-            map->depth[level][(size_t)((i / side) >> (level + 1)) * (size_t)size + (size_t)x] = -1;
+            map->depth[level][(size_t)((i / side) >> (level + 1)) * (size_t)size + (size_t)x][0] = -1;
         }
     }
     map->averaged = 0;
@@ -4508,6 +4534,14 @@ static const char mssm__glsl_shading[] =
     "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "}\n"
     "\n"
+    "// Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.\n"
+    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_receiver r, float d, float z)\n"
+    "{\n"
+    "    float w = mssm_blocked(r, z, 1.0f);\n"
+    "    if (r.plane == 1) w = w * mssm_off_plane(mssm_spread_to(v, r, z), mssm_plane_reach(v, r, d));\n"
+    "    return w < 1.0f ? 0 : 1;\n"
+    "}\n"
+    "\n"
     "// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider one\n"
     "// does, in part for those down to inner, where the next begins, and the last for all that are nearer.\n"
     "struct mssm_nested {\n"
@@ -4649,6 +4683,9 @@ static const char mssm__glsl_shading[] =
     "#ifndef MSSM_LEAST_DEPTH\n"
     "#define MSSM_LEAST_DEPTH(map, x, y, half_size) (-1.0)\n"
     "#endif\n"
+    "#ifndef MSSM_GREATEST_DEPTH\n"
+    "#define MSSM_GREATEST_DEPTH(map, x, y, half_size) 1.0\n"
+    "#endif\n"
     "#ifndef MSSM_SEARCH\n"
     "#define MSSM_SEARCH mssm_query\n"
     "#endif\n"
@@ -4679,6 +4716,17 @@ static const char mssm__glsl_shading[] =
     "        i = i + 1;\n"
     "    } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);\n"
     "    return d;\n"
+    "}\n"
+    "\n"
+    "// Whether all that the cone holds up to distance d hides the receiver: above it first, then in all of it.\n"
+    "// Beyond the map nothing does. Asked where moments leave less than half of the light, as their bias does in\n"
+    "// a long range of depth.\n"
+    "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_receiver r, float d)\n"
+    "{\n"
+    "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
+    "    if (mssm_hides(v, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, 0.0f)) == 0) return 0;\n"
+    "    float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);\n"
+    "    return mssm_hides(v, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));\n"
     "}\n"
     "\n"
     "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
@@ -4749,7 +4797,9 @@ static const char mssm__glsl_shading[] =
     "        k.d = k.inner;\n"
     "        i = i + 1;\n"
     "    } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);\n"
-    "    return 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);\n"
+    "    float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);\n"
+    "    if (visible > o.tolerance && visible < 0.5f && mssm_hidden(map, v, r, reach) == 1) return 0.0f;\n"
+    "    return visible;\n"
     "}\n"
     "\n"
     "// Bounds and blockers in the kernel at distance d.\n"
@@ -4769,7 +4819,9 @@ static const char mssm__glsl_shading[] =
     "    mssm_split s = mssm_split_at(map, v, o, r, reach);\n"
     "    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);\n"
     "    s = mssm_split_at(map, v, o, r, mssm_min(mssm_spread_to(v, r, depth), reach));\n"
-    "    return mssm_split_bounds(s).upper;\n"
+    "    float visible = mssm_split_bounds(s).upper;\n"
+    "    if (visible > o.tolerance && visible < 0.5f && mssm_hidden(map, v, r, reach) == 1) return 0.0f;\n"
+    "    return visible;\n"
     "}\n"
     "\n"
     "MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, mssm_options o,\n"
@@ -4782,6 +4834,7 @@ static const char mssm__glsl_shading[] =
     // [glsl text end]
     MSSM__GLSL_FORGET
     "#undef MSSM_LEAST_DEPTH\n"
+    "#undef MSSM_GREATEST_DEPTH\n"
     "#undef MSSM_SEARCH\n"
     "#undef MSSM_MAP\n"
     "#endif\n";
@@ -5256,7 +5309,7 @@ enum {
     MSSM__GL_SAMPLER_BINDING = 0x8919,
     MSSM__GL_RGBA32I = 0x8D82,
     MSSM__GL_RG32I = 0x823B,
-    MSSM__GL_R32F = 0x822E,
+    MSSM__GL_RG32F = 0x8230,
     MSSM__GL_IMAGE_BINDING_NAME = 0x8F3A,
     MSSM__GL_IMAGE_BINDING_LEVEL = 0x8F3B,
     MSSM__GL_IMAGE_BINDING_LAYERED = 0x8F3C,
@@ -5445,12 +5498,12 @@ static const char mssm__glsl_resolve[] =
     "#if MSSM_MOMENTS == 6\n"
     "layout(binding = 1, rg32i) writeonly uniform iimage2DArray table1;\n"
     "#endif\n"
-    "layout(binding = 2, r32f) writeonly uniform image2DArray depths;\n"
+    "layout(binding = 2, rg32f) writeonly uniform image2DArray depths;\n"
     "layout(location = 1) uniform int samples;\n"
     "#ifndef MSSM_FETCH\n"
     "layout(location = 2) uniform int layer;\n"
     "#endif\n"
-    "shared float nearest[64];\n"
+    "shared vec2 nearest[64];\n"
     "ivec4 to_integer(vec4 t)\n"
     "{\n"
     "    float one = float(MSSM_SCALE);\n"
@@ -5461,7 +5514,7 @@ static const char mssm__glsl_resolve[] =
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
     "    bool inside = all(lessThan(p, ivec2(MSSM_SIDE)));\n"
-    "    float least = 1.0;\n"
+    "    vec2 least = vec2(1.0);\n"
     "    precise vec4 sum = vec4(0.0);\n"
     "    precise vec4 more = vec4(0.0);\n"
     "    int s = 0;\n"
@@ -5470,7 +5523,7 @@ static const char mssm__glsl_resolve[] =
     "#ifdef MSSM_AVERAGE\n"
     "        if (inside) z = 0.5 * (z + MSSM_DEPTH(back, 1, p, s));\n"
     "#endif\n"
-    "        least = min(z, least);\n"
+    "        if (inside) least = min(vec2(z, -z), least);\n"
     "        mssm_moments6 t = mssm_chebyshev(z);\n"
     "        sum += vec4(t.b[0], t.b[1], t.b[2], t.b[3]);\n"
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
@@ -5487,19 +5540,19 @@ static const char mssm__glsl_resolve[] =
     "    barrier();\n"
     "    if (i >= 32 || (i & 1) == 1) return;\n"
     "    least = min(min(nearest[i], nearest[i + 1]), min(nearest[i + 32], nearest[i + 33]));\n"
-    "    imageStore(depths, ivec3(p / 2, MSSM_LAYER), vec4(least));\n"  // beyond the image nothing is stored
+    "    imageStore(depths, ivec3(p / 2, MSSM_LAYER), least.xyxy);\n"  // beyond the image nothing is stored
     "}\n";
 
 // Least depths of three levels from the one below: a work group's 8 x 8, 4 x 4 and 2 x 2 texels.
 static const char mssm__glsl_least[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
-    "layout(binding = 0, r32f) readonly uniform image2DArray finer;\n"
-    "layout(binding = 1, r32f) writeonly uniform image2DArray half_size;\n"
-    "layout(binding = 2, r32f) writeonly uniform image2DArray quarter;\n"
-    "layout(binding = 3, r32f) writeonly uniform image2DArray eighth;\n"
+    "layout(binding = 0, rg32f) readonly uniform image2DArray finer;\n"
+    "layout(binding = 1, rg32f) writeonly uniform image2DArray half_size;\n"
+    "layout(binding = 2, rg32f) writeonly uniform image2DArray quarter;\n"
+    "layout(binding = 3, rg32f) writeonly uniform image2DArray eighth;\n"
     "layout(location = 0) uniform int layers[MSSM_BATCH];\n"
-    "shared float nearest[64];\n"
-    "float least_of(int i, int step)\n"
+    "shared vec2 nearest[64];\n"
+    "vec2 least_of(int i, int step)\n"
     "{\n"
     "    memoryBarrierShared();\n"
     "    barrier();\n"
@@ -5511,19 +5564,19 @@ static const char mssm__glsl_least[] =
     "    ivec3 p = ivec3(gl_GlobalInvocationID.xy, layers[gl_WorkGroupID.z]);\n"
     "    ivec3 q = ivec3(2 * p.xy, p.z);\n"
     "    int i = int(gl_LocalInvocationIndex);\n"
-    "    float least = min(min(imageLoad(finer, q).x, imageLoad(finer, q + ivec3(1, 0, 0)).x),\n"
-    "                      min(imageLoad(finer, q + ivec3(0, 1, 0)).x, imageLoad(finer, q + ivec3(1, 1, 0)).x));\n"
-    "    imageStore(half_size, p, vec4(least));\n"
+    "    vec2 least = min(min(imageLoad(finer, q).xy, imageLoad(finer, q + ivec3(1, 0, 0)).xy),\n"
+    "                      min(imageLoad(finer, q + ivec3(0, 1, 0)).xy, imageLoad(finer, q + ivec3(1, 1, 0)).xy));\n"
+    "    imageStore(half_size, p, least.xyxy);\n"
     "    nearest[i] = least;\n"
     "    least = least_of(i, 1);\n"
     "    memoryBarrierShared();\n"
     "    barrier();\n"
     "    if (all(equal(p.xy & 1, ivec2(0)))) {\n"
-    "        imageStore(quarter, ivec3(p.xy / 2, p.z), vec4(least));\n"
+    "        imageStore(quarter, ivec3(p.xy / 2, p.z), least.xyxy);\n"
     "        nearest[i] = least;\n"
     "    }\n"
     "    least = least_of(min(i, 36), 2);\n"
-    "    if (all(equal(p.xy & 3, ivec2(0)))) imageStore(eighth, ivec3(p.xy / 4, p.z), vec4(least));\n"
+    "    if (all(equal(p.xy & 3, ivec2(0)))) imageStore(eighth, ivec3(p.xy / 4, p.z), least.xyxy);\n"
     "}\n";
 
 // What the table passes share: the level in hand, and the lights of a batch. Channels 5 and 6 are
@@ -5668,10 +5721,11 @@ static const char mssm__glsl_columns[] =
 static const char mssm__glsl_search[] =
     "struct $map { int light; };\n"
     "mssm_moments6 mssm_query_texels($map map, int moments, float x, float y, float half_x, float half_y);\n"
-    "float mssm_least_depth($map map, float x, float y, float half_size);\n"
+    "float mssm_least($map map, float x, float y, float half_size, int which);\n"
     "#define MSSM_MAP $map\n"
     "#define MSSM_SEARCH mssm_query_texels\n"
-    "#define MSSM_LEAST_DEPTH mssm_least_depth\n";
+    "#define MSSM_LEAST_DEPTH(map, x, y, half_size) mssm_least(map, x, y, half_size, 0)\n"
+    "#define MSSM_GREATEST_DEPTH(map, x, y, half_size) (-mssm_least(map, x, y, half_size, 1))\n";
 
 // Nine rectangles of whole texels with their weights, as mssm__add_strips does. A row of entries starts
 // the differences of the next: the first takes no floats.
@@ -5822,7 +5876,7 @@ static const char mssm__glsl_texels[] =
     "    t.b[5] = 0.0;\n"
     "    return t;\n"
     "}\n"
-    "float mssm_least_depth($map map, float x, float y, float half_size)\n"
+    "float mssm_least($map map, float x, float y, float half_size, int which)\n"
     "{\n"
     "    int level = mssm_depth_level(half_size, max(findMSB($side - 1) + 1, 1));\n"
     "    float size = float(($side + (2 << level) - 1) >> (level + 1));\n"
@@ -5835,7 +5889,7 @@ static const char mssm__glsl_texels[] =
     "    for (int i = 0; i < 3; i++) {\n"
     "        for (int j = 0; j < 3; j++) {\n"
     "            ivec3 at = ivec3(x3[j], y3[i], map.light);\n"
-    "            least = min(texelFetch($depths, at, level).x, least);\n"
+    "            least = min(texelFetch($depths, at, level)[which], least);\n"
     "        }\n"
     "    }\n"
     "    return least;\n"
@@ -6422,7 +6476,7 @@ static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linea
     const unsigned side = padded > all ? padded : all;
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
     if (gl->table[2]) {
-        f->BindImageTexture(2, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_R32F);
+        f->BindImageTexture(2, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RG32F);
     }
     f->ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->z_near, light->z_far, 0);
     f->ProgramUniform1i(program, 1, samples);
@@ -6580,7 +6634,7 @@ static void mssm__build_depths(mssm_gl *gl, int count)
         for (int i = 0; i < 4; i++) {
             const int at = level + i < gl->depth_levels ? level + i : level;
             f->BindImageTexture((unsigned)i, at > level || !i ? gl->table[2] : 0, at, 1, 0,
-                                MSSM__GL_READ_WRITE, MSSM__GL_R32F);
+                                MSSM__GL_READ_WRITE, MSSM__GL_RG32F);
         }
         f->DispatchCompute((size + 7) / 8, (size + 7) / 8, (unsigned)count);
         (f->MemoryBarrier)(MSSM__GL_BARRIERS);
@@ -6670,7 +6724,7 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     g->drawing = -1;
     g->format[0] = MSSM__GL_RGBA32I;
     g->format[1] = MSSM__GL_RG32I;
-    g->format[2] = MSSM__GL_R32F;
+    g->format[2] = MSSM__GL_RG32F;
     mssm_result r = mssm__check_desc(g);
     if (!r) r = mssm__load(g);
     if (r) {
@@ -6703,7 +6757,7 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
     uint64_t texels = 0, targets = 8 * side * side * (uint64_t)g.desc.samples;
     for (int i = 0; i < g.levels; i++) texels += (uint64_t)(g.padded >> i) * (uint64_t)(g.padded >> i);
     light += (g.filtered ? texel / 2 : texel) * texels;
-    for (int i = 0; i < g.depth_levels && !g.filtered; i++) light += (uint64_t)4 << (2 * i);
+    for (int i = 0; i < g.depth_levels && !g.filtered; i++) light += (uint64_t)8 << (2 * i);
     if (g.filtered) targets = targets / 2 + 32 * texels + 36 * (uint64_t)g.padded * (uint64_t)g.padded; // to work in
     if (targets > SIZE_MAX || light > (SIZE_MAX - targets) / (uint64_t)g.desc.lights) {
         mssm__log(&g, "more bytes than a size_t holds", NULL);
@@ -7438,7 +7492,7 @@ static const char mssm__glsl_filter[] =
     "#ifdef MSSM_SCALE\n"
     "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray map0;\n"
     "layout(binding = 1, rg32i) writeonly uniform iimage2DArray map1;\n"
-    "layout(binding = 3, r32f) writeonly uniform image2DArray depths;\n"
+    "layout(binding = 3, rg32f) writeonly uniform image2DArray depths;\n"
     "ivec4 stored(vec4 q)\n"
     "{\n"
     "    float one = float(MSSM_SCALE);\n"
@@ -7463,7 +7517,7 @@ static const char mssm__glsl_filter[] =
     "        ivec2 q = 2 * p + ivec2(i & 1, i >> 1);\n"
     "        if (all(lessThan(q, ivec2(job[6]))) && imageLoad(source, ivec3(q, 0)).x < MSSM_EMPTY) empty = false;\n"
     "    }\n"
-    "    imageStore(depths, ivec3(p, job[5]), vec4(empty ? 1.0 : -1.0));\n"
+    "    imageStore(depths, ivec3(p, job[5]), vec4(empty ? 1.0 : -1.0, -1.0, 0.0, 0.0));\n"
     "#endif\n"
     "    if (any(greaterThanEqual(p, imageSize(map0).xy))) return;\n"
     "    ivec2 last = ivec2(job[6] - 1), at = min(p, last / job[4]) * job[4];\n"
@@ -7773,7 +7827,7 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     mssm__save_bindings(gl, &saved);
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
     gl->f.BindImageTexture(2, texture, 0, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
-    gl->f.BindImageTexture(3, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_R32F);
+    gl->f.BindImageTexture(3, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RG32F);
     gl->f.ProgramUniform1iv(*program, 0, 7, pass);
     gl->f.UseProgram(*program);
     gl->f.DispatchCompute(groups, groups, 1);
