@@ -44,6 +44,9 @@ typedef struct figure {
 //                                         maps_ms (all lights, all cores) shade_ns (a point, one
 //                                         core); scene: probe; methods "largest error first",
 //                                         "median cut", "point lights"
+// edges       number of lights            blocked_rms (irradiance behind straight edges, % of the mean);
+//                                         scene: probe; methods as for lights, "one sun and ambient"
+// weak        min_shadow                  maps (of 32) blocked_rms picture_rms; scene: probe
 // tolerance   tolerance, 0: 64 lights     lights picture_rms shade_ns; scene: probe
 // array       0                           ns, methods "6 moments, arrays, mssm.h" or "published";
 //                                         speedup, "6 moments, arrays"; scene: how it was compiled,

@@ -124,6 +124,12 @@ static double shade(const lighting *l, const surface_point *p, int kind)
         const float seen = mssm_map_visibility(l->map[i], &l->frustum[i], &l->settings.shadows, at);
         sum += (double)(seen * share * vec_luminance(vec_of(l->light[i].irradiance)));
     }
+    if (kind == LARGEST_ERROR) {
+        const float normal[3] = {p->r.normal.x, p->r.normal.y, p->r.normal.z};
+        float rest[3];
+        lightprobe_residual_irradiance(&l->stats, normal, rest);
+        sum += (double)vec_luminance(vec_of(rest));
+    }
     return sum;
 }
 
@@ -189,13 +195,12 @@ static bool extract(lighting *l, const study *s, int kind, spread *ms, message *
     return done;
 }
 
-// Error behind edges in % of the mean, and how many shadow maps that takes.
-static void put_edges(const study *s, const char *name, double x, const lighting *l, int paper)
+// Error behind edges in % of the mean.
+static void put_edges(const study *s, const char *experiment, const char *name, double x,
+                      const lighting *l, int paper)
 {
     const double e = 100 * oracle_edge_error(&s->edges, l->light, l->lights, paper, &l->stats);
-    const double n = l->lights;
-    put(s->m, "edges", s->name, name, x, "blocked_rms", e, e, e);
-    put(s->m, "edges", s->name, name, x, "maps", n, n, n);
+    put(s->m, experiment, s->name, name, x, "blocked_rms", e, e, e);
 }
 
 // What most engines do: the light with the highest radiance has a map, all else is ambient light of nine
@@ -229,7 +234,7 @@ static bool study_one_sun(const study *s, message *why)
     }
     l.light[0] = l.light[sun];
     l.lights = done ? 1 : 0;
-    if (done) put_edges(s, "one sun and ambient", 1, &l, 0);
+    if (done) put_edges(s, "edges", "one sun and ambient", 1, &l, 0);
     lighting_free(&l);
     return done;
 }
@@ -241,11 +246,16 @@ static bool study_weak(const study *s, message *why)
     bool done = true;
     for (size_t k = 0; k < sizeof least / sizeof *least && done; k++) {
         lighting l;
-        spread ms;
+        spread ms, ns;
         if (!open_lighting(&l, s, 32, LIGHTPROBE_BEST, 0, why)) return false;
         l.settings.probe.min_shadow = least[k];
-        done = extract(&l, s, LARGEST_ERROR, &ms, why);
-        if (done) put_edges(s, "min_shadow", (double)least[k], &l, 0);
+        done = extract(&l, s, LARGEST_ERROR, &ms, why) && lighting_draw_maps(&l, s->s, why);
+        if (done) {
+            const double x = (double)least[k], rms = picture_error(s, &l, LARGEST_ERROR, &ns), n = l.lights;
+            put_edges(s, "weak", "min_shadow", x, &l, 0);
+            put(s->m, "weak", s->name, "min_shadow", x, "picture_rms", rms, rms, rms);
+            put(s->m, "weak", s->name, "min_shadow", x, "maps", n, n, n);
+        }
         lighting_free(&l);
     }
     return done;
@@ -260,7 +270,7 @@ static bool study_count(const study *s, int kind, int count, message *why)
     if (!open_lighting(&l, s, count, mode, 0, why)) return false;
     const bool done = extract(&l, s, kind, &ms, why) && lighting_draw_maps(&l, s->s, why);
     if (done) {
-        put_edges(s, kind_names[kind], count, &l, kind != LARGEST_ERROR);
+        put_edges(s, "edges", kind_names[kind], count, &l, kind != LARGEST_ERROR);
         oracle_irradiance_of_lights(l.light, l.lights, kind != LARGEST_ERROR, &by_lights);
         put_lights(s, kind, count, "irradiance_rms", oracle_error(&s->truth, &by_lights));
         put_lights(s, kind, count, "picture_rms", picture_error(s, &l, kind, &ns));

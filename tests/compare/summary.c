@@ -21,6 +21,7 @@ const style styles[] = {
     {"point lights", NULL, COLOUR_HARD, MARKER_CROSS},
     {"greedy rectangles", NULL, COLOUR_CONVOLUTION, MARKER_DIAMOND},
     {"variance cuts", NULL, COLOUR_VARIANCE, MARKER_DOWN},
+    {"one sun and ambient", NULL, COLOUR_HARD, MARKER_PLUS},
 };
 const int style_count = sizeof styles / sizeof *styles;
 

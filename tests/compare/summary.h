@@ -74,6 +74,7 @@ const style *style_of(const char *method);
 
 // The names the page speaks of.
 #define LAYERED "layered, 6 moments"
+#define LARGEST_FIRST "largest error first" // of lights
 #define LAYERED_NORMAL "layered, 6 moments, normal"
 #define PCSS_ALL "PCSS, all texels"
 #define BACK_PROJECTION "back-projection, all texels"
