@@ -1,4 +1,4 @@
-// lightprobe.h - v0.2 - area lights from a light probe - MIT or public domain (see the end)
+// lightprobe.h - v0.2 - area lights from a light probe - MIT or public domain (see >>licence)
 //
 // Turns an environment cube map into a few area lights: direction, rectangle, colour, and the
 // opening angle of a disc for shading. They are chosen for the shadows that they cast: a sun is told
@@ -44,12 +44,19 @@
 //         return sum;  // times albedo / pi is the radiance of a diffuse surface
 //     }
 //
-// CONTENTS: search for the mark
+// CONTENTS: search for the mark. Calls come first, then what is behind them in the same order
 //
-//   lightprobe_extract and what goes in and out of it: first; behind it
-//                       >>disc >>angles >>tiles >>leaves >>clusters >>lights >>median cut
-//   >>gl calls          the same in OpenGL 4.5        >>gl
-//   >>picture calls     panoramas, crosses, strips    >>pictures >>without
+//   >>light calls       lights of a cube map          >>math >>angles >>scratch >>vectors >>tiles >>cells
+//                                                     >>leaves >>clusters >>lights >>median cut >>extraction
+//   >>gl calls          the OpenGL 4.5 half           >>texts >>gl >>shaders >>plumbing >>updates
+//   >>picture calls     panoramas, crosses, strips    >>pictures >>panoramas >>crosses >>without
+//   >>licence           references, changelog, licence
+//   >>generated         quoted GLSL: nothing to read, nothing to edit
+//
+// GLSL TEXTS, after #version in this order
+//
+//   lightprobe_glsl_math()     disc irradiance, harmonics
+//   lightprobe_glsl_lights()   the buffer of lights. Texts of mssm.h come before it
 //
 // CONVENTIONS
 //
@@ -96,9 +103,7 @@
 extern "C" {
 #endif
 
-// ------------------------------------------------------------------------------------------------
-// Interface
-// ------------------------------------------------------------------------------------------------
+// ---- Lights of a cube map ---- >>light calls
 
 typedef enum lightprobe_result {
     LIGHTPROBE_OK = 0,
@@ -359,7 +364,7 @@ LIGHTPROBE_API lightprobe_result lightprobe_cube_without(const lightprobe_cube *
 #endif // LIGHTPROBE_H
 
 // ================================================================================================
-// Stop here: below is the implementation.
+// Stop here if you only use the library: below is the implementation.
 // ================================================================================================
 
 #if defined LIGHTPROBE_IMPLEMENTATION && !defined LIGHTPROBE_IMPLEMENTED
@@ -388,12 +393,10 @@ LIGHTPROBE_API lightprobe_result lightprobe_cube_without(const lightprobe_cube *
 extern "C" {
 #endif
 
-// ------------------------------------------------------------------------------------------------
-// Disc irradiance, shared with GLSL >>disc
-// ------------------------------------------------------------------------------------------------
+// ---- Disc irradiance, shared with GLSL ---- >>math
 
 // What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and
-// is quoted by `make glsl` into the texts further down, one for every program that needs it. So
+// is quoted by `make glsl` at the end (>>generated), one text for every program that needs it. So
 // structs go in and out by value, and these names stand for what the languages call differently.
 #define LIGHTPROBE_SHARED static inline
 #define LIGHTPROBE_PRECISE // in GLSL: nothing may be fused or reordered
@@ -504,9 +507,7 @@ void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float n
     for (int c = 0; c < 3; c++) rgb[c] = sum[c] > 0 ? sum[c] : 0;
 }
 
-// ------------------------------------------------------------------------------------------------
-// Directions and solid angles >>angles
-// ------------------------------------------------------------------------------------------------
+// ---- Directions and solid angles ---- >>angles
 
 // Where the middle, +s and +t of each face point.
 static const float lightprobe__axes[6][3][3] = {
@@ -559,9 +560,7 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
     return (float)lightprobe__solid_angle(s, t, s + h, t + h);
 }
 
-// ------------------------------------------------------------------------------------------------
-// Scratch memory
-// ------------------------------------------------------------------------------------------------
+// ---- Scratch memory ---- >>scratch
 
 // Sums over texels are kept as float and this much too small, so that a probe full of FLT_MAX
 // (4 pi FLT_MAX in all) does not overflow; a power of two costs no digit.
@@ -713,9 +712,7 @@ size_t lightprobe_scratch_bytes(int side, int max_lights)
            15;
 }
 
-// ------------------------------------------------------------------------------------------------
-// Small vector math
-// ------------------------------------------------------------------------------------------------
+// ---- Small vector math ---- >>vectors
 
 // Rounded once: squares of float neither overflow nor underflow in double. GLSL has one of its own.
 static float lightprobe_length(const lightprobe_vec3 v)
@@ -758,9 +755,7 @@ static int lightprobe__is_number(float x)
     return (bits & 0x7fffffffu) < 0x7f800000u;
 }
 
-// ------------------------------------------------------------------------------------------------
-// Sums over tiles: the one pass over all texels >>tiles
-// ------------------------------------------------------------------------------------------------
+// ---- Sums over tiles: the one pass over all texels ---- >>tiles
 
 // Four floats at a time. gcc 12 -O2 makes code that takes twice as long out of plain loops.
 #if defined __GNUC__ && (defined __SSE2__ || defined __ARM_NEON)
@@ -1058,9 +1053,7 @@ static void lightprobe__sum_tiles(lightprobe__work *w)
     }
 }
 
-// ------------------------------------------------------------------------------------------------
-// Cells of all sizes
-// ------------------------------------------------------------------------------------------------
+// ---- Cells of all sizes ---- >>cells
 
 static void lightprobe__add_cell(lightprobe_cell *sum, const lightprobe_cell *cell)
 {
@@ -1131,9 +1124,7 @@ static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, 
     return w->cells[level][(face * n + y) * n + x];
 }
 
-// ------------------------------------------------------------------------------------------------
-// Leaves: the cell with the largest error is divided first >>leaves
-// ------------------------------------------------------------------------------------------------
+// ---- Leaves: the cell with the largest error is divided first ---- >>leaves
 
 // [glsl begin cells]
 LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)
@@ -1280,9 +1271,7 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
     }
 }
 
-// ------------------------------------------------------------------------------------------------
-// Clusters: leaves that become one light, wherever the faces meet >>clusters
-// ------------------------------------------------------------------------------------------------
+// ---- Clusters: leaves that become one light, wherever the faces meet ---- >>clusters
 
 // [glsl begin work]
 LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)
@@ -1961,9 +1950,7 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
     lightprobe__sort_leaves(w);
 }
 
-// ------------------------------------------------------------------------------------------------
-// Lights >>lights
-// ------------------------------------------------------------------------------------------------
+// ---- Lights ---- >>lights
 
 // [glsl begin lights]
 // Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,
@@ -2120,9 +2107,7 @@ static float lightprobe_clamp(double x)
     return x > FLT_MAX ? FLT_MAX : (float)x;
 }
 
-// ------------------------------------------------------------------------------------------------
-// The paper's way: median cut (image-based lighting paper, sections 3.1 and 4.1) >>median cut
-// ------------------------------------------------------------------------------------------------
+// ---- The paper's way: median cut (image-based lighting paper, sections 3.1 and 4.1) ---- >>median cut
 
 // Texels [x0, x1) x [y0, y1) of a face.
 typedef struct lightprobe__rectangle {
@@ -2245,9 +2230,7 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     return f - sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-// ------------------------------------------------------------------------------------------------
-// Extraction
-// ------------------------------------------------------------------------------------------------
+// ---- Extraction ---- >>extraction
 
 // What a light that is not written leaves to the residual.
 static void lightprobe__leave(const lightprobe_light *light, float residual_sh[9][3])
@@ -2515,114 +2498,18 @@ const char *lightprobe_result_string(lightprobe_result result)
     return "lightprobe: unknown result";
 }
 
-// ------------------------------------------------------------------------------------------------
-// GLSL
-// ------------------------------------------------------------------------------------------------
+// ---- GLSL texts: what stands around the quotes of >>generated ---- >>texts
 
-#if defined __GNUC__
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Woverlength-strings"
-#endif
-static const char lightprobe__glsl_text[] =
-    "#define LIGHTPROBE_SHARED\n"
-    "#define sqrtf sqrt\n"
+#define LIGHTPROBE__GLSL_BEGIN                                                                     \
+    "#define LIGHTPROBE_SHARED\n"                                                                  \
+    "#define sqrtf sqrt\n"                                                                         \
     "#define fabsf abs\n"
-    // [glsl text begin] made by "make glsl", do not edit
-    "// The angle of the point (x, y) with y >= 0 to the x axis, in [0, pi], to 3e-7. Written out\n"
-    "// (Hastings' polynomial) since GLSL allows its own atan 4096 units in the last place.\n"
-    "LIGHTPROBE_SHARED float lightprobe_angle(float y, float x)\n"
-    "{\n"
-    "    float ax = fabsf(x);\n"
-    "    float most = ax < y ? y : ax;\n"
-    "    float t = (ax < y ? ax : y) / (most + 1e-37f);\n"
-    "    float t2 = t * t;\n"
-    "    float p = 0.0028662257f;\n"
-    "    p = p * t2 - 0.0161657367f;\n"
-    "    p = p * t2 + 0.0429096138f;\n"
-    "    p = p * t2 - 0.0752896400f;\n"
-    "    p = p * t2 + 0.1065626393f;\n"
-    "    p = p * t2 - 0.1420889944f;\n"
-    "    p = p * t2 + 0.1999355085f;\n"
-    "    p = p * t2 - 0.3333314528f;\n"
-    "    p = p * t2 * t + t;\n"
-    "    p = ax < y ? 1.57079633f - p : p;\n"
-    "    return x < 0.0f ? 3.14159265f - p : p;\n"
-    "}\n"
-    "\n"
-    "// Half the line integral of r x dr around what the horizon leaves of the disc: psi is half its\n"
-    "// arc of the horizon, phi half the rim above it (docs/lightprobe.md).\n"
-    "float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)\n"
-    "{\n"
-    "    float c = cos_alpha > -1.0f ? (cos_alpha < 1.0f ? cos_alpha : 1.0f) : -1.0f;\n"
-    "    float n = cos_theta > -1.0f ? (cos_theta < 1.0f ? cos_theta : 1.0f) : -1.0f;\n"
-    "    float size = 1.0f - c;\n"
-    "    float sin_alpha = sqrtf(size * (1.0f + c));\n"
-    "    float chord2 = (sin_alpha - n) * (sin_alpha + n);\n"
-    "    if (chord2 <= 0.0f) {                            // the horizon misses the rim\n"
-    "        float below = c < 0.0f ? 0.5f / size : 0.0f; // of the disc opposite\n"
-    "        float seen = c < 0.0f ? (n < 0.0f ? n : 0.0f) : (n > 0.0f ? n : 0.0f);\n"
-    "        float whole = below + 0.5f * (1.0f + c) * seen;\n"
-    "        return whole > 0.0f ? whole : 0.0f;\n"
-    "    }\n"
-    "    float chord = sqrtf(chord2);\n"
-    "    float sin_theta2 = (1.0f - n) * (1.0f + n);\n"
-    "    float s2 = chord2 / sin_theta2; // sin^2 psi\n"
-    "    float arc;                      // psi - sin psi cos psi\n"
-    "    if (c > 0.0f && s2 < 0.0625f) {\n"
-    "        // The difference would lose all digits: it is 2/3 psi^3, and a sun has psi < 5e-3.\n"
-    "        // Series of asin x - x sqrt(1 - x^2); the first term left out is 1e-7 of the sum.\n"
-    "        arc = 0.03976073f;\n"
-    "        arc = arc * s2 + 0.04971591f;\n"
-    "        arc = arc * s2 + 0.06944444f;\n"
-    "        arc = arc * s2 + 0.10714286f;\n"
-    "        arc = arc * s2 + 0.2f;\n"
-    "        arc = arc * s2 + 0.66666667f;\n"
-    "        arc = arc * s2 * sqrtf(s2);\n"
-    "    } else {\n"
-    "        arc = lightprobe_angle(chord, c) - chord * c / sin_theta2;\n"
-    "    }\n"
-    "    float e = (arc + n * n * chord * c / sin_theta2) / size;\n"
-    "    e = 0.15915494f * (e + (1.0f + c) * n * lightprobe_angle(chord, -c * n));\n"
-    "    return e > 0.0f ? e : 0.0f; // at most 0.65\n"
-    "}\n"
-    // [glsl text end]
-    // [glsl text begin harmonics] made by "make glsl", do not edit
-    "// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1 and\n"
-    "// 2 at a unit vector, without their constants.\n"
-    "LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)\n"
-    "{\n"
-    "    if (i < 4) return i == 0 ? 1.0f : i == 1 ? y : i == 2 ? z : x;\n"
-    "    if (i == 6) return 3.0f * z * z - 1.0f;\n"
-    "    return i == 4 ? x * y : i == 5 ? y * z : i == 7 ? z * x : x * x - y * y;\n"
-    "}\n"
-    "\n"
-    "// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine\n"
-    "// is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.\n"
-    "LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y,\n"
-    "                                                   float z)\n"
-    "{\n"
-    "    float half_sum = 0.5f * (1.0f + cos_alpha);\n"
-    "    float weight = i == 6 ? 0.078125f : i == 8 ? 0.234375f : 0.9375f;\n"
-    "    if (i == 0) return 0.25f;\n"
-    "    weight = i < 4 ? 0.5f * half_sum : weight * cos_alpha * half_sum;\n"
-    "    return weight * lightprobe_harmonic(i, x, y, z);\n"
-    "}\n"
-    // [glsl text end]
-    "#undef LIGHTPROBE_SHARED\n"
-    "#undef sqrtf\n"
-    "#undef fabsf\n";
-#if defined __GNUC__
-#pragma GCC diagnostic pop
-#endif
+#define LIGHTPROBE__GLSL_END                                                                       \
+    "#undef LIGHTPROBE_SHARED\n"                                                                   \
+    "#undef sqrtf\n"                                                                               \
+    "#undef fabsf\n"
 
-const char *lightprobe_glsl_math(void)
-{
-    return lightprobe__glsl_text;
-}
-
-// ------------------------------------------------------------------------------------------------
-// Pictures of probes
-// ------------------------------------------------------------------------------------------------
+// ---- Pictures of probes ---- >>pictures
 
 static const double lightprobe__pi = 3.14159265358979323846;
 
@@ -2689,7 +2576,7 @@ int lightprobe_image_side(const lightprobe_image *image)
     return (w > h ? w : h) / 6;
 }
 
-// ---- From panoramas >>pictures
+// ---- From panoramas ---- >>panoramas
 //
 // The edges of a texel are arcs of great circles, of which those that do not run from pole to pole are
 // tan(elevation) = k cos u, u the azimuth from where they are steepest. Seen in azimuth and sin(elevation)
@@ -2846,7 +2733,7 @@ static void lightprobe__panorama_texel(const lightprobe__picture *picture, int f
     for (int c = 0; c < 3; c++) rgb[c] = (float)fmin(fmax(t.integral[c] / omega, 0.0), FLT_MAX);
 }
 
-// ---- From crosses and strips
+// ---- From crosses and strips ---- >>crosses
 
 // The face's upper left corner in the picture, in faces.
 static void lightprobe__cell(int layout, int wide, int face, int at[2])
@@ -2925,7 +2812,7 @@ lightprobe_result lightprobe_cube_from_image(const lightprobe_image *image, int 
     return LIGHTPROBE_OK;
 }
 
-// ---- Cubes without lights >>without
+// ---- Cubes without lights ---- >>without
 
 typedef struct lightprobe__removal {
     const lightprobe_light *light;
@@ -3026,10 +2913,6 @@ lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
     for (int i = 0; i < count; i++) lightprobe__remove(texels, cube->side, &lights[i]);
     return LIGHTPROBE_OK;
 }
-
-// ------------------------------------------------------------------------------------------------
-// OpenGL 4.5
-// ------------------------------------------------------------------------------------------------
 
 // ---- OpenGL 4.5 ---- >>gl
 
@@ -3219,6 +3102,12 @@ struct lightprobe_gl {
 #pragma GCC diagnostic ignored "-Woverlength-strings"
 #endif
 
+// Quotes of the C above, in >>generated.
+static const char *lightprobe__quote_work(void);
+static const char *lightprobe__quote_cells(void);
+static const char *lightprobe__quote_splits(void);
+static const char *lightprobe__quote_lights(void);
+
 // The public text: the lights as shading reads them. Our own shaders read the previous ones by it. Texts of
 // mssm.h before it have defined what they take.
 #define LIGHTPROBE__TAKEN(n) " || (LIGHTPROBE_BINDING == " #n " && defined MSSM_BINDING_" #n ")"
@@ -3328,185 +3217,7 @@ static const char lightprobe__glsl_shared[] =
     "    precise float rest = ((sum.x - q) - (((m * m - q) + 2.0 * m * n) + n * n)) + sum.y;\n"
     "    precise float root = r + 0.5 * rest / r;\n"
     "    return root * (top > 1e12 ? up : top < 1e-12 ? down : 1.0);\n"
-    "}\n"
-    // [glsl text begin work] made by "make glsl", do not edit
-    "// Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the\n"
-    "// face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).\n"
-    "struct lightprobe_cell {\n"
-    "    lightprobe_vec4 flux, resultant;\n"
-    "};\n"
-    "\n"
-    "// A cell that is not divided further. Leaves tile the sphere; clusters of them become lights.\n"
-    "struct lightprobe_leaf {\n"
-    "    lightprobe_vec3 flux;\n"
-    "    float solid_angle;\n"
-    "    lightprobe_vec3 direction; // vector irradiance = strength * direction\n"
-    "    float strength, luminance;\n"
-    "    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean\n"
-    "    float half_width; // of the square that it spreads its light over\n"
-    "    int face, level, x, y, cluster;\n"
-    "};\n"
-    "\n"
-    "// Sums over leaves: of luminance, of it times direction, tone and squared tone.\n"
-    "struct lightprobe_sum {\n"
-    "    lightprobe_vec3 resultant;\n"
-    "    float luminance, tones, tones2;\n"
-    "    int count;\n"
-    "};\n"
-    "\n"
-    "// The plane, or the tone, at which a cluster is split best. Along the axis lie LIGHTPROBE_BINS bins\n"
-    "// of width 1 / scale from low on.\n"
-    "struct lightprobe_axis {\n"
-    "    lightprobe_vec3 direction;\n"
-    "    float threshold, low, scale;\n"
-    "    int by_tone;\n"
-    "};\n"
-    "\n"
-    "struct lightprobe_cluster {\n"
-    "    lightprobe_sum sum;\n"
-    "    lightprobe_vec3 centre; // means\n"
-    "    float tone;\n"
-    "    lightprobe_axis axis, tone_axis;\n"
-    "    float error, gain; // behind edges; what the planned split takes off the cost\n"
-    "    int planned, changed, id;\n"
-    "    int brightest; // leaf: it adds most\n"
-    "    int first;     // of sum.count leaves in order[]\n"
-    "    int nearby[LIGHTPROBE_NEAR], near_count;\n"
-    "};\n"
-    "\n"
-    "LIGHTPROBE_SHARED float lightprobe_luminance(const lightprobe_vec3 rgb)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float l = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];\n"
-    "    return l;\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED float lightprobe_dot(const lightprobe_vec3 a, const lightprobe_vec3 b)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];\n"
-    "    return d;\n"
-    "}\n"
-    "\n"
-    "// Returns the length; a null vector stays.\n"
-    "LIGHTPROBE_SHARED float lightprobe_normalize(LIGHTPROBE_INOUT lightprobe_vec3 v)\n"
-    "{\n"
-    "    float size = lightprobe_length(v);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE float part = size > 0.0f ? v[i] / size : v[i];\n"
-    "        v[i] = part;\n"
-    "    }\n"
-    "    return size;\n"
-    "}\n"
-    "\n"
-    "// Natural logarithm of a ratio, kept in [1e-3, 1e6], to 1e-6. Written out: drivers round their\n"
-    "// own as they like, and which leaves go together hangs on it.\n"
-    "LIGHTPROBE_SHARED float lightprobe_log(float ratio)\n"
-    "{\n"
-    "    float r = 1024.0f * (ratio > 1e-3f ? (ratio < 1e6f ? ratio : 1e6f) : 1e-3f);\n"
-    "    float e = -10.0f;\n"
-    "    while (r >= 2.0f) {\n"
-    "        r = 0.5f * r;\n"
-    "        e = e + 1.0f;\n"
-    "    }\n"
-    "    LIGHTPROBE_PRECISE float t = (r - 1.0f) / (r + 1.0f), t2 = t * t;\n"
-    "    LIGHTPROBE_PRECISE float p = t2 * 0.11111111f + 0.14285714f;\n"
-    "    p = p * t2 + 0.2f;\n"
-    "    p = p * t2 + 0.33333333f;\n"
-    "    p = 0.69314718f * e + 2.0f * (p * t2 * t + t);\n"
-    "    return p;\n"
-    "}\n"
-    "\n"
-    "// mean: luminance of 1 sr of the whole probe.\n"
-    "LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, float mean)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float most = 1e6f * mean * solid_angle, unit = mean * solid_angle;\n"
-    "    if (!(solid_angle > 0.0f)) return 0.0f;\n"
-    "    return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)\n"
-    "{\n"
-    "    lightprobe_sum s;\n"
-    "    s.resultant[0] = s.resultant[1] = s.resultant[2] = s.luminance = s.tones = s.tones2 = 0.0f;\n"
-    "    s.count = 0;\n"
-    "    return s;\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_leaf(lightprobe_sum sum, lightprobe_leaf leaf)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_sum s = sum;\n"
-    "    LIGHTPROBE_PRECISE float tones = leaf.luminance * leaf.tone;\n"
-    "    for (int i = 0; i < 3; i++) s.resultant[i] += leaf.strength * leaf.direction[i];\n"
-    "    s.luminance += leaf.luminance;\n"
-    "    s.tones += tones;\n"
-    "    s.tones2 += tones * leaf.tone;\n"
-    "    s.count++;\n"
-    "    return s;\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)\n"
-    "{\n"
-    "    for (int i = 0; i < 3; i++) a.resultant[i] += b.resultant[i];\n"
-    "    a.luminance += b.luminance;\n"
-    "    a.tones += b.tones;\n"
-    "    a.tones2 += b.tones2;\n"
-    "    a.count += b.count;\n"
-    "    return a;\n"
-    "}\n"
-    "\n"
-    "// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves.\n"
-    "// Mirrored cells have one luminance, but lie apart from the centre: this tells them from each other\n"
-    "// whichever comes first.\n"
-    "LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);\n"
-    "    return worth;\n"
-    "}\n"
-    "\n"
-    "// Half the distance between directions squared is 1 - cosine; so is half that between tones.\n"
-    "LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_a,\n"
-    "                                            const lightprobe_vec3 b, float tone_b)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float apart = tone_a - tone_b;\n"
-    "    LIGHTPROBE_PRECISE float n = lightprobe_dot(a, b) - 0.5f * apart * apart;\n"
-    "    return n;\n"
-    "}\n"
-    "\n"
-    "// Variance of direction: flux times half the mean square angle to the centre.\n"
-    "LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)\n"
-    "{\n"
-    "    return s.luminance - lightprobe_length(s.resultant);\n"
-    "}\n"
-    "\n"
-    "// How much a cluster with this share of the flux holds against a leaf of it: where this is least,\n"
-    "// the leaf belongs. The square of a distance with the flux as weight, since errors count squared:\n"
-    "// bright lights are kept small.\n"
-    "LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,\n"
-    "                                            const lightprobe_vec3 b, float tone_b)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];\n"
-    "    LIGHTPROBE_PRECISE float tone = tone_a - tone_b;\n"
-    "    LIGHTPROBE_PRECISE float apart = 0.5f * (x * x + y * y + z * z + tone * tone);\n"
-    "    LIGHTPROBE_PRECISE float d = share * apart * apart;\n"
-    "    return d;\n"
-    "}\n"
-    "\n"
-    "// What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose\n"
-    "// share goes one way for all lights along an edge and is summed before it is squared.\n"
-    "struct lightprobe_errors {\n"
-    "    float squares, width;\n"
-    "};\n"
-    "\n"
-    "// lightprobe_stats.error. A half-space cuts off each place of a small light with probability 1/2 a\n"
-    "// radian; the cosine at receivers of all orientations has the mean 1/4 and the mean square 1/6.\n"
-    "LIGHTPROBE_SHARED float lightprobe_root_error(lightprobe_errors e, float total)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float width = e.width / total, squares = e.squares / total * 1.3333333f;\n"
-    "    width = 0.6f * width * (1.0f - 0.5f * width);\n"
-    "    squares = squares + width * width;\n"
-    "    return squares > 0.0f ? sqrtf(squares) : 0.0f;\n"
-    "}\n"
-    // [glsl text end]
-    "";
+    "}\n";
 
 // What the kernels have in common. All but the sums over tiles are one work group, one after the
 // other: lightprobe__best under the same names. Sums run over the leaves in their order, one thread
@@ -3577,58 +3288,6 @@ static const char lightprobe__glsl_work[] =
 
 // Texels, and cells of all sizes.
 static const char lightprobe__glsl_cells[] =
-    // [glsl text begin cells] made by "make glsl", do not edit
-    "// Centre of a texel in [-1,1].\n"
-    "LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)\n"
-    "{\n"
-    "    return LIGHTPROBE_FLOAT(2 * x + 1 - side) / LIGHTPROBE_FLOAT(side);\n"
-    "}\n"
-    "\n"
-    "// Weights: its solid angle, and that over the distance to its centre (s, t).\n"
-    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec3 rgb, float omega,\n"
-    "                                                        float weight, float s, float t)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float m = lightprobe_luminance(rgb) * weight, ms = m * s, mt = m * t;\n"
-    "    LIGHTPROBE_PRECISE lightprobe_cell texel;\n"
-    "    for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;\n"
-    "    texel.flux[3] = omega;\n"
-    "    texel.resultant[0] = m;\n"
-    "    texel.resultant[1] = ms;\n"
-    "    texel.resultant[2] = mt;\n"
-    "    texel.resultant[3] = 0.0f;\n"
-    "    return texel;\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)\n"
-    "{\n"
-    "    return leaf.luminance - leaf.strength;\n"
-    "}\n"
-    "\n"
-    "// resultant: of the cell, in the world's axes. Of a black cell the direction is null.\n"
-    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,\n"
-    "                                                     const lightprobe_vec3 resultant, float mean)\n"
-    "{\n"
-    "    lightprobe_leaf leaf;\n"
-    "    for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];\n"
-    "    for (int i = 0; i < 3; i++) leaf.direction[i] = resultant[i];\n"
-    "    leaf.solid_angle = cell.flux[3];\n"
-    "    leaf.luminance = lightprobe_luminance(leaf.flux);\n"
-    "    leaf.strength = lightprobe_normalize(leaf.direction);\n"
-    "    leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, mean);\n"
-    "    LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;\n"
-    "    LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3\n"
-    "    leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;\n"
-    "    return leaf;\n"
-    "}\n"
-    "\n"
-    "// Middle of a cell on its face; 1 where it is cut off before that.\n"
-    "LIGHTPROBE_SHARED float lightprobe_cell_middle(int side, int level, int x)\n"
-    "{\n"
-    "    float h = LIGHTPROBE_FLOAT(2 << level) / LIGHTPROBE_FLOAT(side);\n"
-    "    LIGHTPROBE_PRECISE float s = (LIGHTPROBE_FLOAT(x) + 0.5f) * h - 1.0f;\n"
-    "    return s < 1.0f ? s : 1.0f;\n"
-    "}\n"
-    // [glsl text end]
     "layout(std430, binding = LIGHTPROBE_BINDING4) coherent buffer all_cells {\n"
     "    lightprobe_cell cells[];\n"
     "};\n"
@@ -3979,253 +3638,6 @@ static const char lightprobe__glsl_gather[] =
 
 // lightprobe__plan_split for several clusters at once, each by as many lanes as there are bins.
 static const char lightprobe__glsl_plan[] =
-    // [glsl text begin splits] made by "make glsl", do not edit
-    "// What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the\n"
-    "// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a profile.\n"
-    "LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)\n"
-    "{\n"
-    "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float mean2 = s.tones / s.luminance * s.tones;\n"
-    "    LIGHTPROBE_PRECISE float spread = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);\n"
-    "    LIGHTPROBE_PRECISE float cost = s.luminance / total * spread;\n"
-    "    return cost > 0.0f ? cost : 0.0f;\n"
-    "}\n"
-    "\n"
-    "// Second moments of direction (xx yy zz xy yz zx) and tone around their means; variance of the\n"
-    "// leaves' own spread along any axis.\n"
-    "struct lightprobe_spread {\n"
-    "    float m[6], tone2, own;\n"
-    "};\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)\n"
-    "{\n"
-    "    lightprobe_spread s;\n"
-    "    for (int i = 0; i < 6; i++) s.m[i] = 0.0f;\n"
-    "    s.tone2 = s.own = 0.0f;\n"
-    "    return s;\n"
-    "}\n"
-    "\n"
-    "// scale: 1 over the luminance of all.\n"
-    "LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,\n"
-    "                                                          lightprobe_leaf leaf,\n"
-    "                                                          const lightprobe_vec3 mean,\n"
-    "                                                          float mean_tone, float scale)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_spread s = all;\n"
-    "    LIGHTPROBE_PRECISE float f = leaf.luminance * scale, tone = leaf.tone - mean_tone;\n"
-    "    LIGHTPROBE_PRECISE float x = leaf.direction[0] - mean[0];\n"
-    "    LIGHTPROBE_PRECISE float y = leaf.direction[1] - mean[1], z = leaf.direction[2] - mean[2];\n"
-    "    s.m[0] += f * x * x;\n"
-    "    s.m[1] += f * y * y;\n"
-    "    s.m[2] += f * z * z;\n"
-    "    s.m[3] += f * x * y;\n"
-    "    s.m[4] += f * y * z;\n"
-    "    s.m[5] += f * z * x;\n"
-    "    s.tone2 += f * tone * tone;\n"
-    "    s.own += f * leaf.half_width * leaf.half_width * 0.33333333f;\n"
-    "    return s;\n"
-    "}\n"
-    "\n"
-    "// First eigenvector of a symmetric matrix (xx yy zz xy yz zx): three squarings leave little but it\n"
-    "// (ratio of eigenvalues to the 8th power), and the longest copy of it is a column.\n"
-    "LIGHTPROBE_SHARED void lightprobe_eigenvector(const float matrix[6],\n"
-    "                                              LIGHTPROBE_OUT lightprobe_vec3 v)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float m[6];\n"
-    "    for (int i = 0; i < 6; i++) m[i] = matrix[i];\n"
-    "    for (int round = 0; round < 3; round++) {\n"
-    "        LIGHTPROBE_PRECISE float trace = m[0] + m[1] + m[2];\n"
-    "        float s = trace > 1e-18f ? 1.0f / trace : 0.0f;\n"
-    "        LIGHTPROBE_PRECISE float a = m[0] * s, b = m[1] * s, d = m[2] * s;\n"
-    "        LIGHTPROBE_PRECISE float ab = m[3] * s, bd = m[4] * s, da = m[5] * s;\n"
-    "        m[0] = a * a + ab * ab + da * da;\n"
-    "        m[1] = ab * ab + b * b + bd * bd;\n"
-    "        m[2] = da * da + bd * bd + d * d;\n"
-    "        m[3] = a * ab + ab * b + da * bd;\n"
-    "        m[4] = ab * da + b * bd + bd * d;\n"
-    "        m[5] = da * a + bd * ab + d * da;\n"
-    "    }\n"
-    "    int k = m[0] >= m[1] ? (m[0] >= m[2] ? 0 : 2) : (m[1] >= m[2] ? 1 : 2);\n"
-    "    v[0] = k == 0 ? m[0] : k == 1 ? m[3] : m[5];\n"
-    "    v[1] = k == 0 ? m[3] : k == 1 ? m[1] : m[4];\n"
-    "    v[2] = k == 0 ? m[5] : k == 1 ? m[4] : m[2];\n"
-    "    if (!(lightprobe_normalize(v) > 0.0f)) v[1] = 1.0f;\n"
-    "}\n"
-    "\n"
-    "// Bins around a mean; scale is 0 where nothing varies.\n"
-    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_around(float middle, float variance)\n"
-    "{\n"
-    "    lightprobe_axis axis;\n"
-    "    float deviation = variance > 0.0f ? sqrtf(variance) : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float width = LIGHTPROBE_REACH * deviation;\n"
-    "    LIGHTPROBE_PRECISE float low = middle - width;\n"
-    "    for (int i = 0; i < 3; i++) axis.direction[i] = 0.0f;\n"
-    "    axis.by_tone = 1;\n"
-    "    axis.low = low;\n"
-    "    axis.scale = deviation < 1e-7f ? 0.0f : LIGHTPROBE_FLOAT(LIGHTPROBE_BINS) / (2.0f * width);\n"
-    "    axis.threshold = 0.0f;\n"
-    "    return axis;\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_along(const lightprobe_vec3 d,\n"
-    "                                                        lightprobe_spread spread,\n"
-    "                                                        const lightprobe_vec3 mean)\n"
-    "{\n"
-    "    float x = d[0], y = d[1], z = d[2];\n"
-    "    LIGHTPROBE_PRECISE float squares =\n"
-    "        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];\n"
-    "    LIGHTPROBE_PRECISE float variance =\n"
-    "        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));\n"
-    "    LIGHTPROBE_PRECISE float all = variance + spread.own;\n"
-    "    lightprobe_axis axis = lightprobe_axis_around(lightprobe_dot(mean, d), all);\n"
-    "    for (int i = 0; i < 3; i++) axis.direction[i] = d[i];\n"
-    "    axis.by_tone = 0;\n"
-    "    return axis;\n"
-    "}\n"
-    "\n"
-    "// Of the largest variance.\n"
-    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_longest_axis(lightprobe_spread spread,\n"
-    "                                                          const lightprobe_vec3 mean)\n"
-    "{\n"
-    "    lightprobe_vec3 d;\n"
-    "    lightprobe_eigenvector(spread.m, d);\n"
-    "    return lightprobe_axis_along(d, spread, mean);\n"
-    "}\n"
-    "\n"
-    "// Across it. Light from all around has no such axis: the same one once more.\n"
-    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_across(lightprobe_axis axis,\n"
-    "                                                         lightprobe_spread spread,\n"
-    "                                                         const lightprobe_vec3 mean)\n"
-    "{\n"
-    "    lightprobe_vec3 d;\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
-    "        LIGHTPROBE_PRECISE float across = mean[j] * axis.direction[k] - mean[k] * axis.direction[j];\n"
-    "        d[i] = across;\n"
-    "    }\n"
-    "    if (!(lightprobe_normalize(d) > 1e-3f)) return axis;\n"
-    "    return lightprobe_axis_along(d, spread, mean);\n"
-    "}\n"
-    "\n"
-    "// Where a leaf lies on an axis, and in which bin.\n"
-    "LIGHTPROBE_SHARED float lightprobe_along(lightprobe_axis axis, lightprobe_leaf leaf)\n"
-    "{\n"
-    "    return axis.by_tone != 0 ? leaf.tone : lightprobe_dot(leaf.direction, axis.direction);\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED int lightprobe_bin(lightprobe_axis axis, lightprobe_leaf leaf)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float p = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;\n"
-    "    float last = LIGHTPROBE_FLOAT(LIGHTPROBE_BINS - 1);\n"
-    "    return p > 0.0f ? (p < last ? LIGHTPROBE_INT(p) : LIGHTPROBE_BINS - 1) : 0;\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED float lightprobe_threshold(lightprobe_axis axis, int bin)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float at = axis.low + LIGHTPROBE_FLOAT(bin + 1) / axis.scale;\n"
-    "    return at;\n"
-    "}\n"
-    "\n"
-    "// Where along the bins of an axis a leaf begins, and its luminance a bin.\n"
-    "struct lightprobe_streak {\n"
-    "    float low, density, luminance;\n"
-    "};\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_streak lightprobe_streak_of(lightprobe_axis axis, lightprobe_leaf leaf)\n"
-    "{\n"
-    "    lightprobe_streak s;\n"
-    "    LIGHTPROBE_PRECISE float middle = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;\n"
-    "    LIGHTPROBE_PRECISE float half_width = leaf.half_width * axis.scale + 1e-3f;\n"
-    "    LIGHTPROBE_PRECISE float low = middle - half_width;\n"
-    "    s.low = low;\n"
-    "    s.density = leaf.luminance / (2.0f * half_width);\n"
-    "    s.luminance = leaf.luminance;\n"
-    "    return s;\n"
-    "}\n"
-    "\n"
-    "// Luminance below the end of a bin.\n"
-    "LIGHTPROBE_SHARED float lightprobe_below(lightprobe_streak s, int bin)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float part = (LIGHTPROBE_FLOAT(bin + 1) - s.low) * s.density;\n"
-    "    float most = part < s.luminance ? part : s.luminance;\n"
-    "    return most > 0.0f ? most : 0.0f;\n"
-    "}\n"
-    "\n"
-    "// Cramer's distance between the light along an axis (luminance below the end of each bin) and that of\n"
-    "// a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of their\n"
-    "// squared difference. Its mean over all axes is the energy distance, but for a factor.\n"
-    "LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,\n"
-    "                                              const float below[LIGHTPROBE_BINS], float luminance)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float sum = 0.0f;\n"
-    "    if (!(axis.scale > 0.0f)) return 0.0f;\n"
-    "    for (int i = 0; i + 1 < LIGHTPROBE_BINS; i++) {\n"
-    "        float place =\n"
-    "            LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);\n"
-    "        LIGHTPROBE_PRECISE float even = 0.5f + 0.28867513f * LIGHTPROBE_REACH * place;\n"
-    "        LIGHTPROBE_PRECISE float off = below[i] / luminance - even;\n"
-    "        sum += off * off;\n"
-    "    }\n"
-    "    return sum / axis.scale;\n"
-    "}\n"
-    "\n"
-    "// Mean squared error behind a random straight edge of a light for this cluster, of the total's\n"
-    "// flux, but for a factor. unevenness: the mean of two axes.\n"
-    "LIGHTPROBE_SHARED float lightprobe_edge_error(lightprobe_sum s, float unevenness, float total)\n"
-    "{\n"
-    "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
-    "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
-    "    if (!(variance > 0.0f)) variance = 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float wide = variance * sqrtf(variance) * (1.0f - 0.5f * variance);\n"
-    "    LIGHTPROBE_PRECISE float e = unevenness + LIGHTPROBE_WIDTH * wide;\n"
-    "    e = s.luminance / total * (s.luminance * e);\n"
-    "    return e;\n"
-    "}\n"
-    "\n"
-    "// Of the two parts of a cut; FLT_MAX where one holds no light.\n"
-    "LIGHTPROBE_SHARED float lightprobe_cut_cost(lightprobe_sum below, lightprobe_sum above, float total)\n"
-    "{\n"
-    "    if (!(below.luminance > 0.0f) || !(above.luminance > 0.0f)) return FLT_MAX;\n"
-    "    LIGHTPROBE_PRECISE float cost = lightprobe_cost(below, total) + lightprobe_cost(above, total);\n"
-    "    return cost;\n"
-    "}\n"
-    "\n"
-    "// What giving one light to two clusters adds to the cost.\n"
-    "LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b, float total)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float apart = lightprobe_cost(a, total) + lightprobe_cost(b, total);\n"
-    "    LIGHTPROBE_PRECISE float cost = lightprobe_cost(lightprobe_add_sum(a, b), total) - apart;\n"
-    "    return cost;\n"
-    "}\n"
-    "\n"
-    "// Errors once two clusters, with these squares, share a light: more than that, unless they are very\n"
-    "// uneven.\n"
-    "LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,\n"
-    "                                                      float a_squares, lightprobe_sum b,\n"
-    "                                                      float b_squares, float total)\n"
-    "{\n"
-    "    lightprobe_sum both = lightprobe_add_sum(a, b);\n"
-    "    if (!(both.luminance > 0.0f)) return all;\n"
-    "    LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;\n"
-    "    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;\n"
-    "    LIGHTPROBE_PRECISE lightprobe_errors e = all;\n"
-    "    LIGHTPROBE_PRECISE float apart = a_squares + b_squares;\n"
-    "    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);\n"
-    "    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);\n"
-    "    e.width = e.width - widths + lightprobe_sum_error(both);\n"
-    "    return e;\n"
-    "}\n"
-    "\n"
-    "// For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:\n"
-    "// the pair does not need it any more, 1: it gains 16 times what it costs (errors squared), 0: no,\n"
-    "// since a light that changes hands jumps. error: with the pair merged.\n"
-    "LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,\n"
-    "                                      float total)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float least = 1e-5f * total + 16.0f * cost;\n"
-    "    return error < 0.8f * tolerance ? 2 : gain < least ? 0 : 1;\n"
-    "}\n"
-    // [glsl text end]
     "layout(local_size_x = GROUP) in;\n"
     "shared lightprobe_sum bins[GROUP], tone_bins[GROUP];\n"
     "shared vec2 profiles[GROUP];\n"
@@ -4467,163 +3879,6 @@ static const char lightprobe__glsl_respend[] =
     "}\n";
 
 static const char lightprobe__glsl_write[] =
-    // [glsl text begin lights] made by "make glsl", do not edit
-    "// What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of these, and\n"
-    "// luminance times squares and product of direction along e and f.\n"
-    "struct lightprobe_region {\n"
-    "    lightprobe_wide flux[3], resultant[3], luminance, solid_angle;\n"
-    "    lightprobe_vec3 d, e, f;\n"
-    "    lightprobe_wide second[3];\n"
-    "};\n"
-    "\n"
-    "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,\n"
-    "// which is the shadow that is lost without a map: share of the flux times the root of\n"
-    "// 8/3 (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).\n"
-    "LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)\n"
-    "{\n"
-    "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
-    "    float root = sqrtf(fabsf(variance)); // rounding may be negative\n"
-    "    LIGHTPROBE_PRECISE float angle = root * (1.81f - 0.24f * root);\n"
-    "    LIGHTPROBE_PRECISE float square = 0.66666667f - 0.42441318f * angle;\n"
-    "    LIGHTPROBE_PRECISE float shadow = s.luminance / total * sqrtf(fabsf(square));\n"
-    "    return shadow;\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)\n"
-    "{\n"
-    "    lightprobe_region r;\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        r.flux[i] = r.resultant[i] = r.second[i] = LIGHTPROBE_ZERO;\n"
-    "        r.d[i] = r.e[i] = r.f[i] = 0.0f;\n"
-    "    }\n"
-    "    r.luminance = r.solid_angle = LIGHTPROBE_ZERO;\n"
-    "    return r;\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region region,\n"
-    "                                                          lightprobe_leaf leaf)\n"
-    "{\n"
-    "    lightprobe_region r = region;\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE float part = leaf.strength * leaf.direction[i];\n"
-    "        LIGHTPROBE_ADD(r.flux[i], leaf.flux[i]);\n"
-    "        LIGHTPROBE_ADD(r.resultant[i], part);\n"
-    "    }\n"
-    "    LIGHTPROBE_ADD(r.luminance, leaf.luminance);\n"
-    "    LIGHTPROBE_ADD(r.solid_angle, leaf.solid_angle);\n"
-    "    return r;\n"
-    "}\n"
-    "\n"
-    "// Two unit vectors that make a right-handed frame (e, f, d).\n"
-    "LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_vec3 d, LIGHTPROBE_OUT lightprobe_vec3 e,\n"
-    "                                        LIGHTPROBE_OUT lightprobe_vec3 f)\n"
-    "{\n"
-    "    float x = fabsf(d[0]);\n"
-    "    float y = fabsf(d[1]);\n"
-    "    float z = fabsf(d[2]);\n"
-    "    int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE float across = (i == k ? 1.0f : 0.0f) - d[k] * d[i];\n"
-    "        e[i] = across;\n"
-    "    }\n"
-    "    lightprobe_normalize(e);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        int j = (i + 1) % 3, l = (i + 2) % 3;\n"
-    "        LIGHTPROBE_PRECISE float cross = d[j] * e[l] - d[l] * e[j];\n"
-    "        f[i] = cross;\n"
-    "    }\n"
-    "}\n"
-    "\n"
-    "// When all leaves have been added.\n"
-    "LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region)\n"
-    "{\n"
-    "    lightprobe_region r = region;\n"
-    "    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
-    "    // Light from all around has no direction: any will do.\n"
-    "    float size = lightprobe_normalize(r.d);\n"
-    "    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++) r.d[i] = i == 1 ? 1.0f : 0.0f;\n"
-    "    lightprobe_frame(r.d, r.e, r.f);\n"
-    "    return r;\n"
-    "}\n"
-    "\n"
-    "// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is spread\n"
-    "// evenly around its mean direction: how far is known from the length of the vector irradiance, only its shape\n"
-    "// is not.\n"
-    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region, lightprobe_leaf leaf)\n"
-    "{\n"
-    "    lightprobe_region r = region;\n"
-    "    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float spread = 0.5f * (leaf.luminance - leaf.strength) * (1.0f + mean);\n"
-    "    LIGHTPROBE_PRECISE float along = leaf.strength * mean - spread;\n"
-    "    float e = lightprobe_dot(leaf.direction, r.e);\n"
-    "    float f = lightprobe_dot(leaf.direction, r.f);\n"
-    "    LIGHTPROBE_PRECISE float ee = along * e * e + spread;\n"
-    "    LIGHTPROBE_PRECISE float ff = along * f * f + spread;\n"
-    "    LIGHTPROBE_PRECISE float ef = along * e * f;\n"
-    "    LIGHTPROBE_ADD(r.second[0], ee);\n"
-    "    LIGHTPROBE_ADD(r.second[1], ff);\n"
-    "    LIGHTPROBE_ADD(r.second[2], ef);\n"
-    "    return r;\n"
-    "}\n"
-    "\n"
-    "// Of a sum over texels, which has been scaled so that it does not overflow; what it stands for may.\n"
-    "LIGHTPROBE_SHARED float lightprobe_unscaled(float sum)\n"
-    "{\n"
-    "    return sum < FLT_MAX * LIGHTPROBE_SCALE ? sum / LIGHTPROBE_SCALE : FLT_MAX;\n"
-    "}\n"
-    "\n"
-    "// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /\n"
-    "// 3). The variance is that of the sine of the angle.\n"
-    "LIGHTPROBE_SHARED float lightprobe_half_size(float variance)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float sine2 = 3.0f * variance;\n"
-    "    LIGHTPROBE_PRECISE float rest = 1.0f - sine2;\n"
-    "    if (17.0f * sine2 >= 16.0f) return 4.0f;\n"
-    "    return sqrtf(sine2 > 0.0f ? sine2 / rest : 0.0f);\n"
-    "}\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)\n"
-    "{\n"
-    "    float luminance = LIGHTPROBE_VALUE(r.luminance);\n"
-    "    lightprobe_vec3 resultant;\n"
-    "    for (int i = 0; i < 3; i++) resultant[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
-    "    // Principal axes of the second moments in the plane across d.\n"
-    "    LIGHTPROBE_PRECISE float a = LIGHTPROBE_VALUE(r.second[0]) / luminance;\n"
-    "    LIGHTPROBE_PRECISE float c = LIGHTPROBE_VALUE(r.second[1]) / luminance;\n"
-    "    LIGHTPROBE_PRECISE float b = LIGHTPROBE_VALUE(r.second[2]) / luminance;\n"
-    "    LIGHTPROBE_PRECISE float middle = 0.5f * (a + c);\n"
-    "    LIGHTPROBE_PRECISE float half_apart = 0.5f * (a - c);\n"
-    "    // Over the larger of the two: squares of what is left by rounding would underflow.\n"
-    "    float most = fabsf(half_apart) > fabsf(b) ? fabsf(half_apart) : fabsf(b);\n"
-    "    LIGHTPROBE_PRECISE float x = most > 0.0f ? half_apart / most : 1.0f;\n"
-    "    LIGHTPROBE_PRECISE float y = most > 0.0f ? fabsf(b) / most : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float root = sqrtf(x * x + y * y);\n"
-    "    LIGHTPROBE_PRECISE float wide = most * root;\n"
-    "    // Cosine and sine of the angle from e to u, from those of its double: the larger is a root.\n"
-    "    LIGHTPROBE_PRECISE float larger = sqrtf(0.5f + 0.5f * (fabsf(x) / root));\n"
-    "    LIGHTPROBE_PRECISE float smaller = 0.5f * (y / root) / larger;\n"
-    "    float cosine = x < 0.0f ? smaller : larger;\n"
-    "    float sine = x < 0.0f ? larger : smaller;\n"
-    "    sine = b < 0.0f ? -sine : sine;\n"
-    "    // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.\n"
-    "    LIGHTPROBE_PRECISE float cos_alpha = 1.0f - 2.0f * ((luminance - lightprobe_length(resultant)) / luminance);\n"
-    "    lightprobe_light light;\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE float u = cosine * r.e[i] + sine * r.f[i];\n"
-    "        LIGHTPROBE_PRECISE float v = cosine * r.f[i] - sine * r.e[i];\n"
-    "        light.direction[i] = r.d[i];\n"
-    "        light.axis_u[i] = u;\n"
-    "        light.axis_v[i] = v;\n"
-    "        light.irradiance[i] = lightprobe_unscaled(LIGHTPROBE_VALUE(r.flux[i]));\n"
-    "    }\n"
-    "    light.tan_half_u = lightprobe_half_size(middle + wide);\n"
-    "    light.tan_half_v = lightprobe_half_size(middle - wide);\n"
-    "    light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;\n"
-    "    light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;\n"
-    "    light.id = -1;\n"
-    "    return light;\n"
-    "}\n"
-    // [glsl text end]
     "layout(local_size_x = GROUP) in;\n"
     "layout(std430, binding = LIGHTPROBE_BINDING5) coherent buffer result {\n"
     "    int count, repaired_texels;\n"
@@ -4843,10 +4098,15 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
     const int plans = which == LIGHTPROBE__DIVIDE || which == LIGHTPROBE__RESPEND;
     const char *const text[] = {"#version 450 core\n",
                                 defines,
-                                which == LIGHTPROBE__WRITE ? lightprobe__glsl_text : "",
+                                which == LIGHTPROBE__WRITE ? lightprobe_glsl_math() : "",
                                 lightprobe__glsl_lights,
                                 lightprobe__glsl_shared,
+                                lightprobe__quote_work(),
                                 lightprobe__glsl_work,
+                                which <= LIGHTPROBE__DIVIDE_FACES ? lightprobe__quote_cells()
+                                : plans                           ? lightprobe__quote_splits()
+                                : which == LIGHTPROBE__WRITE      ? lightprobe__quote_lights()
+                                                                  : "",
                                 which <= LIGHTPROBE__DIVIDE_FACES ? lightprobe__glsl_cells
                                 : plans                           ? lightprobe__glsl_plan
                                                                   : "",
@@ -4860,7 +4120,7 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
         lightprobe__log(gl, "no shader or program object for ", names[which]);
         return LIGHTPROBE_ERROR_GL;
     }
-    f->ShaderSource(shader, 8, text, NULL);
+    f->ShaderSource(shader, (int)(sizeof text / sizeof *text), text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
     if (good) {
@@ -5364,20 +4624,8 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
 
 #endif // LIGHTPROBE_NO_GL
 
-#ifdef __cplusplus
-}
-#endif
-
-#if defined LIGHTPROBE__PRECISE_MATH && defined __clang__
-#pragma float_control(pop)
-#elif defined LIGHTPROBE__PRECISE_MATH
-#pragma GCC pop_options
-#endif
-
-#endif // LIGHTPROBE_IMPLEMENTATION
-
 // ================================================================================================
-// References
+// References, changelog, licence >>licence
 //
 //   Kneiphof (supervised by Krumpen): Real-Time Image-Based Lighting of Dynamic Scenes with Moment
 //       Soft Shadow Mapping, CESCG 2017. "The paper" above; equation numbers are its own. Mended:
@@ -5432,3 +4680,774 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
 //   NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
 //   LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN
 //   CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+
+// ================================================================================================
+// GLSL texts, quoted from the C above by `make glsl`: nothing to read, nothing to edit >>generated
+// ================================================================================================
+
+#if defined __GNUC__
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Woverlength-strings"
+#endif
+
+const char *lightprobe_glsl_math(void)
+{
+    return LIGHTPROBE__GLSL_BEGIN
+    // [glsl text begin] made by "make glsl", do not edit
+    "// The angle of the point (x, y) with y >= 0 to the x axis, in [0, pi], to 3e-7. Written out\n"
+    "// (Hastings' polynomial) since GLSL allows its own atan 4096 units in the last place.\n"
+    "LIGHTPROBE_SHARED float lightprobe_angle(float y, float x)\n"
+    "{\n"
+    "    float ax = fabsf(x);\n"
+    "    float most = ax < y ? y : ax;\n"
+    "    float t = (ax < y ? ax : y) / (most + 1e-37f);\n"
+    "    float t2 = t * t;\n"
+    "    float p = 0.0028662257f;\n"
+    "    p = p * t2 - 0.0161657367f;\n"
+    "    p = p * t2 + 0.0429096138f;\n"
+    "    p = p * t2 - 0.0752896400f;\n"
+    "    p = p * t2 + 0.1065626393f;\n"
+    "    p = p * t2 - 0.1420889944f;\n"
+    "    p = p * t2 + 0.1999355085f;\n"
+    "    p = p * t2 - 0.3333314528f;\n"
+    "    p = p * t2 * t + t;\n"
+    "    p = ax < y ? 1.57079633f - p : p;\n"
+    "    return x < 0.0f ? 3.14159265f - p : p;\n"
+    "}\n"
+    "\n"
+    "// Half the line integral of r x dr around what the horizon leaves of the disc: psi is half its\n"
+    "// arc of the horizon, phi half the rim above it (docs/lightprobe.md).\n"
+    "float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)\n"
+    "{\n"
+    "    float c = cos_alpha > -1.0f ? (cos_alpha < 1.0f ? cos_alpha : 1.0f) : -1.0f;\n"
+    "    float n = cos_theta > -1.0f ? (cos_theta < 1.0f ? cos_theta : 1.0f) : -1.0f;\n"
+    "    float size = 1.0f - c;\n"
+    "    float sin_alpha = sqrtf(size * (1.0f + c));\n"
+    "    float chord2 = (sin_alpha - n) * (sin_alpha + n);\n"
+    "    if (chord2 <= 0.0f) {                            // the horizon misses the rim\n"
+    "        float below = c < 0.0f ? 0.5f / size : 0.0f; // of the disc opposite\n"
+    "        float seen = c < 0.0f ? (n < 0.0f ? n : 0.0f) : (n > 0.0f ? n : 0.0f);\n"
+    "        float whole = below + 0.5f * (1.0f + c) * seen;\n"
+    "        return whole > 0.0f ? whole : 0.0f;\n"
+    "    }\n"
+    "    float chord = sqrtf(chord2);\n"
+    "    float sin_theta2 = (1.0f - n) * (1.0f + n);\n"
+    "    float s2 = chord2 / sin_theta2; // sin^2 psi\n"
+    "    float arc;                      // psi - sin psi cos psi\n"
+    "    if (c > 0.0f && s2 < 0.0625f) {\n"
+    "        // The difference would lose all digits: it is 2/3 psi^3, and a sun has psi < 5e-3.\n"
+    "        // Series of asin x - x sqrt(1 - x^2); the first term left out is 1e-7 of the sum.\n"
+    "        arc = 0.03976073f;\n"
+    "        arc = arc * s2 + 0.04971591f;\n"
+    "        arc = arc * s2 + 0.06944444f;\n"
+    "        arc = arc * s2 + 0.10714286f;\n"
+    "        arc = arc * s2 + 0.2f;\n"
+    "        arc = arc * s2 + 0.66666667f;\n"
+    "        arc = arc * s2 * sqrtf(s2);\n"
+    "    } else {\n"
+    "        arc = lightprobe_angle(chord, c) - chord * c / sin_theta2;\n"
+    "    }\n"
+    "    float e = (arc + n * n * chord * c / sin_theta2) / size;\n"
+    "    e = 0.15915494f * (e + (1.0f + c) * n * lightprobe_angle(chord, -c * n));\n"
+    "    return e > 0.0f ? e : 0.0f; // at most 0.65\n"
+    "}\n"
+    // [glsl text end]
+    // [glsl text begin harmonics] made by "make glsl", do not edit
+    "// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1 and\n"
+    "// 2 at a unit vector, without their constants.\n"
+    "LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)\n"
+    "{\n"
+    "    if (i < 4) return i == 0 ? 1.0f : i == 1 ? y : i == 2 ? z : x;\n"
+    "    if (i == 6) return 3.0f * z * z - 1.0f;\n"
+    "    return i == 4 ? x * y : i == 5 ? y * z : i == 7 ? z * x : x * x - y * y;\n"
+    "}\n"
+    "\n"
+    "// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine\n"
+    "// is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.\n"
+    "LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y,\n"
+    "                                                   float z)\n"
+    "{\n"
+    "    float half_sum = 0.5f * (1.0f + cos_alpha);\n"
+    "    float weight = i == 6 ? 0.078125f : i == 8 ? 0.234375f : 0.9375f;\n"
+    "    if (i == 0) return 0.25f;\n"
+    "    weight = i < 4 ? 0.5f * half_sum : weight * cos_alpha * half_sum;\n"
+    "    return weight * lightprobe_harmonic(i, x, y, z);\n"
+    "}\n"
+    // [glsl text end]
+    LIGHTPROBE__GLSL_END;
+}
+
+#ifndef LIGHTPROBE_NO_GL
+static const char *lightprobe__quote_work(void)
+{
+    return
+    // [glsl text begin work] made by "make glsl", do not edit
+    "// Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the\n"
+    "// face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).\n"
+    "struct lightprobe_cell {\n"
+    "    lightprobe_vec4 flux, resultant;\n"
+    "};\n"
+    "\n"
+    "// A cell that is not divided further. Leaves tile the sphere; clusters of them become lights.\n"
+    "struct lightprobe_leaf {\n"
+    "    lightprobe_vec3 flux;\n"
+    "    float solid_angle;\n"
+    "    lightprobe_vec3 direction; // vector irradiance = strength * direction\n"
+    "    float strength, luminance;\n"
+    "    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean\n"
+    "    float half_width; // of the square that it spreads its light over\n"
+    "    int face, level, x, y, cluster;\n"
+    "};\n"
+    "\n"
+    "// Sums over leaves: of luminance, of it times direction, tone and squared tone.\n"
+    "struct lightprobe_sum {\n"
+    "    lightprobe_vec3 resultant;\n"
+    "    float luminance, tones, tones2;\n"
+    "    int count;\n"
+    "};\n"
+    "\n"
+    "// The plane, or the tone, at which a cluster is split best. Along the axis lie LIGHTPROBE_BINS bins\n"
+    "// of width 1 / scale from low on.\n"
+    "struct lightprobe_axis {\n"
+    "    lightprobe_vec3 direction;\n"
+    "    float threshold, low, scale;\n"
+    "    int by_tone;\n"
+    "};\n"
+    "\n"
+    "struct lightprobe_cluster {\n"
+    "    lightprobe_sum sum;\n"
+    "    lightprobe_vec3 centre; // means\n"
+    "    float tone;\n"
+    "    lightprobe_axis axis, tone_axis;\n"
+    "    float error, gain; // behind edges; what the planned split takes off the cost\n"
+    "    int planned, changed, id;\n"
+    "    int brightest; // leaf: it adds most\n"
+    "    int first;     // of sum.count leaves in order[]\n"
+    "    int nearby[LIGHTPROBE_NEAR], near_count;\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_luminance(const lightprobe_vec3 rgb)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float l = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];\n"
+    "    return l;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_dot(const lightprobe_vec3 a, const lightprobe_vec3 b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];\n"
+    "    return d;\n"
+    "}\n"
+    "\n"
+    "// Returns the length; a null vector stays.\n"
+    "LIGHTPROBE_SHARED float lightprobe_normalize(LIGHTPROBE_INOUT lightprobe_vec3 v)\n"
+    "{\n"
+    "    float size = lightprobe_length(v);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float part = size > 0.0f ? v[i] / size : v[i];\n"
+    "        v[i] = part;\n"
+    "    }\n"
+    "    return size;\n"
+    "}\n"
+    "\n"
+    "// Natural logarithm of a ratio, kept in [1e-3, 1e6], to 1e-6. Written out: drivers round their\n"
+    "// own as they like, and which leaves go together hangs on it.\n"
+    "LIGHTPROBE_SHARED float lightprobe_log(float ratio)\n"
+    "{\n"
+    "    float r = 1024.0f * (ratio > 1e-3f ? (ratio < 1e6f ? ratio : 1e6f) : 1e-3f);\n"
+    "    float e = -10.0f;\n"
+    "    while (r >= 2.0f) {\n"
+    "        r = 0.5f * r;\n"
+    "        e = e + 1.0f;\n"
+    "    }\n"
+    "    LIGHTPROBE_PRECISE float t = (r - 1.0f) / (r + 1.0f), t2 = t * t;\n"
+    "    LIGHTPROBE_PRECISE float p = t2 * 0.11111111f + 0.14285714f;\n"
+    "    p = p * t2 + 0.2f;\n"
+    "    p = p * t2 + 0.33333333f;\n"
+    "    p = 0.69314718f * e + 2.0f * (p * t2 * t + t);\n"
+    "    return p;\n"
+    "}\n"
+    "\n"
+    "// mean: luminance of 1 sr of the whole probe.\n"
+    "LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, float mean)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float most = 1e6f * mean * solid_angle, unit = mean * solid_angle;\n"
+    "    if (!(solid_angle > 0.0f)) return 0.0f;\n"
+    "    return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)\n"
+    "{\n"
+    "    lightprobe_sum s;\n"
+    "    s.resultant[0] = s.resultant[1] = s.resultant[2] = s.luminance = s.tones = s.tones2 = 0.0f;\n"
+    "    s.count = 0;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_leaf(lightprobe_sum sum, lightprobe_leaf leaf)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_sum s = sum;\n"
+    "    LIGHTPROBE_PRECISE float tones = leaf.luminance * leaf.tone;\n"
+    "    for (int i = 0; i < 3; i++) s.resultant[i] += leaf.strength * leaf.direction[i];\n"
+    "    s.luminance += leaf.luminance;\n"
+    "    s.tones += tones;\n"
+    "    s.tones2 += tones * leaf.tone;\n"
+    "    s.count++;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)\n"
+    "{\n"
+    "    for (int i = 0; i < 3; i++) a.resultant[i] += b.resultant[i];\n"
+    "    a.luminance += b.luminance;\n"
+    "    a.tones += b.tones;\n"
+    "    a.tones2 += b.tones2;\n"
+    "    a.count += b.count;\n"
+    "    return a;\n"
+    "}\n"
+    "\n"
+    "// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves.\n"
+    "// Mirrored cells have one luminance, but lie apart from the centre: this tells them from each other\n"
+    "// whichever comes first.\n"
+    "LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);\n"
+    "    return worth;\n"
+    "}\n"
+    "\n"
+    "// Half the distance between directions squared is 1 - cosine; so is half that between tones.\n"
+    "LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_a,\n"
+    "                                            const lightprobe_vec3 b, float tone_b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float apart = tone_a - tone_b;\n"
+    "    LIGHTPROBE_PRECISE float n = lightprobe_dot(a, b) - 0.5f * apart * apart;\n"
+    "    return n;\n"
+    "}\n"
+    "\n"
+    "// Variance of direction: flux times half the mean square angle to the centre.\n"
+    "LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)\n"
+    "{\n"
+    "    return s.luminance - lightprobe_length(s.resultant);\n"
+    "}\n"
+    "\n"
+    "// How much a cluster with this share of the flux holds against a leaf of it: where this is least,\n"
+    "// the leaf belongs. The square of a distance with the flux as weight, since errors count squared:\n"
+    "// bright lights are kept small.\n"
+    "LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,\n"
+    "                                            const lightprobe_vec3 b, float tone_b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];\n"
+    "    LIGHTPROBE_PRECISE float tone = tone_a - tone_b;\n"
+    "    LIGHTPROBE_PRECISE float apart = 0.5f * (x * x + y * y + z * z + tone * tone);\n"
+    "    LIGHTPROBE_PRECISE float d = share * apart * apart;\n"
+    "    return d;\n"
+    "}\n"
+    "\n"
+    "// What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose\n"
+    "// share goes one way for all lights along an edge and is summed before it is squared.\n"
+    "struct lightprobe_errors {\n"
+    "    float squares, width;\n"
+    "};\n"
+    "\n"
+    "// lightprobe_stats.error. A half-space cuts off each place of a small light with probability 1/2 a\n"
+    "// radian; the cosine at receivers of all orientations has the mean 1/4 and the mean square 1/6.\n"
+    "LIGHTPROBE_SHARED float lightprobe_root_error(lightprobe_errors e, float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float width = e.width / total, squares = e.squares / total * 1.3333333f;\n"
+    "    width = 0.6f * width * (1.0f - 0.5f * width);\n"
+    "    squares = squares + width * width;\n"
+    "    return squares > 0.0f ? sqrtf(squares) : 0.0f;\n"
+    "}\n"
+    // [glsl text end]
+        ;
+}
+
+static const char *lightprobe__quote_cells(void)
+{
+    return
+    // [glsl text begin cells] made by "make glsl", do not edit
+    "// Centre of a texel in [-1,1].\n"
+    "LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)\n"
+    "{\n"
+    "    return LIGHTPROBE_FLOAT(2 * x + 1 - side) / LIGHTPROBE_FLOAT(side);\n"
+    "}\n"
+    "\n"
+    "// Weights: its solid angle, and that over the distance to its centre (s, t).\n"
+    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec3 rgb, float omega,\n"
+    "                                                        float weight, float s, float t)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float m = lightprobe_luminance(rgb) * weight, ms = m * s, mt = m * t;\n"
+    "    LIGHTPROBE_PRECISE lightprobe_cell texel;\n"
+    "    for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;\n"
+    "    texel.flux[3] = omega;\n"
+    "    texel.resultant[0] = m;\n"
+    "    texel.resultant[1] = ms;\n"
+    "    texel.resultant[2] = mt;\n"
+    "    texel.resultant[3] = 0.0f;\n"
+    "    return texel;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)\n"
+    "{\n"
+    "    return leaf.luminance - leaf.strength;\n"
+    "}\n"
+    "\n"
+    "// resultant: of the cell, in the world's axes. Of a black cell the direction is null.\n"
+    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,\n"
+    "                                                     const lightprobe_vec3 resultant, float mean)\n"
+    "{\n"
+    "    lightprobe_leaf leaf;\n"
+    "    for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];\n"
+    "    for (int i = 0; i < 3; i++) leaf.direction[i] = resultant[i];\n"
+    "    leaf.solid_angle = cell.flux[3];\n"
+    "    leaf.luminance = lightprobe_luminance(leaf.flux);\n"
+    "    leaf.strength = lightprobe_normalize(leaf.direction);\n"
+    "    leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, mean);\n"
+    "    LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;\n"
+    "    LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3\n"
+    "    leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;\n"
+    "    return leaf;\n"
+    "}\n"
+    "\n"
+    "// Middle of a cell on its face; 1 where it is cut off before that.\n"
+    "LIGHTPROBE_SHARED float lightprobe_cell_middle(int side, int level, int x)\n"
+    "{\n"
+    "    float h = LIGHTPROBE_FLOAT(2 << level) / LIGHTPROBE_FLOAT(side);\n"
+    "    LIGHTPROBE_PRECISE float s = (LIGHTPROBE_FLOAT(x) + 0.5f) * h - 1.0f;\n"
+    "    return s < 1.0f ? s : 1.0f;\n"
+    "}\n"
+    // [glsl text end]
+        ;
+}
+
+static const char *lightprobe__quote_splits(void)
+{
+    return
+    // [glsl text begin splits] made by "make glsl", do not edit
+    "// What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the\n"
+    "// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a profile.\n"
+    "LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)\n"
+    "{\n"
+    "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float mean2 = s.tones / s.luminance * s.tones;\n"
+    "    LIGHTPROBE_PRECISE float spread = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);\n"
+    "    LIGHTPROBE_PRECISE float cost = s.luminance / total * spread;\n"
+    "    return cost > 0.0f ? cost : 0.0f;\n"
+    "}\n"
+    "\n"
+    "// Second moments of direction (xx yy zz xy yz zx) and tone around their means; variance of the\n"
+    "// leaves' own spread along any axis.\n"
+    "struct lightprobe_spread {\n"
+    "    float m[6], tone2, own;\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)\n"
+    "{\n"
+    "    lightprobe_spread s;\n"
+    "    for (int i = 0; i < 6; i++) s.m[i] = 0.0f;\n"
+    "    s.tone2 = s.own = 0.0f;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "// scale: 1 over the luminance of all.\n"
+    "LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,\n"
+    "                                                          lightprobe_leaf leaf,\n"
+    "                                                          const lightprobe_vec3 mean,\n"
+    "                                                          float mean_tone, float scale)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_spread s = all;\n"
+    "    LIGHTPROBE_PRECISE float f = leaf.luminance * scale, tone = leaf.tone - mean_tone;\n"
+    "    LIGHTPROBE_PRECISE float x = leaf.direction[0] - mean[0];\n"
+    "    LIGHTPROBE_PRECISE float y = leaf.direction[1] - mean[1], z = leaf.direction[2] - mean[2];\n"
+    "    s.m[0] += f * x * x;\n"
+    "    s.m[1] += f * y * y;\n"
+    "    s.m[2] += f * z * z;\n"
+    "    s.m[3] += f * x * y;\n"
+    "    s.m[4] += f * y * z;\n"
+    "    s.m[5] += f * z * x;\n"
+    "    s.tone2 += f * tone * tone;\n"
+    "    s.own += f * leaf.half_width * leaf.half_width * 0.33333333f;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "// First eigenvector of a symmetric matrix (xx yy zz xy yz zx): three squarings leave little but it\n"
+    "// (ratio of eigenvalues to the 8th power), and the longest copy of it is a column.\n"
+    "LIGHTPROBE_SHARED void lightprobe_eigenvector(const float matrix[6],\n"
+    "                                              LIGHTPROBE_OUT lightprobe_vec3 v)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float m[6];\n"
+    "    for (int i = 0; i < 6; i++) m[i] = matrix[i];\n"
+    "    for (int round = 0; round < 3; round++) {\n"
+    "        LIGHTPROBE_PRECISE float trace = m[0] + m[1] + m[2];\n"
+    "        float s = trace > 1e-18f ? 1.0f / trace : 0.0f;\n"
+    "        LIGHTPROBE_PRECISE float a = m[0] * s, b = m[1] * s, d = m[2] * s;\n"
+    "        LIGHTPROBE_PRECISE float ab = m[3] * s, bd = m[4] * s, da = m[5] * s;\n"
+    "        m[0] = a * a + ab * ab + da * da;\n"
+    "        m[1] = ab * ab + b * b + bd * bd;\n"
+    "        m[2] = da * da + bd * bd + d * d;\n"
+    "        m[3] = a * ab + ab * b + da * bd;\n"
+    "        m[4] = ab * da + b * bd + bd * d;\n"
+    "        m[5] = da * a + bd * ab + d * da;\n"
+    "    }\n"
+    "    int k = m[0] >= m[1] ? (m[0] >= m[2] ? 0 : 2) : (m[1] >= m[2] ? 1 : 2);\n"
+    "    v[0] = k == 0 ? m[0] : k == 1 ? m[3] : m[5];\n"
+    "    v[1] = k == 0 ? m[3] : k == 1 ? m[1] : m[4];\n"
+    "    v[2] = k == 0 ? m[5] : k == 1 ? m[4] : m[2];\n"
+    "    if (!(lightprobe_normalize(v) > 0.0f)) v[1] = 1.0f;\n"
+    "}\n"
+    "\n"
+    "// Bins around a mean; scale is 0 where nothing varies.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_around(float middle, float variance)\n"
+    "{\n"
+    "    lightprobe_axis axis;\n"
+    "    float deviation = variance > 0.0f ? sqrtf(variance) : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float width = LIGHTPROBE_REACH * deviation;\n"
+    "    LIGHTPROBE_PRECISE float low = middle - width;\n"
+    "    for (int i = 0; i < 3; i++) axis.direction[i] = 0.0f;\n"
+    "    axis.by_tone = 1;\n"
+    "    axis.low = low;\n"
+    "    axis.scale = deviation < 1e-7f ? 0.0f : LIGHTPROBE_FLOAT(LIGHTPROBE_BINS) / (2.0f * width);\n"
+    "    axis.threshold = 0.0f;\n"
+    "    return axis;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_along(const lightprobe_vec3 d,\n"
+    "                                                        lightprobe_spread spread,\n"
+    "                                                        const lightprobe_vec3 mean)\n"
+    "{\n"
+    "    float x = d[0], y = d[1], z = d[2];\n"
+    "    LIGHTPROBE_PRECISE float squares =\n"
+    "        x * x * spread.m[0] + y * y * spread.m[1] + z * z * spread.m[2];\n"
+    "    LIGHTPROBE_PRECISE float variance =\n"
+    "        fabsf(squares + 2.0f * (x * y * spread.m[3] + y * z * spread.m[4] + z * x * spread.m[5]));\n"
+    "    LIGHTPROBE_PRECISE float all = variance + spread.own;\n"
+    "    lightprobe_axis axis = lightprobe_axis_around(lightprobe_dot(mean, d), all);\n"
+    "    for (int i = 0; i < 3; i++) axis.direction[i] = d[i];\n"
+    "    axis.by_tone = 0;\n"
+    "    return axis;\n"
+    "}\n"
+    "\n"
+    "// Of the largest variance.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_longest_axis(lightprobe_spread spread,\n"
+    "                                                          const lightprobe_vec3 mean)\n"
+    "{\n"
+    "    lightprobe_vec3 d;\n"
+    "    lightprobe_eigenvector(spread.m, d);\n"
+    "    return lightprobe_axis_along(d, spread, mean);\n"
+    "}\n"
+    "\n"
+    "// Across it. Light from all around has no such axis: the same one once more.\n"
+    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_across(lightprobe_axis axis,\n"
+    "                                                         lightprobe_spread spread,\n"
+    "                                                         const lightprobe_vec3 mean)\n"
+    "{\n"
+    "    lightprobe_vec3 d;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
+    "        LIGHTPROBE_PRECISE float across = mean[j] * axis.direction[k] - mean[k] * axis.direction[j];\n"
+    "        d[i] = across;\n"
+    "    }\n"
+    "    if (!(lightprobe_normalize(d) > 1e-3f)) return axis;\n"
+    "    return lightprobe_axis_along(d, spread, mean);\n"
+    "}\n"
+    "\n"
+    "// Where a leaf lies on an axis, and in which bin.\n"
+    "LIGHTPROBE_SHARED float lightprobe_along(lightprobe_axis axis, lightprobe_leaf leaf)\n"
+    "{\n"
+    "    return axis.by_tone != 0 ? leaf.tone : lightprobe_dot(leaf.direction, axis.direction);\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED int lightprobe_bin(lightprobe_axis axis, lightprobe_leaf leaf)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float p = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;\n"
+    "    float last = LIGHTPROBE_FLOAT(LIGHTPROBE_BINS - 1);\n"
+    "    return p > 0.0f ? (p < last ? LIGHTPROBE_INT(p) : LIGHTPROBE_BINS - 1) : 0;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_threshold(lightprobe_axis axis, int bin)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float at = axis.low + LIGHTPROBE_FLOAT(bin + 1) / axis.scale;\n"
+    "    return at;\n"
+    "}\n"
+    "\n"
+    "// Where along the bins of an axis a leaf begins, and its luminance a bin.\n"
+    "struct lightprobe_streak {\n"
+    "    float low, density, luminance;\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_streak lightprobe_streak_of(lightprobe_axis axis, lightprobe_leaf leaf)\n"
+    "{\n"
+    "    lightprobe_streak s;\n"
+    "    LIGHTPROBE_PRECISE float middle = (lightprobe_along(axis, leaf) - axis.low) * axis.scale;\n"
+    "    LIGHTPROBE_PRECISE float half_width = leaf.half_width * axis.scale + 1e-3f;\n"
+    "    LIGHTPROBE_PRECISE float low = middle - half_width;\n"
+    "    s.low = low;\n"
+    "    s.density = leaf.luminance / (2.0f * half_width);\n"
+    "    s.luminance = leaf.luminance;\n"
+    "    return s;\n"
+    "}\n"
+    "\n"
+    "// Luminance below the end of a bin.\n"
+    "LIGHTPROBE_SHARED float lightprobe_below(lightprobe_streak s, int bin)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float part = (LIGHTPROBE_FLOAT(bin + 1) - s.low) * s.density;\n"
+    "    float most = part < s.luminance ? part : s.luminance;\n"
+    "    return most > 0.0f ? most : 0.0f;\n"
+    "}\n"
+    "\n"
+    "// Cramer's distance between the light along an axis (luminance below the end of each bin) and that of\n"
+    "// a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of their\n"
+    "// squared difference. Its mean over all axes is the energy distance, but for a factor.\n"
+    "LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,\n"
+    "                                              const float below[LIGHTPROBE_BINS], float luminance)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float sum = 0.0f;\n"
+    "    if (!(axis.scale > 0.0f)) return 0.0f;\n"
+    "    for (int i = 0; i + 1 < LIGHTPROBE_BINS; i++) {\n"
+    "        float place =\n"
+    "            LIGHTPROBE_FLOAT(2 * i + 2 - LIGHTPROBE_BINS) / LIGHTPROBE_FLOAT(LIGHTPROBE_BINS);\n"
+    "        LIGHTPROBE_PRECISE float even = 0.5f + 0.28867513f * LIGHTPROBE_REACH * place;\n"
+    "        LIGHTPROBE_PRECISE float off = below[i] / luminance - even;\n"
+    "        sum += off * off;\n"
+    "    }\n"
+    "    return sum / axis.scale;\n"
+    "}\n"
+    "\n"
+    "// Mean squared error behind a random straight edge of a light for this cluster, of the total's\n"
+    "// flux, but for a factor. unevenness: the mean of two axes.\n"
+    "LIGHTPROBE_SHARED float lightprobe_edge_error(lightprobe_sum s, float unevenness, float total)\n"
+    "{\n"
+    "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
+    "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
+    "    if (!(variance > 0.0f)) variance = 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float wide = variance * sqrtf(variance) * (1.0f - 0.5f * variance);\n"
+    "    LIGHTPROBE_PRECISE float e = unevenness + LIGHTPROBE_WIDTH * wide;\n"
+    "    e = s.luminance / total * (s.luminance * e);\n"
+    "    return e;\n"
+    "}\n"
+    "\n"
+    "// Of the two parts of a cut; FLT_MAX where one holds no light.\n"
+    "LIGHTPROBE_SHARED float lightprobe_cut_cost(lightprobe_sum below, lightprobe_sum above, float total)\n"
+    "{\n"
+    "    if (!(below.luminance > 0.0f) || !(above.luminance > 0.0f)) return FLT_MAX;\n"
+    "    LIGHTPROBE_PRECISE float cost = lightprobe_cost(below, total) + lightprobe_cost(above, total);\n"
+    "    return cost;\n"
+    "}\n"
+    "\n"
+    "// What giving one light to two clusters adds to the cost.\n"
+    "LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b, float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float apart = lightprobe_cost(a, total) + lightprobe_cost(b, total);\n"
+    "    LIGHTPROBE_PRECISE float cost = lightprobe_cost(lightprobe_add_sum(a, b), total) - apart;\n"
+    "    return cost;\n"
+    "}\n"
+    "\n"
+    "// Errors once two clusters, with these squares, share a light: more than that, unless they are very\n"
+    "// uneven.\n"
+    "LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,\n"
+    "                                                      float a_squares, lightprobe_sum b,\n"
+    "                                                      float b_squares, float total)\n"
+    "{\n"
+    "    lightprobe_sum both = lightprobe_add_sum(a, b);\n"
+    "    if (!(both.luminance > 0.0f)) return all;\n"
+    "    LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;\n"
+    "    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;\n"
+    "    LIGHTPROBE_PRECISE lightprobe_errors e = all;\n"
+    "    LIGHTPROBE_PRECISE float apart = a_squares + b_squares;\n"
+    "    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);\n"
+    "    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);\n"
+    "    e.width = e.width - widths + lightprobe_sum_error(both);\n"
+    "    return e;\n"
+    "}\n"
+    "\n"
+    "// For a moving probe: whether a light may be taken from a pair of clusters and given to another. 2:\n"
+    "// the pair does not need it any more, 1: it gains 16 times what it costs (errors squared), 0: no,\n"
+    "// since a light that changes hands jumps. error: with the pair merged.\n"
+    "LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,\n"
+    "                                      float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float least = 1e-5f * total + 16.0f * cost;\n"
+    "    return error < 0.8f * tolerance ? 2 : gain < least ? 0 : 1;\n"
+    "}\n"
+    // [glsl text end]
+        ;
+}
+
+static const char *lightprobe__quote_lights(void)
+{
+    return
+    // [glsl text begin lights] made by "make glsl", do not edit
+    "// What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of these, and\n"
+    "// luminance times squares and product of direction along e and f.\n"
+    "struct lightprobe_region {\n"
+    "    lightprobe_wide flux[3], resultant[3], luminance, solid_angle;\n"
+    "    lightprobe_vec3 d, e, f;\n"
+    "    lightprobe_wide second[3];\n"
+    "};\n"
+    "\n"
+    "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,\n"
+    "// which is the shadow that is lost without a map: share of the flux times the root of\n"
+    "// 8/3 (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).\n"
+    "LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)\n"
+    "{\n"
+    "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
+    "    float root = sqrtf(fabsf(variance)); // rounding may be negative\n"
+    "    LIGHTPROBE_PRECISE float angle = root * (1.81f - 0.24f * root);\n"
+    "    LIGHTPROBE_PRECISE float square = 0.66666667f - 0.42441318f * angle;\n"
+    "    LIGHTPROBE_PRECISE float shadow = s.luminance / total * sqrtf(fabsf(square));\n"
+    "    return shadow;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)\n"
+    "{\n"
+    "    lightprobe_region r;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        r.flux[i] = r.resultant[i] = r.second[i] = LIGHTPROBE_ZERO;\n"
+    "        r.d[i] = r.e[i] = r.f[i] = 0.0f;\n"
+    "    }\n"
+    "    r.luminance = r.solid_angle = LIGHTPROBE_ZERO;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region region,\n"
+    "                                                          lightprobe_leaf leaf)\n"
+    "{\n"
+    "    lightprobe_region r = region;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float part = leaf.strength * leaf.direction[i];\n"
+    "        LIGHTPROBE_ADD(r.flux[i], leaf.flux[i]);\n"
+    "        LIGHTPROBE_ADD(r.resultant[i], part);\n"
+    "    }\n"
+    "    LIGHTPROBE_ADD(r.luminance, leaf.luminance);\n"
+    "    LIGHTPROBE_ADD(r.solid_angle, leaf.solid_angle);\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// Two unit vectors that make a right-handed frame (e, f, d).\n"
+    "LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_vec3 d, LIGHTPROBE_OUT lightprobe_vec3 e,\n"
+    "                                        LIGHTPROBE_OUT lightprobe_vec3 f)\n"
+    "{\n"
+    "    float x = fabsf(d[0]);\n"
+    "    float y = fabsf(d[1]);\n"
+    "    float z = fabsf(d[2]);\n"
+    "    int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float across = (i == k ? 1.0f : 0.0f) - d[k] * d[i];\n"
+    "        e[i] = across;\n"
+    "    }\n"
+    "    lightprobe_normalize(e);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3, l = (i + 2) % 3;\n"
+    "        LIGHTPROBE_PRECISE float cross = d[j] * e[l] - d[l] * e[j];\n"
+    "        f[i] = cross;\n"
+    "    }\n"
+    "}\n"
+    "\n"
+    "// When all leaves have been added.\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region)\n"
+    "{\n"
+    "    lightprobe_region r = region;\n"
+    "    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
+    "    // Light from all around has no direction: any will do.\n"
+    "    float size = lightprobe_normalize(r.d);\n"
+    "    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++) r.d[i] = i == 1 ? 1.0f : 0.0f;\n"
+    "    lightprobe_frame(r.d, r.e, r.f);\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is spread\n"
+    "// evenly around its mean direction: how far is known from the length of the vector irradiance, only its shape\n"
+    "// is not.\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region, lightprobe_leaf leaf)\n"
+    "{\n"
+    "    lightprobe_region r = region;\n"
+    "    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float spread = 0.5f * (leaf.luminance - leaf.strength) * (1.0f + mean);\n"
+    "    LIGHTPROBE_PRECISE float along = leaf.strength * mean - spread;\n"
+    "    float e = lightprobe_dot(leaf.direction, r.e);\n"
+    "    float f = lightprobe_dot(leaf.direction, r.f);\n"
+    "    LIGHTPROBE_PRECISE float ee = along * e * e + spread;\n"
+    "    LIGHTPROBE_PRECISE float ff = along * f * f + spread;\n"
+    "    LIGHTPROBE_PRECISE float ef = along * e * f;\n"
+    "    LIGHTPROBE_ADD(r.second[0], ee);\n"
+    "    LIGHTPROBE_ADD(r.second[1], ff);\n"
+    "    LIGHTPROBE_ADD(r.second[2], ef);\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "// Of a sum over texels, which has been scaled so that it does not overflow; what it stands for may.\n"
+    "LIGHTPROBE_SHARED float lightprobe_unscaled(float sum)\n"
+    "{\n"
+    "    return sum < FLT_MAX * LIGHTPROBE_SCALE ? sum / LIGHTPROBE_SCALE : FLT_MAX;\n"
+    "}\n"
+    "\n"
+    "// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /\n"
+    "// 3). The variance is that of the sine of the angle.\n"
+    "LIGHTPROBE_SHARED float lightprobe_half_size(float variance)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float sine2 = 3.0f * variance;\n"
+    "    LIGHTPROBE_PRECISE float rest = 1.0f - sine2;\n"
+    "    if (17.0f * sine2 >= 16.0f) return 4.0f;\n"
+    "    return sqrtf(sine2 > 0.0f ? sine2 / rest : 0.0f);\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)\n"
+    "{\n"
+    "    float luminance = LIGHTPROBE_VALUE(r.luminance);\n"
+    "    lightprobe_vec3 resultant;\n"
+    "    for (int i = 0; i < 3; i++) resultant[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
+    "    // Principal axes of the second moments in the plane across d.\n"
+    "    LIGHTPROBE_PRECISE float a = LIGHTPROBE_VALUE(r.second[0]) / luminance;\n"
+    "    LIGHTPROBE_PRECISE float c = LIGHTPROBE_VALUE(r.second[1]) / luminance;\n"
+    "    LIGHTPROBE_PRECISE float b = LIGHTPROBE_VALUE(r.second[2]) / luminance;\n"
+    "    LIGHTPROBE_PRECISE float middle = 0.5f * (a + c);\n"
+    "    LIGHTPROBE_PRECISE float half_apart = 0.5f * (a - c);\n"
+    "    // Over the larger of the two: squares of what is left by rounding would underflow.\n"
+    "    float most = fabsf(half_apart) > fabsf(b) ? fabsf(half_apart) : fabsf(b);\n"
+    "    LIGHTPROBE_PRECISE float x = most > 0.0f ? half_apart / most : 1.0f;\n"
+    "    LIGHTPROBE_PRECISE float y = most > 0.0f ? fabsf(b) / most : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float root = sqrtf(x * x + y * y);\n"
+    "    LIGHTPROBE_PRECISE float wide = most * root;\n"
+    "    // Cosine and sine of the angle from e to u, from those of its double: the larger is a root.\n"
+    "    LIGHTPROBE_PRECISE float larger = sqrtf(0.5f + 0.5f * (fabsf(x) / root));\n"
+    "    LIGHTPROBE_PRECISE float smaller = 0.5f * (y / root) / larger;\n"
+    "    float cosine = x < 0.0f ? smaller : larger;\n"
+    "    float sine = x < 0.0f ? larger : smaller;\n"
+    "    sine = b < 0.0f ? -sine : sine;\n"
+    "    // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.\n"
+    "    LIGHTPROBE_PRECISE float cos_alpha = 1.0f - 2.0f * ((luminance - lightprobe_length(resultant)) / luminance);\n"
+    "    lightprobe_light light;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float u = cosine * r.e[i] + sine * r.f[i];\n"
+    "        LIGHTPROBE_PRECISE float v = cosine * r.f[i] - sine * r.e[i];\n"
+    "        light.direction[i] = r.d[i];\n"
+    "        light.axis_u[i] = u;\n"
+    "        light.axis_v[i] = v;\n"
+    "        light.irradiance[i] = lightprobe_unscaled(LIGHTPROBE_VALUE(r.flux[i]));\n"
+    "    }\n"
+    "    light.tan_half_u = lightprobe_half_size(middle + wide);\n"
+    "    light.tan_half_v = lightprobe_half_size(middle - wide);\n"
+    "    light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;\n"
+    "    light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;\n"
+    "    light.id = -1;\n"
+    "    return light;\n"
+    "}\n"
+    // [glsl text end]
+        ;
+}
+#endif
+
+#if defined __GNUC__
+#pragma GCC diagnostic pop
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+
+#if defined LIGHTPROBE__PRECISE_MATH && defined __clang__
+#pragma float_control(pop)
+#elif defined LIGHTPROBE__PRECISE_MATH
+#pragma GCC pop_options
+#endif
+
+#endif // LIGHTPROBE_IMPLEMENTATION

@@ -8,6 +8,7 @@
 #     // [glsl text begin] made by "make glsl", do not edit
 #     // [glsl text end]
 # A header with several texts names them: "// [glsl begin shading]", "// [glsl text begin shading] made ...".
+# These quotes stand behind all code, in the chapter >>generated: no piece comes after the first of them.
 # GLSL has no typedef, so "typedef struct NAME { ... } NAME;" becomes "struct NAME { ... };"; and it
 # names a struct without the word, so "struct NAME x" becomes "NAME x".
 # Comments stay: a driver's error message then names a line that a reader finds in the C source.
@@ -113,7 +114,7 @@ rewrite()
             sub(/[ \t]+$/, "", text)
             if ((name = marker(text, "begin", "")) != -1) {
                 if (piece) stop(i, "a piece begins inside the piece of line " piece)
-                if (block && !ends[block]) stop(i, "a piece begins inside the quoted text")
+                if (block) stop(i, "a piece comes after the quoted text of line " block)
                 piece = i
                 piece_name = name
                 pieces[name]++
