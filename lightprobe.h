@@ -48,7 +48,7 @@
 //
 //   >>light calls       lights of a cube map          >>math >>angles >>scratch >>vectors >>tiles >>cells
 //                                                     >>leaves >>clusters >>lights >>median cut >>extraction
-//   >>gl calls          the OpenGL 4.5 half           >>texts >>gl >>shaders >>plumbing >>updates
+//   >>gl calls          the OpenGL 4.5 half           >>texts >>gl >>shaders >>plumbing >>state >>updates
 //   >>picture calls     panoramas, crosses, strips    >>pictures >>panoramas >>crosses >>without
 //   >>licence           references, changelog, licence
 //   >>generated         quoted GLSL: nothing to read, nothing to edit
@@ -3102,6 +3102,8 @@ struct lightprobe_gl {
 #pragma GCC diagnostic ignored "-Woverlength-strings"
 #endif
 
+// ---- GLSL by hand, each text for the C of its name ---- >>shaders
+
 // Quotes of the C above, in >>generated.
 static const char *lightprobe__quote_work(void);
 static const char *lightprobe__quote_cells(void);
@@ -4015,6 +4017,18 @@ const char *lightprobe_glsl_lights(void)
     return lightprobe__glsl_lights;
 }
 
+// ---- Loader, log, programs ---- >>plumbing
+
+static const char *lightprobe__program_name(int which)
+{
+    static const char *const names[] = {"lightprobe tiles",   "lightprobe leaves",
+                                        "lightprobe gather",  "lightprobe divide",
+                                        "lightprobe respend", "lightprobe write"};
+    return names[which];
+}
+
+// [plumbing begin], which `make glsl` copies from mssm.h: edit it there
+
 static void lightprobe__log(const lightprobe_gl *gl, const char *what, const char *detail)
 {
     if (!gl->desc.log) return;
@@ -4030,7 +4044,7 @@ static int lightprobe__get(const lightprobe_gl *gl, lightprobe__glenum name)
     return value[0];
 }
 
-// Errors since the last call. Bounded: a lost context reports one forever.
+// The first error since the last call. Bounded: a lost context reports one forever.
 static lightprobe__glenum lightprobe__take_error(const lightprobe_gl *gl)
 {
     lightprobe__glenum first = 0;
@@ -4046,10 +4060,10 @@ static lightprobe_result lightprobe__load(lightprobe_gl *gl)
 {
     const char *missing = NULL;
 #define LIGHTPROBE__GL_LOAD(result, name, parameters)               \
-    {                                                               \
+    {                                                         \
         const lightprobe_gl_function f = gl->desc.load("gl" #name); \
-        memcpy(&gl->f.name, &f, sizeof f);                          \
-        if (!f && !missing) missing = "gl" #name;                   \
+        memcpy(&gl->f.name, &f, sizeof f);                    \
+        if (!f && !missing) missing = "gl" #name;             \
     }
     LIGHTPROBE__GL_FUNCTIONS(LIGHTPROBE__GL_LOAD)
 #undef LIGHTPROBE__GL_LOAD
@@ -4070,12 +4084,10 @@ static lightprobe_result lightprobe__load(lightprobe_gl *gl)
 }
 
 // Shader or program: passes the whole log on.
-static void lightprobe__log_all(const lightprobe_gl *gl, unsigned name, int program,
-                                const char *what)
+static void lightprobe__log_all(const lightprobe_gl *gl, unsigned name, int program, const char *what)
 {
     int length = 0;
-    (program ? gl->f.GetProgramiv : gl->f.GetShaderiv)(name, LIGHTPROBE__GL_INFO_LOG_LENGTH,
-                                                       &length);
+    (program ? gl->f.GetProgramiv : gl->f.GetShaderiv)(name, LIGHTPROBE__GL_INFO_LOG_LENGTH, &length);
     lightprobe__log(gl, "cannot build ", what);
     if (!gl->desc.log || length <= 1 || length > 1 << 20) return;
     char *text = (char *)LIGHTPROBE_MALLOC((size_t)length + 1);
@@ -4086,12 +4098,54 @@ static void lightprobe__log_all(const lightprobe_gl *gl, unsigned name, int prog
     LIGHTPROBE_FREE(text);
 }
 
-static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
-                                                   const char *defines)
+static lightprobe_result lightprobe__add_shader(lightprobe_gl *gl, int which, lightprobe__glenum type, const char *const *text,
+                                    int count)
 {
-    static const char *const names[] = {"lightprobe tiles",   "lightprobe leaves",
-                                        "lightprobe gather",  "lightprobe divide",
-                                        "lightprobe respend", "lightprobe write"};
+    const lightprobe__gl_functions *f = &gl->f;
+    int good = 0;
+    const unsigned shader = f->CreateShader(type);
+    if (!gl->program[which]) gl->program[which] = f->CreateProgram();
+    if (!shader || !gl->program[which]) {
+        if (shader) f->DeleteShader(shader);
+        lightprobe__log(gl, "no shader or program object for ", lightprobe__program_name(which));
+        return LIGHTPROBE_ERROR_GL;
+    }
+    f->ShaderSource(shader, count, text, NULL);
+    f->CompileShader(shader);
+    f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
+    if (good) f->AttachShader(gl->program[which], shader);
+    else lightprobe__log_all(gl, shader, 0, lightprobe__program_name(which));
+    f->DeleteShader(shader);
+    return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
+}
+
+static lightprobe_result lightprobe__link(lightprobe_gl *gl, int which)
+{
+    const unsigned program = gl->program[which];
+    int good = 0;
+    gl->f.LinkProgram(program);
+    gl->f.GetProgramiv(program, LIGHTPROBE__GL_LINK_STATUS, &good);
+    if (!good) lightprobe__log_all(gl, program, 1, lightprobe__program_name(which));
+    gl->f.ObjectLabel(LIGHTPROBE__GL_PROGRAM, program, -1, lightprobe__program_name(which));
+    return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
+}
+
+static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which, const char *const *text, int count)
+{
+    const lightprobe_result r = lightprobe__add_shader(gl, which, LIGHTPROBE__GL_COMPUTE_SHADER, text, count);
+    return r ? r : lightprobe__link(gl, which);
+}
+
+// A name to bind again; 0 where the object has been deleted since, perhaps in another context.
+static unsigned lightprobe__living(int name, lightprobe__glboolean(LIGHTPROBE__GLAPI *is)(unsigned))
+{
+    return name && is((unsigned)name) ? (unsigned)name : 0;
+}
+
+// [plumbing end]
+
+static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, const char *defines)
+{
     static const char *const bodies[] = {lightprobe__glsl_tiles,   lightprobe__glsl_leaves,
                                          lightprobe__glsl_gather,  lightprobe__glsl_divide,
                                          lightprobe__glsl_respend, lightprobe__glsl_write};
@@ -4111,29 +4165,7 @@ static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which,
                                 : plans                           ? lightprobe__glsl_plan
                                                                   : "",
                                 bodies[which]};
-    const lightprobe__gl_functions *f = &gl->f;
-    int good = 0;
-    const unsigned shader = f->CreateShader(LIGHTPROBE__GL_COMPUTE_SHADER);
-    const unsigned program = gl->program[which] = f->CreateProgram();
-    if (!shader || !program) {
-        if (shader) f->DeleteShader(shader);
-        lightprobe__log(gl, "no shader or program object for ", names[which]);
-        return LIGHTPROBE_ERROR_GL;
-    }
-    f->ShaderSource(shader, (int)(sizeof text / sizeof *text), text, NULL);
-    f->CompileShader(shader);
-    f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
-    if (good) {
-        f->AttachShader(program, shader);
-        f->LinkProgram(program);
-        f->GetProgramiv(program, LIGHTPROBE__GL_LINK_STATUS, &good);
-        if (!good) lightprobe__log_all(gl, program, 1, names[which]);
-        f->ObjectLabel(LIGHTPROBE__GL_PROGRAM, program, -1, names[which]);
-    } else {
-        lightprobe__log_all(gl, shader, 0, names[which]);
-    }
-    f->DeleteShader(shader);
-    return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
+    return lightprobe__build_program(gl, which, text, (int)(sizeof text / sizeof *text));
 }
 
 static unsigned lightprobe__bits_of(float x)
@@ -4169,7 +4201,7 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
         at += snprintf(defines + at, sizeof defines - (size_t)at, "#define LIGHTPROBE_BINDING%d %d\n", i,
                        d->first_buffer_binding + i);
     for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++) {
-        const lightprobe_result r = lightprobe__build_program(gl, i, defines);
+        const lightprobe_result r = lightprobe__build_stage(gl, i, defines);
         if (r) return r;
     }
     return LIGHTPROBE_OK;
@@ -4366,6 +4398,8 @@ void lightprobe_gl_destroy(lightprobe_gl *gl)
     LIGHTPROBE_FREE(gl);
 }
 
+// ---- State that is put back ---- >>state
+
 // What our own dispatches displace.
 typedef struct lightprobe__gl_bindings {
     int program, active, texture, sampler, generic, copied, buffer[LIGHTPROBE__BINDINGS];
@@ -4389,12 +4423,6 @@ static void lightprobe__save_bindings(const lightprobe_gl *gl, lightprobe__gl_bi
         f->GetInteger64i_v(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START, at, &b->start[i]);
         f->GetInteger64i_v(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE, at, &b->size[i]);
     }
-}
-
-// A name to bind again; 0 where the object has been deleted since, perhaps in another context.
-static unsigned lightprobe__living(int name, lightprobe__glboolean(LIGHTPROBE__GLAPI *is)(unsigned))
-{
-    return name && is((unsigned)name) ? (unsigned)name : 0;
 }
 
 static void lightprobe__restore_bindings(const lightprobe_gl *gl, const lightprobe__gl_bindings *b)
@@ -4467,6 +4495,8 @@ static void lightprobe__dispatch(const lightprobe_gl *gl, int which, int stage, 
     // In brackets: windows.h may have a macro of that name.
     (gl->f.MemoryBarrier)(LIGHTPROBE__GL_STORAGE_BARRIER | LIGHTPROBE__GL_UPDATE_BARRIER);
 }
+
+// ---- Updates and what they leave ---- >>updates
 
 static ptrdiff_t lightprobe__slot(const lightprobe_gl *gl, unsigned number)
 {

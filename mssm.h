@@ -48,7 +48,8 @@
 //   >>filtered calls    filtered hard shadows         >>filtered
 //   >>scattering calls  light shafts                  >>scattering
 //   >>text calls        GLSL for your own pipeline    >>texts
-//   >>gl calls          the OpenGL 4.5 half           >>gl >>shaders >>plumbing >>passes >>filtered gl
+//   >>gl calls          the OpenGL 4.5 half           >>gl >>shaders >>plumbing >>state >>passes
+//                                                     >>filtered gl
 //   >>licence           references, changelog, licence
 //   >>generated         quoted GLSL: nothing to read, nothing to edit
 //
@@ -3817,6 +3818,8 @@ static void mssm__filtered_resolve(mssm_gl *gl);
 static void mssm__filtered_build(mssm_gl *gl);
 #endif
 
+// ---- GLSL by hand, each text for the C of its name ---- >>shaders
+
 static const char mssm__glsl_version[] = "#version 450 core\n";
 
 // Around a text of shading: one line for what cannot work, and errors in the user's lines by their own numbers.
@@ -4288,21 +4291,25 @@ static const char mssm__glsl_texels[] =
     "    return least;\n"
     "}\n";
 
+// ---- Loader, log, programs ---- >>plumbing
+
+static const char *const mssm__program_names[MSSM__GIVEN] = {
+    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm store",
+    "mssm copy", "mssm show"};
+
+static const char *mssm__program_name(int which)
+{
+    return which < MSSM__GIVEN ? mssm__program_names[which] : "mssm given depth";
+}
+
+// [plumbing begin], which `make glsl` copies into lightprobe.h under its own prefix
+
 static void mssm__log(const mssm_gl *gl, const char *what, const char *detail)
 {
     if (!gl->desc.log) return;
     char line[256];
     snprintf(line, sizeof line, "mssm: %s%s", what, detail ? detail : "");
     gl->desc.log(gl->desc.user, line);
-}
-
-static int mssm__in_range(const mssm_gl *gl, const char *name, int value, int low, int high)
-{
-    char line[120];
-    if (value >= low && value <= high) return 1;
-    snprintf(line, sizeof line, "%s %d: %d to %d", name, value, low, high);
-    mssm__log(gl, line, NULL);
-    return 0;
 }
 
 static int mssm__get(const mssm_gl *gl, mssm__glenum name)
@@ -4312,8 +4319,7 @@ static int mssm__get(const mssm_gl *gl, mssm__glenum name)
     return value[0];
 }
 
-// Errors since the last call; those of the caller are reported to him, not lost. Bounded: a lost
-// context reports one forever.
+// The first error since the last call. Bounded: a lost context reports one forever.
 static mssm__glenum mssm__take_error(const mssm_gl *gl)
 {
     mssm__glenum first = 0;
@@ -4323,37 +4329,6 @@ static mssm__glenum mssm__take_error(const mssm_gl *gl)
         if (!first) first = e;
     }
     return first;
-}
-
-// Capabilities that passes switch: the first on, the second as the pass is, the third on, the rest off. Asking for one that a context does not
-// have would be an error.
-static void mssm__find_capabilities(mssm_gl *gl)
-{
-    static const mssm__glenum always[] = {
-        MSSM__GL_DEPTH_TEST,      MSSM__GL_CULL_FACE,           MSSM__GL_MULTISAMPLE,
-        MSSM__GL_STENCIL_TEST,    MSSM__GL_RASTERIZER_DISCARD,  MSSM__GL_DEPTH_CLAMP,
-        MSSM__GL_SAMPLE_SHADING,  MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
-        MSSM__GL_SAMPLE_COVERAGE, MSSM__GL_SAMPLE_MASK,         MSSM__GL_COLOR_LOGIC_OP};
-    const int count = (int)(sizeof always / sizeof *always);
-    memcpy(gl->capability, always, sizeof always);
-    gl->capabilities = count;
-    for (unsigned i = 0; i < 8; i++) {
-        gl->capability[gl->capabilities++] = MSSM__GL_CLIP_DISTANCE0 + i;
-    }
-    // Some drivers have a mask of 0 where nobody asked for a profile.
-    gl->compatible = !(mssm__get(gl, MSSM__GL_CONTEXT_PROFILE_MASK) & 1);
-    if (gl->compatible) {
-        gl->capability[gl->capabilities++] = MSSM__GL_ALPHA_TEST;
-        gl->capability[gl->capabilities++] = MSSM__GL_POLYGON_STIPPLE;
-    }
-    const int extensions = mssm__get(gl, MSSM__GL_NUM_EXTENSIONS);
-    for (int i = 0; i < extensions && i < 2000; i++) {
-        const char *name = (const char *)gl->f.GetStringi(MSSM__GL_EXTENSIONS, (unsigned)i);
-        if (!name) break;
-        if (strcmp(name, "GL_EXT_depth_bounds_test")) continue;
-        gl->capability[gl->capabilities++] = MSSM__GL_DEPTH_BOUNDS_TEST;
-        break;
-    }
 }
 
 static mssm_result mssm__load(mssm_gl *gl)
@@ -4380,7 +4355,6 @@ static mssm_result mssm__load(mssm_gl *gl)
         mssm__log(gl, "OpenGL 4.5 is needed (is a context current?), the loader does not find ", missing);
         return MSSM_ERROR_GL_VERSION;
     }
-    mssm__find_capabilities(gl);
     return MSSM_OK;
 }
 
@@ -4397,15 +4371,6 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
     (program ? gl->f.GetProgramInfoLog : gl->f.GetShaderInfoLog)(name, length, NULL, text);
     gl->desc.log(gl->desc.user, text);
     MSSM_FREE(text);
-}
-
-static const char *const mssm__program_names[MSSM__GIVEN] = {
-    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm store",
-    "mssm copy", "mssm show"};
-
-static const char *mssm__program_name(int which)
-{
-    return which < MSSM__GIVEN ? mssm__program_names[which] : "mssm given depth";
 }
 
 static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type, const char *const *text,
@@ -4444,6 +4409,54 @@ static mssm_result mssm__build_program(mssm_gl *gl, int which, const char *const
 {
     const mssm_result r = mssm__add_shader(gl, which, MSSM__GL_COMPUTE_SHADER, text, count);
     return r ? r : mssm__link(gl, which);
+}
+
+// A name to bind again; 0 where the object has been deleted since, perhaps in another context.
+static unsigned mssm__living(int name, mssm__glboolean(MSSM__GLAPI *is)(unsigned))
+{
+    return name && is((unsigned)name) ? (unsigned)name : 0;
+}
+
+// [plumbing end]
+
+static int mssm__in_range(const mssm_gl *gl, const char *name, int value, int low, int high)
+{
+    char line[120];
+    if (value >= low && value <= high) return 1;
+    snprintf(line, sizeof line, "%s %d: %d to %d", name, value, low, high);
+    mssm__log(gl, line, NULL);
+    return 0;
+}
+
+// Capabilities that passes switch: the first on, the second as the pass is, the third on, the rest off.
+// Asking for one that a context does not have would be an error.
+static void mssm__find_capabilities(mssm_gl *gl)
+{
+    static const mssm__glenum always[] = {
+        MSSM__GL_DEPTH_TEST,      MSSM__GL_CULL_FACE,           MSSM__GL_MULTISAMPLE,
+        MSSM__GL_STENCIL_TEST,    MSSM__GL_RASTERIZER_DISCARD,  MSSM__GL_DEPTH_CLAMP,
+        MSSM__GL_SAMPLE_SHADING,  MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
+        MSSM__GL_SAMPLE_COVERAGE, MSSM__GL_SAMPLE_MASK,         MSSM__GL_COLOR_LOGIC_OP};
+    const int count = (int)(sizeof always / sizeof *always);
+    memcpy(gl->capability, always, sizeof always);
+    gl->capabilities = count;
+    for (unsigned i = 0; i < 8; i++) {
+        gl->capability[gl->capabilities++] = MSSM__GL_CLIP_DISTANCE0 + i;
+    }
+    // Some drivers have a mask of 0 where nobody asked for a profile.
+    gl->compatible = !(mssm__get(gl, MSSM__GL_CONTEXT_PROFILE_MASK) & 1);
+    if (gl->compatible) {
+        gl->capability[gl->capabilities++] = MSSM__GL_ALPHA_TEST;
+        gl->capability[gl->capabilities++] = MSSM__GL_POLYGON_STIPPLE;
+    }
+    const int extensions = mssm__get(gl, MSSM__GL_NUM_EXTENSIONS);
+    for (int i = 0; i < extensions && i < 2000; i++) {
+        const char *name = (const char *)gl->f.GetStringi(MSSM__GL_EXTENSIONS, (unsigned)i);
+        if (!name) break;
+        if (strcmp(name, "GL_EXT_depth_bounds_test")) continue;
+        gl->capability[gl->capabilities++] = MSSM__GL_DEPTH_BOUNDS_TEST;
+        break;
+    }
 }
 
 // A float constant as GLSL reads it in any locale.
@@ -4768,11 +4781,7 @@ static const struct {
      "#define MSSM_SAMPLER sampler2DMSArray\n"
      "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), s).x\n"}};
 
-// A name to bind again; 0 where the object has been deleted since, perhaps in another context.
-static unsigned mssm__living(int name, mssm__glboolean(MSSM__GLAPI *is)(unsigned))
-{
-    return name && is((unsigned)name) ? (unsigned)name : 0;
-}
+// ---- State that is put back ---- >>state
 
 // Between glBeginTransformFeedback and its end GL allows no other program. Says so.
 static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
@@ -4858,6 +4867,8 @@ static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, 
         }
     }
 }
+
+// ---- Passes and calls ---- >>passes
 
 // Depth that is bound, as moments into the map of a light.
 static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linear, int samples)
@@ -5120,6 +5131,7 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     g->format[2] = MSSM__GL_RG32F;
     mssm_result r = mssm__check_desc(g);
     if (!r) r = mssm__load(g);
+    if (!r) mssm__find_capabilities(g);
     if (r) {
         MSSM_FREE(g);
         return r;

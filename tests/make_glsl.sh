@@ -1,5 +1,6 @@
 #!/bin/sh
-# Writes the GLSL text of a header from the C source of the same header (one source for both).
+# Writes the GLSL text of a header from the C source of the same header (one source for both), and what both
+# headers have alike, the plumbing of OpenGL, from mssm.h into the other.
 #
 #     sh tests/make_glsl.sh mssm.h lightprobe.h            rewrite where stale
 #     sh tests/make_glsl.sh --check mssm.h lightprobe.h    exit 1 where stale, write nothing
@@ -9,6 +10,8 @@
 #     // [glsl text end]
 # A header with several texts names them: "// [glsl begin shading]", "// [glsl text begin shading] made ...".
 # These quotes stand behind all code, in the chapter >>generated: no piece comes after the first of them.
+# In mssm.h lines between "// [plumbing begin]" and "// [plumbing end]" go into the same place of other
+# headers in its folder, with their prefix for its own.
 # GLSL has no typedef, so "typedef struct NAME { ... } NAME;" becomes "struct NAME { ... };"; and it
 # names a struct without the word, so "struct NAME x" becomes "NAME x".
 # Comments stay: a driver's error message then names a line that a reader finds in the C source.
@@ -26,16 +29,32 @@ if [ $# -eq 0 ]; then
 fi
 
 fresh=$(mktemp) || exit 1
-trap 'rm -f "$fresh"' EXIT
+trap 'rm -f "$fresh" "$fresh".c' EXIT
 trap 'exit 1' HUP INT TERM
+
+# The header with the plumbing of the mssm.h beside it.
+plumbing()
+{
+    case $1 in */*) from=${1%/*}/mssm.h ;; *) from=mssm.h ;; esac
+    if [ "$1" = "$from" ] || ! grep -q '^// \[plumbing begin\]' "$1" || [ ! -r "$from" ]; then
+        cat "$1"
+        return
+    fi
+    prefix=$(basename "$1" .h)
+    awk -v small="$prefix" -v large="$(echo "$prefix" | tr a-z A-Z)" '
+    /^\/\/ \[plumbing end\]/ { inside = 0 }
+    FNR == NR && inside { gsub(/mssm/, small); gsub(/MSSM/, large); text = text $0 "\n" }
+    FNR != NR && !inside { print }
+    /^\/\/ \[plumbing begin\]/ { inside = 1; if (FNR != NR) printf "%s", text }' "$from" "$1"
+}
 
 # Prints the whole header with a fresh block; on bad input, one message and exit 1.
 rewrite()
 {
-    LC_ALL=C awk '
+    LC_ALL=C awk -v header="$1" '
     function stop(line, message)
     {
-        printf "%s:%d: %s\n", FILENAME, line, message > "/dev/stderr"
+        printf "%s:%d: %s\n", header, line, message > "/dev/stderr"
         failed = 1
         exit 1
     }
@@ -156,7 +175,7 @@ rewrite()
             for (n = 1; n <= lines[name_of[i]]; n++) print indent[i] quote(glsl[name_of[i], n])
             i = ends[i] - 1
         }
-    }' "$1"
+    }' "$2"
 }
 
 status=0
@@ -164,16 +183,16 @@ for header in "$@"; do
     if [ ! -r "$header" ]; then
         echo "$header: cannot be read" >&2
         status=1
-    elif ! rewrite "$header" > "$fresh"; then
+    elif ! plumbing "$header" > "$fresh.c" || ! rewrite "$header" "$fresh.c" > "$fresh"; then
         status=1
     elif cmp -s "$fresh" "$header"; then
         :
     elif [ $check -eq 1 ]; then
-        echo "$header: its quoted GLSL is stale; mend it with: sh tests/make_glsl.sh $header" >&2
+        echo "$header: its quoted GLSL or its plumbing is stale; mend it with: sh tests/make_glsl.sh $header" >&2
         status=1
     else
         cat "$fresh" > "$header" || status=1
-        echo "$header: GLSL text renewed"
+        echo "$header: GLSL text and plumbing renewed"
     fi
 done
 exit $status
