@@ -45,10 +45,14 @@ common = $(out)/libcommon.a
 # Without GLFW `make` leaves the viewer out.
 glfw := $(strip $(shell pkg-config --libs glfw3 2>/dev/null))
 examples = $(patsubst examples/%.c,$(out)/%,$(filter-out $(if $(glfw),,examples/viewer.c),$(wildcard examples/*.c)))
-test_sources = $(filter-out tests/safe_bias.c $(wildcard tests/bench_*.c),$(wildcard tests/*.c))
+# tests/suites.h lists the suites; what they stand on is in tests/support.
+suites = $(shell sed -nE 's,^($(1))\(([a-z]+)\, ([a-z_]+)\)$$,tests/\2/test_\3.c,p' tests/suites.h)
+test_sources = $(call suites,CPU|ALL|GL64) $(wildcard tests/support/*.c)
 # tests/compare holds the rivals, which the tests use too, and three programs: report and pictures with
 # files of their own, and measure, which is all the others.
-compare = $(patsubst %.c,$(out)/%.o,$(wildcard tests/compare/*.c))
+programs = $(patsubst %.c,$(out)/%.o,$(filter-out tests/$(1)/test_%,$(wildcard tests/$(1)/*.c)))
+support = $(patsubst %,$(out)/tests/support/%.o,$(1))
+compare = $(call programs,compare)
 part = $(patsubst %,$(out)/tests/compare/%.o,$(1))
 rivals = $(call part,methods patterns percentage_closer variance convolution)
 report_only = $(call part,report charts page claims summary svg)
@@ -56,14 +60,11 @@ report_objects = $(filter $(report_only) $(call part,figures),$(compare))
 measure_objects = $(filter-out $(report_only) $(call part,pictures),$(compare))
 test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases cases_new flip gl_convolution gl_percentage_closer measure_gl figures light_cuts) \
     $(out)/tests/isa/listing.o $(out)/tests/figures/median_cut.o
-stability_objects = $(patsubst %.c,$(out)/%.o,$(wildcard tests/stability/*.c)) $(call part,svg) \
-    $(patsubst %,$(out)/tests/%.o,families oracle_moments oracle_lightprobe scenes random)
-benches = $(patsubst tests/%.c,$(out)/%,$(wildcard tests/bench_*.c))
+stability_objects = $(call programs,stability) $(call part,svg) $(call support,families oracle_moments oracle_lightprobe scenes random)
+benches = $(patsubst tests/bench/%.c,$(out)/%,$(wildcard tests/bench/*.c))
 
 # The tests of what needs no OpenGL: for coverage, mutants and other platforms.
-cpu_sources = $(addprefix tests/,main.c test_moments.c test_map.c test_visibility.c test_estimators.c test_lightprobe.c test_errata.c test_parts.c test_edges.c test_cases.c \
-    test_images.c test_lights.c test_filtered.c test_scattering.c \
-    oracle_moments.c oracle_lightprobe.c families.c random.c scenes.c) \
+cpu_sources = $(call suites,CPU) $(filter-out tests/support/gl_%,$(wildcard tests/support/*.c)) \
     $(filter-out examples/common/gl_%.c,$(wildcard examples/common/*.c))
 cpu_objects = $(patsubst %.c,$(out)/cpu/%.o,$(cpu_sources))
 
@@ -100,7 +101,7 @@ mutants:
 isa:
 	@sh tests/isa.sh write
 
-$(out)/isa: $(patsubst %.c,$(out)/%.o,$(wildcard tests/isa/*.c)) $(call part,gl_convolution gl_percentage_closer patterns figures) $(common)
+$(out)/isa: $(call programs,isa) $(call part,gl_convolution gl_percentage_closer patterns figures) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ -lvulkan $(LIBS)
 
 glsl:
@@ -163,17 +164,19 @@ $(out)/test: $(test_objects) $(common)
 $(out)/stability: $(stability_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-$(out)/safe_bias: $(out)/tests/oracle_moments.o
-$(benches) $(out)/safe_bias: $(out)/%: $(out)/tests/%.o $(out)/tests/random.o $(out)/tests/families.o $(common)
+$(out)/safe_bias: $(out)/tests/proofs/safe_bias.o $(call support,oracle_moments random families) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-$(out)/measure: $(measure_objects) $(out)/tests/random.o $(out)/tests/oracle_lightprobe.o $(common)
+$(benches): $(out)/%: $(out)/tests/bench/%.o $(call support,random families) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-$(out)/pictures: $(call part,pictures cases cases_new flip) $(rivals) $(out)/tests/random.o $(common)
+$(out)/measure: $(measure_objects) $(call support,random oracle_lightprobe) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
-$(out)/figures: $(patsubst %.c,$(out)/%.o,$(wildcard tests/figures/*.c)) $(rivals) $(call part,svg gl_convolution gl_percentage_closer) $(common)
+$(out)/pictures: $(call part,pictures cases cases_new flip) $(rivals) $(call support,random) $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+$(out)/figures: $(call programs,figures) $(rivals) $(call part,svg gl_convolution gl_percentage_closer) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 $(out)/report: $(report_objects) $(common)

@@ -132,9 +132,11 @@ IFS='	' read -r header line at length to key text <<END
 $(sed -n "${number}p" $work/chosen.tsv)
 END
 tree=$work/tree$number
-mkdir -p $tree/tests
+mkdir -p $tree/tests/both $tree/tests/support
 cp mssm.h lightprobe.h $tree
-cp tests/test_parts.c tests/*.h $tree/tests
+cp tests/both/test_parts.c $tree/tests/both
+cp tests/support/*.h $tree/tests/support
+cp tests/suites.h $tree/tests
 awk -v line="$line" -v at="$at" -v length_="$length" -v to="$to" '
     NR == line { $0 = substr($0, 1, at - 1) to substr($0, at + length_) }
     { print }' $header >$tree/$header
@@ -142,7 +144,7 @@ awk -v line="$line" -v at="$at" -v length_="$length" -v to="$to" '
 build()
 {
     sources=$work/$header.c
-    [ $header = lightprobe.h ] && sources="$sources $tree/tests/test_parts.c"
+    [ $header = lightprobe.h ] && sources="$sources $tree/tests/both/test_parts.c"
     for source in $sources; do
         object=$tree/$(basename $source).o
         $CC $flags $1 -I$tree -c $source -o $object 2>$tree/log || return 1

@@ -5,7 +5,7 @@
 #
 # ```c blocks go to the C compiler, each as a file of its own; ```glsl vertex | fragment | compute to
 # glslangValidator behind #version and declarations of mssm_visibility() and two of a name (for real shaders the drivers'
-# compiler sees the whole text, tests/test_gl.c). With "vulkan" in the first line the block comes
+# compiler sees the whole text, tests/gl). With "vulkan" in the first line the block comes
 # behind the whole text of mssm_glsl_math() and mssm_glsl_shading(), and must become SPIR-V.
 # One line a check: "ok   name", "FAIL name" or "skip name: what is missing". Exit 1 if any failed.
 

@@ -2,7 +2,7 @@
 #ifndef CASE_PARTS_H
 #define CASE_PARTS_H
 
-#include "../test.h"
+#include "../support/test.h"
 #include "cases.h"
 
 static inline float draw(uint64_t *state, double low, double high)

@@ -5,7 +5,7 @@
 enum { TERMS_MAX = 16 };
 
 // What the paper leaves to its reader, by the number of terms: the least mean error over the scenes
-// of tests/scenes.h, at other lights and receivers than the tests'. The strengths that the paper's
+// of tests/support/scenes.h, at other lights and receivers than the tests'. The strengths that the paper's
 // pictures use (A = 30, B = 20, a scale that puts all ringing outside of [0,1]) make shadows darker
 // and sharper: rms .149, .118, .107 with 4, 8, 16 terms instead of .089, .073, .069.
 typedef struct tuning {

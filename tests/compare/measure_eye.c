@@ -2,7 +2,7 @@
 // rises, errors that change from one texel to the next, and the difference of pictures.
 #include "measure.h"
 
-#include "../test.h"
+#include "../support/test.h"
 #include "flip.h"
 
 #include <math.h>

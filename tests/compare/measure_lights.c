@@ -5,8 +5,8 @@
 
 #include "../../examples/common/lighting.h"
 #include "../../examples/common/threads.h"
-#include "../oracle_lightprobe.h"
-#include "../test.h"
+#include "../support/oracle_lightprobe.h"
+#include "../support/test.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,8 +5,8 @@
 // (`make chart` does); figures carry the way of building in the method's name.
 #include "measure.h"
 
-#include "../published_moments.h"
-#include "../test.h"
+#include "../support/published_moments.h"
+#include "../support/test.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 // What changes with the width of the kernel, the side of the map, time, and the library's settings.
 #include "measure.h"
 
-#include "../test.h"
+#include "../support/test.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -71,7 +71,7 @@ static FILE *open_cases(const char *folder, const char *name, const char *title)
     if (f) {
         fprintf(f,
                 "# %s\n# Written by `build/release/stability --cases tests/cases`; the format is "
-                "described in tests/test_cases.c.\n",
+                "described in tests/math/test_cases.c.\n",
                 title);
     }
     return f;

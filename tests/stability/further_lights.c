@@ -1,8 +1,8 @@
 // Lights and receivers at their limits, and maps of open meshes.
 #include "further.h"
 
-#include "../scenes.h"
-#include "../test.h"
+#include "../support/scenes.h"
+#include "../support/test.h"
 
 #include <float.h>
 #include <math.h>

@@ -2,8 +2,8 @@
 // of it), and to sums that take texels as they are.
 #include "further.h"
 
-#include "../oracle_lightprobe.h"
-#include "../families.h"
+#include "../support/oracle_lightprobe.h"
+#include "../support/families.h"
 
 #include <float.h>
 #include <math.h>

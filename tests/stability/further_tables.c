@@ -2,7 +2,7 @@
 // edges.
 #include "further.h"
 
-#include "../families.h"
+#include "../support/families.h"
 #include "stored.h"
 
 #include <math.h>

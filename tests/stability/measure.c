@@ -2,7 +2,7 @@
 #include "measure.h"
 
 #include "../../examples/common/threads.h"
-#include "../oracle_moments.h"
+#include "../support/oracle_moments.h"
 
 #include <math.h>
 #include <stdlib.h>

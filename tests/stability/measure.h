@@ -3,7 +3,7 @@
 #ifndef MEASURE_H
 #define MEASURE_H
 
-#include "../families.h"
+#include "../support/families.h"
 #include "methods.h"
 #include "stored.h"
 

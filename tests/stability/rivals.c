@@ -3,7 +3,7 @@
 // roots of the polynomial c are the other depths; the shares follow from as many linear equations
 // as there are depths. They differ in how the two systems and the polynomial are solved. All in float32,
 // without any repair.
-#include "../published_moments.h"
+#include "../support/published_moments.h"
 #include "methods.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 // Storage formats, one function each, and the bias vectors.
 #include "stored.h"
 
-#include "../families.h"
+#include "../support/families.h"
 #include "methods.h"
 
 #include <math.h>

@@ -1,0 +1,653 @@
+// What the estimators promise beyond closeness to rays: shadows that only brighten outwards, umbras that
+// stay dark whatever the frustum, and what normals, many points and tolerances do.
+#include "../support/scenes.h"
+#include "../support/test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct setup {
+    scene scene;
+    mssm_light light;
+    mssm_map *map;
+    float *depth;
+    void *memory;
+    int side;
+} setup;
+
+static void *allocate(size_t bytes)
+{
+    void *memory = malloc(bytes);
+    if (!memory) abort();
+    return memory;
+}
+
+static void setup_map(setup *u, int side, int samples, int with_back)
+{
+    const size_t count = (size_t)(side * side * samples), bytes = mssm_map_bytes(side, 6);
+    float *back = allocate(count * sizeof *back);
+    u->side = side;
+    u->depth = allocate(count * sizeof *u->depth);
+    u->memory = allocate(bytes);
+    scene_depth(&u->scene, &u->light, side, samples, u->depth, back);
+    CHECK(mssm_map_init(&u->map, u->memory, bytes, side, 6) == MSSM_OK, "init");
+    CHECK(mssm_map_update(u->map, u->depth, with_back ? back : NULL, samples) == MSSM_OK, "update");
+    free(back);
+}
+
+static void setup_free(setup *u)
+{
+    free(u->depth);
+    free(u->memory);
+}
+
+static double visibility(const setup *u, const mssm_settings *settings, const double point[3])
+{
+    const float p[3] = {(float)point[0], (float)point[1], (float)point[2]};
+    return (double)mssm_map_visibility(u->map, &u->light, settings, p);
+}
+
+static double visibility_normal(const setup *u, const double point[3], const double normal[3],
+                                double length)
+{
+    float p[3], n[3];
+    for (int k = 0; k < 3; k++) {
+        p[k] = (float)point[k];
+        n[k] = (float)(normal[k] * length);
+    }
+    return (double)mssm_map_visibility_normal(u->map, &u->light, NULL, p, n);
+}
+
+static const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0};
+
+// Straight from above, with the frustum's sides given.
+static void sun_above(setup *u, double tangent, float low_y, float high_y, float half)
+{
+    const float low[3] = {-half, low_y, -half}, high[3] = {half, high_y, half};
+    CHECK(mssm_light_directional(&u->light, up, axis, (float)tangent, (float)tangent, low, high) ==
+              MSSM_OK,
+          "light");
+}
+
+static void spot_above(setup *u, float height, float tan_half_fov, float z_near, float z_far,
+                       double half_width)
+{
+    const float at[3] = {0, height, 0};
+    CHECK(mssm_light_spot(&u->light, at, up, axis, tan_half_fov, z_near, z_far, (float)half_width,
+                          (float)half_width) == MSSM_OK,
+          "light");
+}
+
+// ---- shape of penumbras ------------------------------------------------------------------------
+
+// A cube or a box of random size, turned at random, and a floor that only the map has.
+static void turned_box(setup *u, int is_cube, int with_floor, uint64_t *state)
+{
+    double a[3], b[3], n[3], half[3];
+    for (int k = 0; k < 3; k++) {
+        a[k] = test_range(state, -1, 1);
+        b[k] = test_range(state, -1, 1);
+        half[k] = is_cube ? 0.25 : test_range(state, 0.1, 0.28);
+    }
+    for (int k = 0; k < 3; k++)
+        n[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+    memset(&u->scene, 0, sizeof u->scene);
+    scene_add_box(&u->scene, 0, 0, 0, half[0], half[1], half[2]);
+    scene_turn_last(&u->scene, a, n);
+    if (with_floor) scene_add_box(&u->scene, 0, -0.65, 0, 3, 0.05, 3);
+    scene_finish(&u->scene);
+}
+
+// How far visibility falls from its highest on the way out along a row on the floor.
+static double deepest_fall(const setup *u, double angle, double length, int rays)
+{
+    const double normal[3] = {0, 1, 0};
+    double top = 0, fall = 0;
+    for (int i = 0; i < 100; i++) {
+        const double r = length * i / 100, p[3] = {r * cos(angle), -0.6, r * sin(angle)};
+        uint64_t state = 1; // the same rays for all
+        const double v = rays ? scene_visibility(&u->scene, &u->light, p, normal, 24, &state)
+                              : visibility(u, NULL, p);
+        top = fmax(top, v);
+        fall = fmax(fall, top - v);
+    }
+    return fall;
+}
+
+static int rising(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+// Rows through the penumbra of one box in one map, and how far they fall where the truth does not.
+static int falls_of_box(setup *u, int is_spot, int with_floor, double *fall)
+{
+    static const double tangents[4] = {0.03, 0.1, 0.2, 0.4};
+    int rows = 0;
+    if (is_spot)
+        spot_above(u, 2.4f, 0.5f, 1, 4, 0);
+    else
+        sun_above(u, 0, with_floor ? -0.7f : -0.5f, 0.5f, with_floor ? 0.9f : 0.5f);
+    setup_map(u, 256, 4, 0);
+    u->scene.count = 1;
+    for (int t = 0; t < 4; t++) {
+        u->light.half_u = u->light.half_v = (float)(is_spot ? 3 * tangents[t] : tangents[t]);
+        for (int row = 0; row < 20; row++) {
+            const double angle = 6.2831853 * (row + 0.3) / 20, length = with_floor ? 0.6 : 1.2;
+            double f = deepest_fall(u, angle, length, 0);
+            if (f > 0.03) f = fmax(f - deepest_fall(u, angle, length, 1), 0);
+            fall[rows++] = f;
+        }
+    }
+    setup_free(u);
+    return rows;
+}
+
+// Longish boxes under the largest light are the worst.
+static void penumbrae_only_brighten_outwards(void)
+{
+    enum { BOXES = 4 };
+    static const double most_rows[2] = {0.015, 0.005};
+    static double fall[BOXES * 4 * 80];
+    uint64_t state = 30;
+    for (int is_cube = 0; is_cube < 2; is_cube++) {
+        int rows = 0, bad = 0;
+        for (int way = 0; way < test_trials(BOXES) * 4; way++) {
+            setup u;
+            turned_box(&u, is_cube, way / 2 % 2, &state);
+            rows += falls_of_box(&u, way % 2, way / 2 % 2, fall + rows);
+        }
+        for (int i = 0; i < rows; i++) bad += fall[i] > 0.03;
+        qsort(fall, (size_t)rows, sizeof *fall, rising);
+        const double most = fall[(rows - 1) * 99 / 100];
+        test_note("%s: %d of %d rows fall by more than 0.03; 99%% by at most %.3f, all by %.3f",
+                  is_cube ? "cubes" : "boxes", bad, rows, most, fall[rows - 1]);
+        if (rows < 1000) continue;
+        CHECK(bad <= most_rows[is_cube] * rows, "%d of %d rows fall by more than 0.03", bad, rows);
+        CHECK(most <= 0.05, "99%% of rows fall by at most %.3f", most);
+    }
+}
+
+// ---- frusta that reach far towards the light ---------------------------------------------------
+
+// Below a plate that hides the whole light. In a box 512 times as tall as the plate is above the ground the
+// moment bias (1.3e-6 and 7e-7 of the square of the range of depth) would let light through.
+static void umbras_stay_dark_whatever_the_frustum(void)
+{
+    enum { TALL = 6, NEAR_PLANES = 7 };
+    // Heights of the box, and near planes.
+    static const float reach[TALL + NEAR_PLANES] = {1, 16, 64,   128, 256,   1024, 3,
+                                                    1, 0.3f, 0.1f, 0.02f, 0.01f, 0.001f};
+    for (int way = 0; way < TALL + NEAR_PLANES; way++) {
+        setup u;
+        memset(&u.scene, 0, sizeof u.scene);
+        scene_add_box(&u.scene, 0, -0.05, 0, 9, 0.05, 9);
+        scene_add_box(&u.scene, 0, 0.495, 0, 1, 0.005, 1);
+        scene_finish(&u.scene);
+        if (way < TALL)
+            sun_above(&u, 0.2, 0, reach[way], 2);
+        else
+            spot_above(&u, 4, 0.7f, reach[way], 5, 0.3);
+        setup_map(&u, 256, 1, 0);
+        double lightest = 0;
+        for (int e = 0; e < 9; e++) {
+            const mssm_settings s = {.moments = e / 3 ? e / 3 * 2 + 2 : 0,
+                                     .estimator = (mssm_estimator)(e % 3)};
+            for (int i = 0; i < 25; i++) {
+                const double at[3] = {0.3 * (i % 5 - 2), 0, 0.3 * (i / 5 - 2)};
+                lightest = fmax(lightest, visibility(&u, &s, at));
+            }
+            CHECK(lightest < 0.01, "%s %g, estimator %d, %d moments: %.4f", way < TALL ? "height" : "near plane",
+                  (double)reach[way], e % 3, s.moments, lightest);
+        }
+        if (lightest > 0.005)
+            test_note("%s %g: %.4f", way < TALL ? "height" : "near plane", (double)reach[way], lightest);
+        setup_free(&u);
+    }
+}
+
+// Root mean square errors of the three estimators over receivers in a scene below its light.
+static void rms(const setup *u, int receivers, uint64_t seed, double error[3])
+{
+    memset(error, 0, 3 * sizeof *error);
+    for (int i = 0; i < receivers; i++) {
+        double point[3], normal[3];
+        scene_receiver(&u->scene, &seed, point, normal);
+        const double truth = scene_visibility(&u->scene, &u->light, point, normal, 12, &seed);
+        for (int e = 0; e < 3; e++) {
+            const mssm_settings s = {.estimator = (mssm_estimator)e};
+            error[e] += pow(visibility(u, &s, point) - truth, 2);
+        }
+    }
+    for (int e = 0; e < 3; e++) error[e] = sqrt(error[e] / receivers);
+}
+
+static void boxes_on_ground(setup *u)
+{
+    memset(&u->scene, 0, sizeof u->scene);
+    scene_add_box(&u->scene, 0, -0.1, 0, 2, 0.1, 2);
+    scene_add_box(&u->scene, 0.1, 0.3, 0, 0.4, 0.3, 0.3);
+    scene_add_box(&u->scene, -0.9, 0.15, 0.7, 0.2, 0.15, 0.2);
+    scene_add_box(&u->scene, 0.9, 0.1, -0.8, 0.3, 0.1, 0.1);
+    scene_add_box(&u->scene, 0.9, 0.6, 0.9, 0.1, 0.6, 0.1);
+    u->scene.ground_casts = 1;
+}
+
+static setup boxes_below(int is_spot)
+{
+    setup u;
+    boxes_on_ground(&u);
+    u.scene.sun[0] = 0.5;
+    u.scene.sun[1] = 1;
+    scene_finish(&u.scene);
+    if (is_spot)
+        spot_above(&u, 4, 0.8f, 0.5f, 5, 0.3);
+    else
+        CHECK(scene_light(&u.scene, 0.2, 0.1, &u.light) == MSSM_OK, "light");
+    setup_map(&u, 128, 1, 0);
+    return u;
+}
+
+// Neither what a frustum holds of empty space nor a thin mast in a corner costs contact shadows. The
+// single kernels of the published estimators search as far as the mast: five times the error below 40 units.
+static void near_planes_and_masts_cost_no_contact_shadows(void)
+{
+    static const float nears[4] = {2, 0.5f, 0.2f, 0.01f};
+    static const double masts[4] = {0, 3, 10, 40}, times[2][3] = {{1.2, 1.2, 1.4}, {1.2, 9, 9}};
+    const int receivers = test_trials(1500);
+    for (int way = 0; way < 2; way++) {
+        double error[4][3], best[3] = {1, 1, 1};
+        for (int i = 0; i < 4; i++) {
+            setup u;
+            boxes_on_ground(&u);
+            u.scene.sun[1] = 1;
+            scene_finish(&u.scene);
+            // The mast is in the map alone, and beside where the receivers are.
+            if (way == 1 && masts[i] > 0)
+                scene_add_box(&u.scene, -1.97, masts[i] / 2, -1.97, 0.02, masts[i] / 2, 0.02);
+            if (way == 0)
+                spot_above(&u, 4, 0.8f, nears[i], 5, 0.3);
+            else
+                sun_above(&u, 0.1, -0.2f, (float)fmax(masts[i], 1.2), 2);
+            setup_map(&u, 256, 1, 0);
+            u.scene.count = 5;
+            rms(&u, receivers, 31, error[i]);
+            for (int e = 0; e < 3; e++) best[e] = fmin(best[e], error[i][e]);
+            setup_free(&u);
+        }
+        for (int e = 0; e < 3; e++) {
+            test_note("%s, estimator %d: rms %.4f %.4f %.4f %.4f",
+                      way ? "masts of 0, 3, 10, 40" : "near planes 2, .5, .2, .01", e, error[0][e],
+                      error[1][e], error[2][e], error[3][e]);
+        }
+        for (int i = 0; i < 12 && receivers >= 1000; i++) {
+            const double got = error[i / 3][i % 3], least = best[i % 3];
+            CHECK(got <= 0.035, "way %d, %d, estimator %d: rms %.4f", way, i / 3, i % 3, got);
+            CHECK(got <= times[way][i % 3] * least, "way %d, %d, estimator %d: rms %.4f, best %.4f",
+                  way, i / 3, i % 3, got, least);
+        }
+    }
+}
+
+// Below a sheet that goes on beyond the map, up to its rim: what the map holds there stands for the rest.
+static void no_light_comes_in_past_the_rim(void)
+{
+    static const float half[4] = {0, 0.02f, 0.1f, 0.3f};
+    static const double part[7] = {0, 0.5, 0.8, 0.88, 0.92, 0.96, 0.99};
+    double lightest = 0;
+    for (int way = 0; way < 6; way++) {
+        setup u;
+        double across = 8 * 0.57735;
+        memset(&u.scene, 0, sizeof u.scene);
+        scene_add_box(&u.scene, 0, -0.001 - (way < 4 ? 2 : 1), 0, 90, 0.001, 90);
+        scene_finish(&u.scene);
+        if (way < 4) { // a cone of 60 degrees
+            spot_above(&u, 0, 0.57735f, 0.5f, 12, (double)half[way]);
+        } else if (way == 4) {
+            spot_above(&u, 0, 1, 0.1f, 20, 0.1);
+            across = 8;
+        } else { // a cascade
+            sun_above(&u, 0.1, -8, 0, 5);
+            across = 5;
+        }
+        setup_map(&u, 256, 4, 0);
+        for (int i = 0; i < 7; i++) {
+            for (int e = 0; e < 3; e++) {
+                const mssm_settings s = {.estimator = (mssm_estimator)e};
+                const double p[3] = {across * part[i], -8, i % 2 ? across * part[i] : 0};
+                const double v = visibility(&u, &s, p);
+                lightest = fmax(lightest, v);
+                CHECK(v <= 0.02, "way %d, estimator %d, at %.2f of the radius: %.4f", way, e,
+                      part[i], v);
+            }
+        }
+        setup_free(&u);
+    }
+    test_note("lightest %.4f", lightest);
+}
+
+// ---- normals -----------------------------------------------------------------------------------
+
+static double length_of(const double a[3])
+{
+    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+}
+
+// Tilts a unit normal by an angle, in a random direction.
+static void tilt(const double n[3], double angle, uint64_t *state, double tilted[3])
+{
+    double a[3], across[3], length = 0;
+    while (length < 0.1) {
+        for (int k = 0; k < 3; k++) a[k] = test_range(state, -1, 1);
+        for (int k = 0; k < 3; k++)
+            across[k] = n[(k + 1) % 3] * a[(k + 2) % 3] - n[(k + 2) % 3] * a[(k + 1) % 3];
+        length = length_of(across);
+    }
+    for (int k = 0; k < 3; k++) tilted[k] = cos(angle) * n[k] + sin(angle) / length * across[k];
+}
+
+enum { NO_NORMAL, NORMAL, TILTED, REVERSED, NORMAL_KINDS };
+
+static void normals_tell_the_receivers_own_surface(void)
+{
+    static const double tangents[2] = {0.1, 0.4};
+    const int receivers = test_trials(250), side = test_trials(256) > 20 ? 256 : 64;
+    double mean[NORMAL_KINDS] = {0};
+    uint64_t state = 32;
+    for (int way = 0; way < 2 * SCENE_COUNT; way++) {
+        double squares[NORMAL_KINDS] = {0};
+        setup u;
+        scene_make(&u.scene, way / 2);
+        CHECK(scene_light(&u.scene, tangents[way % 2], tangents[way % 2], &u.light) == MSSM_OK,
+              "light");
+        setup_map(&u, side, 1, 0);
+        for (int i = 0; i < receivers; i++) {
+            double point[3], normal[3], n[3];
+            scene_receiver(&u.scene, &state, point, normal);
+            const double truth = scene_visibility(&u.scene, &u.light, point, normal, 12, &state);
+            tilt(normal, 20 * 0.0174532925199433, &state, n);
+            const double v[NORMAL_KINDS] = {
+                visibility(&u, NULL, point), visibility_normal(&u, point, normal, 1),
+                visibility_normal(&u, point, n, 1), visibility_normal(&u, point, normal, -1)};
+            for (int k = 0; k < NORMAL_KINDS; k++) {
+                CHECK(v[k] >= 0 && v[k] <= 1, "%s: %g", u.scene.name, v[k]);
+                squares[k] += pow(v[k] - truth, 2);
+            }
+        }
+        for (int k = 0; k < NORMAL_KINDS; k++)
+            mean[k] += sqrt(squares[k] / receivers) / (2 * SCENE_COUNT);
+        setup_free(&u);
+    }
+    test_note(
+        "mean rms %.4f without normals, %.4f with them, %.4f tilted by 20 degrees, %.4f reversed",
+        mean[NO_NORMAL], mean[NORMAL], mean[TILTED], mean[REVERSED]);
+    if (receivers < 100) return;
+    CHECK(mean[NORMAL] < 0.99 * mean[NO_NORMAL], "%.4f with normals, %.4f without", mean[NORMAL],
+          mean[NO_NORMAL]);
+    CHECK(mean[TILTED] < 1.1 * mean[NORMAL], "tilted: %.4f, not %.4f", mean[TILTED], mean[NORMAL]);
+    CHECK(mean[REVERSED] < 1.01 * mean[NORMAL], "reversed: %.4f, not %.4f", mean[REVERSED],
+          mean[NORMAL]);
+}
+
+// Powers of two change no digit of it, so that nothing at all may depend on them.
+static void only_the_direction_of_a_normal_counts(void)
+{
+    static const double lengths[6] = {0x1p-66, 0x1p-33, 0x1p-10, 8, 0x1p50, 0x1p100};
+    uint64_t state = 33;
+    double worst[6] = {0};
+    for (int way = 0; way < 2; way++) {
+        setup u = boxes_below(way);
+        for (int i = 0; i < test_trials(2000); i++) {
+            double point[3], normal[3];
+            const double none[2][3] = {{0, 0, 0}, {0, (double)NAN, 0}};
+            scene_receiver(&u.scene, &state, point, normal);
+            const double plain = visibility(&u, NULL, point),
+                         v = visibility_normal(&u, point, normal, 1);
+            const float p[3] = {(float)point[0], (float)point[1], (float)point[2]};
+            CHECK((double)mssm_map_visibility_normal(u.map, &u.light, NULL, p, NULL) == plain,
+                  "NULL");
+            CHECK(visibility_normal(&u, point, none[0], 1) == plain, "zero");
+            CHECK(visibility_normal(&u, point, none[1], 1) == plain, "NaN");
+            for (int l = 0; l < 6; l++)
+                worst[l] =
+                    fmax(worst[l], fabs(visibility_normal(&u, point, normal, lengths[l]) - v));
+        }
+        setup_free(&u);
+    }
+    for (int l = 0; l < 6; l++) CHECK(worst[l] <= 0, "length %g: %g", lengths[l], worst[l]);
+}
+
+// Points that interpolation or rounding has put a part of a texel below the surface that the map holds.
+static void normals_help_points_below_their_surface(void)
+{
+    static const double below[3] = {0, 0.25, 0.5};
+    const int side = 256;
+    double error[3][2] = {{0}};
+    int count = 0;
+    for (int s = 0; s < SCENE_COUNT; s++) {
+        uint64_t state = 34;
+        setup u;
+        scene_make(&u.scene, s);
+        CHECK(scene_light(&u.scene, 0.1, 0.1, &u.light) == MSSM_OK, "light");
+        setup_map(&u, side, 1, 0);
+        const double texel = 2 * (double)fmaxf(u.light.extent_u, u.light.extent_v) / side;
+        for (int i = 0; i < test_trials(300); i++) {
+            double point[3], normal[3], p[3];
+            scene_receiver(&u.scene, &state, point, normal);
+            if (point[1] <= u.scene.ground && !u.scene.ground_casts) continue;
+            if (scene_visibility(&u.scene, &u.light, point, normal, 12, &state) < 1) continue;
+            for (int b = 0; b < 3; b++) {
+                for (int k = 0; k < 3; k++) p[k] = point[k] - below[b] * texel * normal[k];
+                error[b][0] += 1 - visibility(&u, NULL, p);
+                error[b][1] += 1 - visibility_normal(&u, p, normal, 1);
+            }
+            count++;
+        }
+        setup_free(&u);
+    }
+    for (int b = 0; b < 3; b++) {
+        const double without = error[b][0] / count, with = error[b][1] / count;
+        test_note("%.2f texels below: lit points lose %.4f without normals, %.4f with", below[b],
+                  without, with);
+        if (count < 1000) continue;
+        CHECK(with <= without + (below[b] > 0 ? 0 : 1e-3),
+              "%.2f texels below: %.4f with normals, %.4f without", below[b], with, without);
+    }
+}
+
+// ---- many points, tolerance, least depths ------------------------------------------------------
+
+static void many_points_are_as_one(void)
+{
+    enum { COUNT = 500 };
+    static float points[COUNT][3], normals[COUNT][3], many[COUNT + 1];
+    uint64_t state = 35;
+    for (int way = 0; way < 12; way++) {
+        setup u = boxes_below(way % 2);
+        const mssm_settings s = {.estimator = (mssm_estimator)(way / 2 % 3)};
+        const int with_normals = way >= 6;
+        const float(*n)[3] = with_normals ? (const float(*)[3])normals : NULL;
+        for (int i = 0; i < COUNT; i++) {
+            double point[3], normal[3];
+            scene_receiver(&u.scene, &state, point, normal);
+            for (int k = 0; k < 3; k++) {
+                points[i][k] = (float)point[k];
+                normals[i][k] = (float)normal[k];
+            }
+            if (i % 10 == 3) points[i][i % 3] = i % 20 == 3 ? (float)NAN : (float)INFINITY;
+            if (i % 10 == 6) normals[i][i % 3] = i % 20 == 6 ? (float)NAN : -(float)INFINITY;
+        }
+        for (int i = 0; i <= COUNT; i++) many[i] = -7;
+        mssm_map_visibility_many(u.map, &u.light, &s, 0, (const float(*)[3])points, n, many);
+        mssm_map_visibility_many(u.map, &u.light, &s, -3, (const float(*)[3])points, n, many);
+        CHECK(many[0] == -7, "no points wrote %g", (double)many[0]);
+        mssm_map_visibility_many(u.map, &u.light, &s, COUNT, (const float(*)[3])points, n, many);
+        CHECK(many[COUNT] == -7, "one too many: %g", (double)many[COUNT]);
+        for (int i = 0; i < COUNT; i++) {
+            const float one = with_normals ? mssm_map_visibility_normal(u.map, &u.light, &s,
+                                                                        points[i], normals[i])
+                                           : mssm_map_visibility(u.map, &u.light, &s, points[i]);
+            CHECK(memcmp(&one, &many[i], sizeof one) == 0, "point %d: %g, alone %g", i,
+                  (double)many[i], (double)one);
+            CHECK(i % 10 != 3 || many[i] == 1, "not finite: %g", (double)many[i]);
+        }
+        // Without a map or a light all is lit; without points or room for the result nothing happens.
+        mssm_map_visibility_many(NULL, &u.light, &s, COUNT, (const float(*)[3])points, n, many);
+        for (int i = 0; i < COUNT; i++) CHECK(many[i] == 1, "no map: %g", (double)many[i]);
+        many[1] = 0;
+        mssm_map_visibility_many(u.map, NULL, &s, 2, (const float(*)[3])points, n, many);
+        CHECK(many[1] == 1, "no light: %g", (double)many[1]);
+        many[0] = -7;
+        mssm_map_visibility_many(u.map, &u.light, &s, 2, NULL, n, many);
+        mssm_map_visibility_many(u.map, &u.light, &s, 2, (const float(*)[3])points, n, NULL);
+        CHECK(many[0] == -7, "no points wrote %g", (double)many[0]);
+        setup_free(&u);
+    }
+}
+
+static void tolerance_bounds_the_error(void)
+{
+    static const float tolerances[3] = {1.0f / 256, 0.02f, 0.1f};
+    const mssm_settings exact = {.tolerance = 1e-9f};
+    double worst[3] = {0};
+    uint64_t state = 36;
+    for (int which = 0; which < SCENE_COUNT; which++) {
+        setup u;
+        scene_make(&u.scene, which);
+        CHECK(scene_light(&u.scene, 0.3, 0.2, &u.light) == MSSM_OK, "light");
+        setup_map(&u, 128, 1, 0);
+        for (int i = 0; i < test_trials(2000); i++) {
+            double point[3], normal[3];
+            scene_receiver(&u.scene, &state, point, normal);
+            const double v = visibility(&u, &exact, point);
+            for (int t = 0; t < 3; t++) {
+                const mssm_settings s = {.tolerance = tolerances[t]};
+                worst[t] = fmax(worst[t], fabs(visibility(&u, &s, point) - v));
+            }
+        }
+        setup_free(&u);
+    }
+    test_note("at 1/256, .02, .1 differs by %.5f %.5f %.5f", worst[0], worst[1], worst[2]);
+    for (int t = 0; t < 3; t++)
+        CHECK(worst[t] <= (double)tolerances[t] + 1e-5, "tolerance %g: %g", (double)tolerances[t],
+              worst[t]);
+}
+
+// A map with some texels at random depths, and a sun along z, whose depth is that of shadow space.
+static void speckled_map(setup *u, int side, uint64_t *state)
+{
+    const size_t bytes = mssm_map_bytes(side, 6);
+    const double dense = pow(10, test_range(state, -5, -1));
+    memset(&u->light, 0, sizeof u->light);
+    for (int i = 0; i < 3; i++) u->light.world_to_shadow[5 * i] = 1;
+    u->light.world_to_shadow[15] = u->light.extent_u = u->light.extent_v = 1;
+    u->light.z_far = 2;
+    u->side = side;
+    u->depth = allocate((size_t)(side * side) * sizeof *u->depth);
+    u->memory = allocate(bytes);
+    for (int i = 0; i < side * side; i++)
+        u->depth[i] = test_uniform(state) < dense ? (float)test_range(state, -0.9, 0.7) : 1;
+    u->depth[(int)test_range(state, 0, side * side)] = (float)test_range(state, -0.9, 0.7);
+    CHECK(mssm_map_init(&u->map, u->memory, bytes, side, 6) == MSSM_OK, "init");
+    CHECK(mssm_map_update(u->map, u->depth, NULL, 1) == MSSM_OK, "update");
+}
+
+// Whether no depth before z lies within the cone above texel coordinates (x, y), widened to times its
+// half-width, which is half texels per unit of depth, and by some texels more. Beyond the map its rim
+// goes on.
+static int cone_is_free(const setup *u, double x, double y, double z, double half, double times,
+                        double more)
+{
+    const double cx = fmin(fmax(x, 0), u->side), cy = fmin(fmax(y, 0), u->side);
+    for (int i = 0; i < u->side * u->side; i++) {
+        const double before = z - (double)u->depth[i];
+        if (before < 0) continue;
+        const double reach = 0.5 + times * fmax(half * before, 0.5) + more;
+        if (fabs(i % u->side + 0.5 - cx) < reach && fabs(i / u->side + 0.5 - cy) < reach) return 0;
+    }
+    return 1;
+}
+
+// Nine texels of least depth are read, so what is close by may turn one kernel into several.
+static void points_with_a_free_cone_are_lit(void)
+{
+    static const int sides[6] = {1, 2, 3, 57, 255, 257};
+    static const double times[2] = {1, 3}, more[2] = {0.5, 3};
+    uint64_t state = 37;
+    int count[2] = {0}, exact[2] = {0};
+    double darkest[2] = {1, 1};
+    for (int trial = 0; trial < test_trials(30) * 6; trial++) {
+        setup u;
+        speckled_map(&u, sides[trial % 6], &state);
+        for (int i = 0; i < 60; i++) {
+            const double tangent = pow(10, test_range(&state, -2, 0.3));
+            const double p[3] = {test_range(&state, -1, 1), test_range(&state, -1, 1),
+                                 test_range(&state, -0.9, 1)};
+            const double x = (0.5 + 0.5 * p[0]) * u.side, y = (0.5 + 0.5 * p[1]) * u.side;
+            u.light.half_u = (float)tangent;
+            u.light.half_v = (float)(tangent * test_uniform(&state));
+            const double v = visibility(&u, NULL, p), half = tangent * 0.5 * u.side;
+            for (int w = 0; w < 2; w++) {
+                if (!cone_is_free(&u, x, y, p[2], half, times[w], more[w])) continue;
+                count[w]++;
+                exact[w] += v >= 1;
+                darkest[w] = fmin(darkest[w], v);
+            }
+        }
+        setup_free(&u);
+    }
+    test_note("%d free cones, %d of exactly 1, the darkest %.5f; three times as wide: %d, %d, %.5f",
+              count[0], exact[0], darkest[0], count[1], exact[1], darkest[1]);
+    CHECK(darkest[1] >= 1, "nothing three cones wide, and yet %.6f", darkest[1]);
+    CHECK(darkest[0] > 0.98, "nothing in the cone, and yet %.6f", darkest[0]);
+    CHECK(exact[0] >= 0.99 * count[0], "exactly 1: %d of %d", exact[0], count[0]);
+}
+
+// Single texels over a kernel of up to three texels, also in the last row and column of any side.
+static void no_texel_is_missed(void)
+{
+    static const int sides[6] = {56, 57, 128, 129, 255, 257};
+    uint64_t state = 38;
+    double worst = 0;
+    for (int s = 0; s < 6; s++) {
+        setup u;
+        const int side = sides[s], last = side - 1;
+        speckled_map(&u, side, &state);
+        for (int trial = 0; trial < test_trials(60); trial++) {
+            const int any = (int)test_range(&state, 0, side),
+                      other = (int)test_range(&state, 0, side);
+            const int column = trial % 3 == 1 ? last : any, row = trial % 3 == 2 ? last : other;
+            const double deep = 24.0 / side, half = test_range(&state, 0.5, 1.5);
+            const double p[3] = {(column + 0.5) * 2 / side - 1, (row + 0.5) * 2 / side - 1, 0.75};
+            for (int i = 0; i < side * side; i++) u.depth[i] = 1;
+            u.depth[row * side + column] = (float)(p[2] - deep);
+            CHECK(mssm_map_update(u.map, u.depth, NULL, 1) == MSSM_OK, "update");
+            u.light.half_u = u.light.half_v = (float)(half / (0.5 * side * deep));
+            const double most = 1 - 1 / (4 * half * half);
+            worst = fmax(worst, visibility(&u, NULL, p) - most);
+        }
+        setup_free(&u);
+    }
+    test_note("at most %.4f lighter", worst);
+    CHECK(worst < 0.02, "%.4f lighter than with the texel", worst);
+}
+
+const test_case estimators_tests[] = {
+    {"the penumbra of a convex caster does not fall going outwards",
+     penumbrae_only_brighten_outwards},
+    {"umbras stay dark under tall boxes and near planes close to the light, with every estimator",
+     umbras_stay_dark_whatever_the_frustum},
+    {"near planes and masts cost no contact shadows",
+     near_planes_and_masts_cost_no_contact_shadows},
+    {"no light comes in past the rim of a cone or a cascade", no_light_comes_in_past_the_rim},
+    {"a normal tells the receiver's own surface", normals_tell_the_receivers_own_surface},
+    {"only the direction of a normal counts, and none is as zero or NaN",
+     only_the_direction_of_a_normal_counts},
+    {"normals help points below their surface", normals_help_points_below_their_surface},
+    {"many points are as one", many_points_are_as_one},
+    {"tolerance bounds the error of visibility", tolerance_bounds_the_error},
+    {"points with a free cone are lit", points_with_a_free_cone_are_lit},
+    {"no texel is missed", no_texel_is_missed},
+    {0, 0}};
