@@ -47,7 +47,7 @@ glfw := $(strip $(shell pkg-config --libs glfw3 2>/dev/null))
 examples = $(patsubst examples/%.c,$(out)/%,$(filter-out $(if $(glfw),,examples/viewer.c),$(wildcard examples/*.c)))
 # tests/suites.h lists the suites; what they stand on is in tests/support.
 suites = $(shell sed -nE 's,^($(1))\(([a-z]+)\, ([a-z_]+)\)$$,tests/\2/test_\3.c,p' tests/suites.h)
-test_sources = $(call suites,CPU|ALL|GL64) $(wildcard tests/support/*.c)
+test_sources = $(call suites,CPU|ALL|GL64) $(wildcard tests/support/*.c tests/gl/gl_*.c)
 # tests/compare holds the rivals, which the tests use too, and three programs: report and pictures with
 # files of their own, and measure, which is all the others.
 programs = $(patsubst %.c,$(out)/%.o,$(filter-out tests/$(1)/test_%,$(wildcard tests/$(1)/*.c)))
