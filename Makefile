@@ -3,7 +3,7 @@
 #   make demo          the default scene under the default light probe -> build/demo.png
 #   make test          the tests, in some minutes; single ones: build/release/test "words of its name"
 #   make test-all      all trials, compilers, sanitizers and drivers, as CI does (half an hour)
-#   make               all examples
+#   make examples      all examples into build/release; also what plain `make` does
 #   make glsl          renews the GLSL text inside the headers from their C source
 #   make bias          proves the safe moment bias per storage format; fails where mssm.h has less
 #   make stability     where moment methods fail, ours and others: docs/stability.md (some minutes)
@@ -68,7 +68,9 @@ cpu_sources = $(call suites,CPU) $(filter-out tests/support/gl_%,$(wildcard test
     $(filter-out examples/common/gl_%.c,$(wildcard examples/common/*.c))
 cpu_objects = $(patsubst %.c,$(out)/cpu/%.o,$(cpu_sources))
 
-all: $(examples)
+all: examples
+
+examples: $(examples)
 	@$(if $(glfw),,echo "viewer left out: apt-get install pkg-config libglfw3-dev")
 
 demo: $(out)/demo
@@ -197,6 +199,6 @@ $(out)/test-cpu: $(cpu_objects)
 $(out)/outputs: $(addprefix $(out)/cpu/,tests/platforms/outputs.o examples/common/implementation.o)
 	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
 
-.PHONY: all demo test test-all test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart figures \
+.PHONY: all examples demo test test-all test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart figures \
     chart-quick chart-check clean measure-vector
 .SECONDARY:

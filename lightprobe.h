@@ -1,4 +1,5 @@
 // lightprobe.h - v0.2 - area lights from a light probe - MIT or public domain (see >>licence)
+// SPDX-License-Identifier: MIT OR Unlicense
 //
 // Turns an environment cube map into a few area lights: direction, rectangle, colour, and the
 // opening angle of a disc for shading. They are chosen for the shadows that they cast: a sun is told

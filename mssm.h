@@ -1,4 +1,5 @@
 // mssm.h - v0.2 - moment soft shadow mapping - MIT or public domain, at your choice (see >>licence)
+// SPDX-License-Identifier: MIT OR Unlicense
 //
 // Soft shadows of area lights in constant time per receiver. A shadow map is turned into a few
 // moments of depth per texel; a summed-area table gives the moments of any rectangle of it; and
