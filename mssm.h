@@ -2542,10 +2542,25 @@ MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
     return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);
 }
 
+// Where the range of depth is long, the moment bias lets light through: up to about half of
+// alpha / distance^2, in depths from -1 to 1. Less than a hundredth of the light is not worth a look.
+MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance)
+{
+    float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;
+    return alpha > 0.02f * distance * distance ? 1 : 0;
+}
+
+// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.
+MSSM_SHARED int mssm_may_leak(struct mssm_options o, struct mssm_receiver r, float visible)
+{
+    return visible > o.tolerance && visible < 0.5f ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;
+}
+
 // Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.
-MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_receiver r, float d, float z)
+MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_receiver r, float d, float z)
 {
     float w = mssm_blocked(r, z, 1.0f);
+    if (mssm_bias_leaks(o, r.z_test - z) == 0) return 0;
     if (r.plane == 1) w = w * mssm_off_plane(mssm_spread_to(v, r, z), mssm_plane_reach(v, r, d));
     return w < 1.0f ? 0 : 1;
 }
@@ -2572,14 +2587,14 @@ MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receive
 }
 
 // Whether all that the cone holds up to distance d hides the receiver: above it first, then in all of it.
-// Beyond the map nothing does. Asked where moments leave less than half of the light, as their bias does in
-// a long range of depth.
-MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_receiver r, float d)
+// Beyond the map nothing does.
+MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r,
+                            float d)
 {
     if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
-    if (mssm_hides(v, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, 0.0f)) == 0) return 0;
+    if (mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, 0.0f)) == 0) return 0;
     float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);
-    return mssm_hides(v, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));
+    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));
 }
 
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
@@ -2784,7 +2799,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         i = i + 1;
     } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);
     float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);
-    if (visible > o.tolerance && visible < 0.5f && mssm_hidden(map, v, r, reach) == 1) return 0.0f;
+    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;
     return visible;
 }
 
@@ -2806,7 +2821,7 @@ MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o, 
     float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);
     s = mssm_split_at(map, v, o, r, mssm_min(mssm_spread_to(v, r, depth), reach));
     float visible = mssm_split_bounds(s).upper;
-    if (visible > o.tolerance && visible < 0.5f && mssm_hidden(map, v, r, reach) == 1) return 0.0f;
+    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;
     return visible;
 }
 
@@ -7391,10 +7406,25 @@ const char *mssm_glsl_shading(void)
     "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "}\n"
     "\n"
+    "// Where the range of depth is long, the moment bias lets light through: up to about half of\n"
+    "// alpha / distance^2, in depths from -1 to 1. Less than a hundredth of the light is not worth a look.\n"
+    "MSSM_SHARED int mssm_bias_leaks(mssm_options o, float distance)\n"
+    "{\n"
+    "    float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;\n"
+    "    return alpha > 0.02f * distance * distance ? 1 : 0;\n"
+    "}\n"
+    "\n"
+    "// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.\n"
+    "MSSM_SHARED int mssm_may_leak(mssm_options o, mssm_receiver r, float visible)\n"
+    "{\n"
+    "    return visible > o.tolerance && visible < 0.5f ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;\n"
+    "}\n"
+    "\n"
     "// Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.\n"
-    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_receiver r, float d, float z)\n"
+    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_options o, mssm_receiver r, float d, float z)\n"
     "{\n"
     "    float w = mssm_blocked(r, z, 1.0f);\n"
+    "    if (mssm_bias_leaks(o, r.z_test - z) == 0) return 0;\n"
     "    if (r.plane == 1) w = w * mssm_off_plane(mssm_spread_to(v, r, z), mssm_plane_reach(v, r, d));\n"
     "    return w < 1.0f ? 0 : 1;\n"
     "}\n"
@@ -7559,14 +7589,14 @@ const char *mssm_glsl_shading(void)
     "}\n"
     "\n"
     "// Whether all that the cone holds up to distance d hides the receiver: above it first, then in all of it.\n"
-    "// Beyond the map nothing does. Asked where moments leave less than half of the light, as their bias does in\n"
-    "// a long range of depth.\n"
-    "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_receiver r, float d)\n"
+    "// Beyond the map nothing does.\n"
+    "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r,\n"
+    "                            float d)\n"
     "{\n"
     "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
-    "    if (mssm_hides(v, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, 0.0f)) == 0) return 0;\n"
+    "    if (mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, 0.0f)) == 0) return 0;\n"
     "    float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);\n"
-    "    return mssm_hides(v, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));\n"
+    "    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));\n"
     "}\n"
     "\n"
     "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
@@ -7638,7 +7668,7 @@ const char *mssm_glsl_shading(void)
     "        i = i + 1;\n"
     "    } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);\n"
     "    float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);\n"
-    "    if (visible > o.tolerance && visible < 0.5f && mssm_hidden(map, v, r, reach) == 1) return 0.0f;\n"
+    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;\n"
     "    return visible;\n"
     "}\n"
     "\n"
@@ -7660,7 +7690,7 @@ const char *mssm_glsl_shading(void)
     "    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);\n"
     "    s = mssm_split_at(map, v, o, r, mssm_min(mssm_spread_to(v, r, depth), reach));\n"
     "    float visible = mssm_split_bounds(s).upper;\n"
-    "    if (visible > o.tolerance && visible < 0.5f && mssm_hidden(map, v, r, reach) == 1) return 0.0f;\n"
+    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;\n"
     "    return visible;\n"
     "}\n"
     "\n"

@@ -1369,6 +1369,7 @@ static void check_stored(int m, float outer, float inner, int ends, int tried[3]
         const double want = valid > 2 ? (double)oracle_bounds(&o, (quad)z).upper
                                       : (double)bounds_of_variance((float)b[1], variance, z).upper;
         const double got = (double)stored_upper(map, m, z);
+        if (got == 0 && z > outer) continue; // dark, and proved
         CHECK(fabs(got - want) < (exact ? 1e-3 : 0.07),
               "%d of %d moments hold, %g at %g is not %g (outer %g)", valid, m, got, (double)z,
               want, (double)outer);
