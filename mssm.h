@@ -229,9 +229,9 @@ typedef struct mssm_light {
 // may lie outside. Where casters go on beyond the box (a cascade, a camera's surroundings), what the map
 // holds at its rim stands for them; otherwise all is lit there. Keep the box close to the casters, or call
 // mssm_light_fit: past casters nearer to their receivers than .2% of the box's depth along the light, the
-// moment bias lets light through (1%, and 15% at .05%). direction needs not be unit. axis_u is made orthogonal to it; where
-// that is impossible another axis is taken. Fails, with light untouched, on numbers that are not finite, a
-// zero direction or box_min > box_max.
+// moment bias lightens penumbras (by 1%, at .05% by 15%); umbras stay dark. direction needs not be unit. axis_u
+// is made orthogonal to it; where that is impossible another axis is taken. Fails, with light untouched, on
+// numbers that are not finite, a zero direction or box_min > box_max.
 MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
                                             const float axis_u[3], float tan_half_u, float tan_half_v,
                                             const float box_min[3], const float box_max[3]);
@@ -773,53 +773,53 @@ mssm_moments6 mssm_moments6_of_depth(float z)
 }
 
 // Odd entries of all bias vectors are zero: the best vector is symmetric. 4 is beyond all entries.
-MSSM_SHARED float mssm_pull(float b, float alpha, float target)
+MSSM_SHARED float mssm_blend_to(float b, float alpha, float target)
 {
     float a = mssm_clamp(alpha, 0.0f, 1.0f);
     float from = mssm_clamp(b, -4.0f, 4.0f);
     return from - a * (from - target);
 }
 
-MSSM_SHARED mssm_moments4 mssm_pull4(mssm_moments4 m, float alpha, float b2, float b4)
+MSSM_SHARED mssm_moments4 mssm_blend_to4(mssm_moments4 m, float alpha, float b2, float b4)
 {
     mssm_moments4 r;
-    r.b[0] = mssm_pull(m.b[0], alpha, 0.0f);
-    r.b[1] = mssm_pull(m.b[1], alpha, b2);
-    r.b[2] = mssm_pull(m.b[2], alpha, 0.0f);
-    r.b[3] = mssm_pull(m.b[3], alpha, b4);
+    r.b[0] = mssm_blend_to(m.b[0], alpha, 0.0f);
+    r.b[1] = mssm_blend_to(m.b[1], alpha, b2);
+    r.b[2] = mssm_blend_to(m.b[2], alpha, 0.0f);
+    r.b[3] = mssm_blend_to(m.b[3], alpha, b4);
     return r;
 }
 
-MSSM_SHARED mssm_moments6 mssm_pull6(mssm_moments6 m, float alpha, float b2, float b4, float b6)
+MSSM_SHARED mssm_moments6 mssm_blend_to6(mssm_moments6 m, float alpha, float b2, float b4, float b6)
 {
     mssm_moments6 r;
-    r.b[0] = mssm_pull(m.b[0], alpha, 0.0f);
-    r.b[1] = mssm_pull(m.b[1], alpha, b2);
-    r.b[2] = mssm_pull(m.b[2], alpha, 0.0f);
-    r.b[3] = mssm_pull(m.b[3], alpha, b4);
-    r.b[4] = mssm_pull(m.b[4], alpha, 0.0f);
-    r.b[5] = mssm_pull(m.b[5], alpha, b6);
+    r.b[0] = mssm_blend_to(m.b[0], alpha, 0.0f);
+    r.b[1] = mssm_blend_to(m.b[1], alpha, b2);
+    r.b[2] = mssm_blend_to(m.b[2], alpha, 0.0f);
+    r.b[3] = mssm_blend_to(m.b[3], alpha, b4);
+    r.b[4] = mssm_blend_to(m.b[4], alpha, 0.0f);
+    r.b[5] = mssm_blend_to(m.b[5], alpha, b6);
     return r;
 }
 
 mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha)
 {
-    return mssm_pull4(m, alpha, 0.920f, 3.804f);
+    return mssm_blend_to4(m, alpha, 0.920f, 3.804f);
 }
 
 mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha)
 {
-    return mssm_pull6(m, alpha, 0.421f, 0.511f, 1.913f);
+    return mssm_blend_to6(m, alpha, 0.421f, 0.511f, 1.913f);
 }
 
 mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha)
 {
-    return mssm_pull4(m, alpha, 1.120f, 2.884f);
+    return mssm_blend_to4(m, alpha, 1.120f, 2.884f);
 }
 
 mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha)
 {
-    return mssm_pull6(m, alpha, 0.657f, 0.734f, 1.197f);
+    return mssm_blend_to6(m, alpha, 0.657f, 0.734f, 1.197f);
 }
 
 MSSM_SHARED float mssm_to_unit(float t)
@@ -2344,7 +2344,7 @@ static float mssm__least(const mssm_map *map, float x, float y, float half_size,
 // A light and its map as shading sees them. Scalars only: std430 lays it out as C does.
 typedef struct mssm_view {
     float world_to_shadow[16];
-    float kernel_u;         // half-width of the kernel in texels per unit of spread, see below
+    float kernel_u;         // half-width of the kernel in texels per unit of blur depth, see below
     float kernel_v;
     float distance_scale;   // distance along the axis = scale * z + offset
     float distance_offset;
@@ -2367,7 +2367,7 @@ struct mssm_options {
 };
 
 // A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width
-// in texels is kernel * (spread(z) - spread(zb)). Spread is depth itself for directional lights;
+// in texels is kernel * (blur_depth(z) - blur_depth(zb)). Blur depth is depth for directional lights;
 // for perspective ones it is -1/distance, which makes similar triangles out of the same formula.
 struct mssm_receiver {
     float x;       // texels of level 0
@@ -2375,24 +2375,24 @@ struct mssm_receiver {
     float z_test;  // depth less the bias, and never behind the empty texels
     float z_own;   // depths from z_own - fade to z_own belong in part to the receiver's surface
     float sharp;   // 1 / fade
-    float spread;  // of the receiver
-    float d_max;   // its distance from the near plane, in spread
-    float rise_u;  // of its tangent plane, in spread per texel
+    float blur_depth;  // of the receiver
+    float d_max;   // its distance from the near plane, in blur depth
+    float rise_u;  // of its tangent plane, in blur depth per texel
     float rise_v;
     int plane;     // whether the normal is known
     int lit;       // whatever the map holds
 };
 
-MSSM_SHARED float mssm_spread(mssm_view v, float z)
+MSSM_SHARED float mssm_blur_depth(mssm_view v, float z)
 {
     return v.perspective != 0 ? -1.0f / (v.distance_scale * z + v.distance_offset) : z;
 }
 
-// Distance in spread from the receiver to a depth before or behind it, no further than the near
+// Distance in blur depth from the receiver to a depth before or behind it, no further than the near
 // plane.
-MSSM_SHARED float mssm_spread_to(mssm_view v, struct mssm_receiver r, float z)
+MSSM_SHARED float mssm_blur_distance(mssm_view v, struct mssm_receiver r, float z)
 {
-    float d = r.spread - mssm_spread(v, mssm_clamp(z, -1.0f, 1.0f));
+    float d = r.blur_depth - mssm_blur_depth(v, mssm_clamp(z, -1.0f, 1.0f));
     return mssm_clamp(fabsf(d), 0.0f, r.d_max);
 }
 
@@ -2421,8 +2421,8 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     r.z_own = z - bias;
     float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);
     r.z_test = mssm_min(r.z_own, behind_all);
-    r.spread = mssm_spread(v, z);
-    r.d_max = r.spread - mssm_spread(v, -1.0f);
+    r.blur_depth = mssm_blur_depth(v, z);
+    r.d_max = r.blur_depth - mssm_blur_depth(v, -1.0f);
     r.rise_u = 0.0f;
     r.rise_v = 0.0f;
     r.plane = 0;
@@ -2454,7 +2454,7 @@ MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float
     return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);
 }
 
-// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Spread is linear on the map along
+// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the map along
 // a plane also for perspective lights.
 MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver r, float nx, float ny,
                                               float nz)
@@ -2465,7 +2465,7 @@ MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver 
     float texel = 2.0f / mssm_max(v.side, 1.0f);
     if (v.perspective != 0) {
         along = along + u * (r.x * texel - 1.0f) + w * (r.y * texel - 1.0f);
-        along = along / mssm_max(-r.spread, 1e-37f);
+        along = along / mssm_max(-r.blur_depth, 1e-37f);
     }
     float steep = texel / mssm_max(fabsf(along), 1e-37f);
     r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);
@@ -2561,7 +2561,7 @@ MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_recei
 {
     float w = mssm_blocked(r, z, 1.0f);
     if (mssm_bias_leaks(o, r.z_test - z) == 0) return 0;
-    if (r.plane == 1) w = w * mssm_off_plane(mssm_spread_to(v, r, z), mssm_plane_reach(v, r, d));
+    if (r.plane == 1) w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));
     return w < 1.0f ? 0 : 1;
 }
 
@@ -2580,7 +2580,7 @@ MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receive
         float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));
         if (z >= r.z_test) return 0.0f;
         before = d;
-        d = mssm_min(mssm_spread_to(v, r, z), d);
+        d = mssm_min(mssm_blur_distance(v, r, z), d);
         i = i + 1;
     } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);
     return d;
@@ -2611,7 +2611,7 @@ MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_opti
     float squares = sum * d;
     for (int j = 1; j < 3; j++) {
         if (p.z[j] >= r.z_test) continue;
-        float distance = mssm_spread_to(v, r, p.z[j]);
+        float distance = mssm_blur_distance(v, r, p.z[j]);
         float w = r.plane == 1 ? p.w[j] * mssm_off_plane(distance, plane_reach) : p.w[j];
         sum += w * distance;
         squares += w * distance * distance;
@@ -2699,7 +2699,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     s.past = 0.0f;
     for (int j = 1; j < 4; j++) {
         if (p.w[j] < 1e-4f) continue;
-        float distance = mssm_spread_to(v, r, p.z[j]);
+        float distance = mssm_blur_distance(v, r, p.z[j]);
         // The mirror reaches a fifth further: the bias keeps what is close out of the front, but not
         // out of what lies behind, whose mean is nearer then.
         float at = p.z[j] < r.z_test ? distance : 1.2f * distance;
@@ -2742,7 +2742,7 @@ MSSM_SHARED float mssm_next_distance(mssm_view v, struct mssm_receiver r, float 
     float first = 0.07f * d;
     for (int j = 1; j < 4; j++) {
         if (p.z[j] >= r.z_test) continue;
-        float distance = mssm_spread_to(v, r, p.z[j]);
+        float distance = mssm_blur_distance(v, r, p.z[j]);
         float w = mssm_blocked(r, p.z[j], p.w[j]) * (1.0f - mssm_between(distance, 0.0f, d));
         sum += w;
         first += w * distance;
@@ -2764,7 +2764,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     float reach = mssm_cone_reach(map, v, r);
     if (reach <= 0.0f) return 1.0f;
     // The least distance that matters: of a kernel one texel wide, or of the casters that are nearest.
-    float least = mssm_max(r.spread - mssm_spread(v, MSSM_FAR_CASTER), 0.5f / mssm_max(kernel, 1e-30f));
+    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER), 0.5f / mssm_max(kernel, 1e-30f));
     least = mssm_min(least, reach);
     struct mssm_nested k;
     k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;
@@ -2781,7 +2781,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         if (k.last == 0) {
             float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, k.inner));
             i = z < r.z_test ? i : 4;  // nothing is nearer
-            k.inner = mssm_max(mssm_min(mssm_spread_to(v, r, z), k.inner), least);
+            k.inner = mssm_max(mssm_min(mssm_blur_distance(v, r, z), k.inner), least);
         }
         struct mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);
         float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);
@@ -2819,7 +2819,7 @@ MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o, 
     if (reach <= 0.0f) return 1.0f;
     struct mssm_split s = mssm_split_at(map, v, o, r, reach);
     float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);
-    s = mssm_split_at(map, v, o, r, mssm_min(mssm_spread_to(v, r, depth), reach));
+    s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));
     float visible = mssm_split_bounds(s).upper;
     if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;
     return visible;
@@ -2978,7 +2978,7 @@ static float mssm__filter_lack(const mssm_filter *filter)
 // Width of a texel at the receiver in units of z.
 MSSM_SHARED float mssm_texel_at(mssm_view v, struct mssm_receiver r)
 {
-    return v.perspective != 0 ? -v.texel / r.spread : v.texel;
+    return v.perspective != 0 ? -v.texel / r.blur_depth : v.texel;
 }
 
 // Whether a receiver lies beside the map, where all is lit.
@@ -5012,7 +5012,7 @@ static void mssm__make_view(const mssm_gl *gl, mssm__gl_light *l, mssm_view *v)
     // For receivers down to depth 17, eight times as deep as all casters: further ones see
     // wider kernels than the tables hold, and get the widest.
     const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
-    l->widest = 2.0f * kernel * (mssm_spread(*v, 17.0f) - mssm_spread(*v, -1.0f));
+    l->widest = 2.0f * kernel * (mssm_blur_depth(*v, 17.0f) - mssm_blur_depth(*v, -1.0f));
     if (l->built == 0) {
         memset(v, 0, sizeof *v);  // drawn, but not built
         return;
@@ -6369,53 +6369,53 @@ const char *mssm_glsl_math(void)
     "}\n"
     "\n"
     "// Odd entries of all bias vectors are zero: the best vector is symmetric. 4 is beyond all entries.\n"
-    "MSSM_SHARED float mssm_pull(float b, float alpha, float target)\n"
+    "MSSM_SHARED float mssm_blend_to(float b, float alpha, float target)\n"
     "{\n"
     "    float a = mssm_clamp(alpha, 0.0f, 1.0f);\n"
     "    float from = mssm_clamp(b, -4.0f, 4.0f);\n"
     "    return from - a * (from - target);\n"
     "}\n"
     "\n"
-    "MSSM_SHARED mssm_moments4 mssm_pull4(mssm_moments4 m, float alpha, float b2, float b4)\n"
+    "MSSM_SHARED mssm_moments4 mssm_blend_to4(mssm_moments4 m, float alpha, float b2, float b4)\n"
     "{\n"
     "    mssm_moments4 r;\n"
-    "    r.b[0] = mssm_pull(m.b[0], alpha, 0.0f);\n"
-    "    r.b[1] = mssm_pull(m.b[1], alpha, b2);\n"
-    "    r.b[2] = mssm_pull(m.b[2], alpha, 0.0f);\n"
-    "    r.b[3] = mssm_pull(m.b[3], alpha, b4);\n"
+    "    r.b[0] = mssm_blend_to(m.b[0], alpha, 0.0f);\n"
+    "    r.b[1] = mssm_blend_to(m.b[1], alpha, b2);\n"
+    "    r.b[2] = mssm_blend_to(m.b[2], alpha, 0.0f);\n"
+    "    r.b[3] = mssm_blend_to(m.b[3], alpha, b4);\n"
     "    return r;\n"
     "}\n"
     "\n"
-    "MSSM_SHARED mssm_moments6 mssm_pull6(mssm_moments6 m, float alpha, float b2, float b4, float b6)\n"
+    "MSSM_SHARED mssm_moments6 mssm_blend_to6(mssm_moments6 m, float alpha, float b2, float b4, float b6)\n"
     "{\n"
     "    mssm_moments6 r;\n"
-    "    r.b[0] = mssm_pull(m.b[0], alpha, 0.0f);\n"
-    "    r.b[1] = mssm_pull(m.b[1], alpha, b2);\n"
-    "    r.b[2] = mssm_pull(m.b[2], alpha, 0.0f);\n"
-    "    r.b[3] = mssm_pull(m.b[3], alpha, b4);\n"
-    "    r.b[4] = mssm_pull(m.b[4], alpha, 0.0f);\n"
-    "    r.b[5] = mssm_pull(m.b[5], alpha, b6);\n"
+    "    r.b[0] = mssm_blend_to(m.b[0], alpha, 0.0f);\n"
+    "    r.b[1] = mssm_blend_to(m.b[1], alpha, b2);\n"
+    "    r.b[2] = mssm_blend_to(m.b[2], alpha, 0.0f);\n"
+    "    r.b[3] = mssm_blend_to(m.b[3], alpha, b4);\n"
+    "    r.b[4] = mssm_blend_to(m.b[4], alpha, 0.0f);\n"
+    "    r.b[5] = mssm_blend_to(m.b[5], alpha, b6);\n"
     "    return r;\n"
     "}\n"
     "\n"
     "mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha)\n"
     "{\n"
-    "    return mssm_pull4(m, alpha, 0.920f, 3.804f);\n"
+    "    return mssm_blend_to4(m, alpha, 0.920f, 3.804f);\n"
     "}\n"
     "\n"
     "mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha)\n"
     "{\n"
-    "    return mssm_pull6(m, alpha, 0.421f, 0.511f, 1.913f);\n"
+    "    return mssm_blend_to6(m, alpha, 0.421f, 0.511f, 1.913f);\n"
     "}\n"
     "\n"
     "mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha)\n"
     "{\n"
-    "    return mssm_pull4(m, alpha, 1.120f, 2.884f);\n"
+    "    return mssm_blend_to4(m, alpha, 1.120f, 2.884f);\n"
     "}\n"
     "\n"
     "mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha)\n"
     "{\n"
-    "    return mssm_pull6(m, alpha, 0.657f, 0.734f, 1.197f);\n"
+    "    return mssm_blend_to6(m, alpha, 0.657f, 0.734f, 1.197f);\n"
     "}\n"
     "\n"
     "MSSM_SHARED float mssm_to_unit(float t)\n"
@@ -7220,7 +7220,7 @@ const char *mssm_glsl_shading(void)
     "// A light and its map as shading sees them. Scalars only: std430 lays it out as C does.\n"
     "struct mssm_view {\n"
     "    float world_to_shadow[16];\n"
-    "    float kernel_u;         // half-width of the kernel in texels per unit of spread, see below\n"
+    "    float kernel_u;         // half-width of the kernel in texels per unit of blur depth, see below\n"
     "    float kernel_v;\n"
     "    float distance_scale;   // distance along the axis = scale * z + offset\n"
     "    float distance_offset;\n"
@@ -7243,7 +7243,7 @@ const char *mssm_glsl_shading(void)
     "};\n"
     "\n"
     "// A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width\n"
-    "// in texels is kernel * (spread(z) - spread(zb)). Spread is depth itself for directional lights;\n"
+    "// in texels is kernel * (blur_depth(z) - blur_depth(zb)). Blur depth is depth for directional lights;\n"
     "// for perspective ones it is -1/distance, which makes similar triangles out of the same formula.\n"
     "struct mssm_receiver {\n"
     "    float x;       // texels of level 0\n"
@@ -7251,24 +7251,24 @@ const char *mssm_glsl_shading(void)
     "    float z_test;  // depth less the bias, and never behind the empty texels\n"
     "    float z_own;   // depths from z_own - fade to z_own belong in part to the receiver's surface\n"
     "    float sharp;   // 1 / fade\n"
-    "    float spread;  // of the receiver\n"
-    "    float d_max;   // its distance from the near plane, in spread\n"
-    "    float rise_u;  // of its tangent plane, in spread per texel\n"
+    "    float blur_depth;  // of the receiver\n"
+    "    float d_max;   // its distance from the near plane, in blur depth\n"
+    "    float rise_u;  // of its tangent plane, in blur depth per texel\n"
     "    float rise_v;\n"
     "    int plane;     // whether the normal is known\n"
     "    int lit;       // whatever the map holds\n"
     "};\n"
     "\n"
-    "MSSM_SHARED float mssm_spread(mssm_view v, float z)\n"
+    "MSSM_SHARED float mssm_blur_depth(mssm_view v, float z)\n"
     "{\n"
     "    return v.perspective != 0 ? -1.0f / (v.distance_scale * z + v.distance_offset) : z;\n"
     "}\n"
     "\n"
-    "// Distance in spread from the receiver to a depth before or behind it, no further than the near\n"
+    "// Distance in blur depth from the receiver to a depth before or behind it, no further than the near\n"
     "// plane.\n"
-    "MSSM_SHARED float mssm_spread_to(mssm_view v, mssm_receiver r, float z)\n"
+    "MSSM_SHARED float mssm_blur_distance(mssm_view v, mssm_receiver r, float z)\n"
     "{\n"
-    "    float d = r.spread - mssm_spread(v, mssm_clamp(z, -1.0f, 1.0f));\n"
+    "    float d = r.blur_depth - mssm_blur_depth(v, mssm_clamp(z, -1.0f, 1.0f));\n"
     "    return mssm_clamp(fabsf(d), 0.0f, r.d_max);\n"
     "}\n"
     "\n"
@@ -7297,8 +7297,8 @@ const char *mssm_glsl_shading(void)
     "    r.z_own = z - bias;\n"
     "    float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);\n"
     "    r.z_test = mssm_min(r.z_own, behind_all);\n"
-    "    r.spread = mssm_spread(v, z);\n"
-    "    r.d_max = r.spread - mssm_spread(v, -1.0f);\n"
+    "    r.blur_depth = mssm_blur_depth(v, z);\n"
+    "    r.d_max = r.blur_depth - mssm_blur_depth(v, -1.0f);\n"
     "    r.rise_u = 0.0f;\n"
     "    r.rise_v = 0.0f;\n"
     "    r.plane = 0;\n"
@@ -7330,7 +7330,7 @@ const char *mssm_glsl_shading(void)
     "    return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);\n"
     "}\n"
     "\n"
-    "// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Spread is linear on the map along\n"
+    "// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the map along\n"
     "// a plane also for perspective lights.\n"
     "MSSM_CALLED mssm_receiver mssm_tangent(mssm_view v, mssm_receiver r, float nx, float ny,\n"
     "                                              float nz)\n"
@@ -7341,7 +7341,7 @@ const char *mssm_glsl_shading(void)
     "    float texel = 2.0f / mssm_max(v.side, 1.0f);\n"
     "    if (v.perspective != 0) {\n"
     "        along = along + u * (r.x * texel - 1.0f) + w * (r.y * texel - 1.0f);\n"
-    "        along = along / mssm_max(-r.spread, 1e-37f);\n"
+    "        along = along / mssm_max(-r.blur_depth, 1e-37f);\n"
     "    }\n"
     "    float steep = texel / mssm_max(fabsf(along), 1e-37f);\n"
     "    r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);\n"
@@ -7425,7 +7425,7 @@ const char *mssm_glsl_shading(void)
     "{\n"
     "    float w = mssm_blocked(r, z, 1.0f);\n"
     "    if (mssm_bias_leaks(o, r.z_test - z) == 0) return 0;\n"
-    "    if (r.plane == 1) w = w * mssm_off_plane(mssm_spread_to(v, r, z), mssm_plane_reach(v, r, d));\n"
+    "    if (r.plane == 1) w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));\n"
     "    return w < 1.0f ? 0 : 1;\n"
     "}\n"
     "\n"
@@ -7507,7 +7507,7 @@ const char *mssm_glsl_shading(void)
     "    s.past = 0.0f;\n"
     "    for (int j = 1; j < 4; j++) {\n"
     "        if (p.w[j] < 1e-4f) continue;\n"
-    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
+    "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
     "        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but not\n"
     "        // out of what lies behind, whose mean is nearer then.\n"
     "        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;\n"
@@ -7550,7 +7550,7 @@ const char *mssm_glsl_shading(void)
     "    float first = 0.07f * d;\n"
     "    for (int j = 1; j < 4; j++) {\n"
     "        if (p.z[j] >= r.z_test) continue;\n"
-    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
+    "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
     "        float w = mssm_blocked(r, p.z[j], p.w[j]) * (1.0f - mssm_between(distance, 0.0f, d));\n"
     "        sum += w;\n"
     "        first += w * distance;\n"
@@ -7582,7 +7582,7 @@ const char *mssm_glsl_shading(void)
     "        float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));\n"
     "        if (z >= r.z_test) return 0.0f;\n"
     "        before = d;\n"
-    "        d = mssm_min(mssm_spread_to(v, r, z), d);\n"
+    "        d = mssm_min(mssm_blur_distance(v, r, z), d);\n"
     "        i = i + 1;\n"
     "    } while (i < 6 && d < 0.8f * before && kernel * d > 0.5f);\n"
     "    return d;\n"
@@ -7613,7 +7613,7 @@ const char *mssm_glsl_shading(void)
     "    float squares = sum * d;\n"
     "    for (int j = 1; j < 3; j++) {\n"
     "        if (p.z[j] >= r.z_test) continue;\n"
-    "        float distance = mssm_spread_to(v, r, p.z[j]);\n"
+    "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
     "        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(distance, plane_reach) : p.w[j];\n"
     "        sum += w * distance;\n"
     "        squares += w * distance * distance;\n"
@@ -7633,7 +7633,7 @@ const char *mssm_glsl_shading(void)
     "    float reach = mssm_cone_reach(map, v, r);\n"
     "    if (reach <= 0.0f) return 1.0f;\n"
     "    // The least distance that matters: of a kernel one texel wide, or of the casters that are nearest.\n"
-    "    float least = mssm_max(r.spread - mssm_spread(v, MSSM_FAR_CASTER), 0.5f / mssm_max(kernel, 1e-30f));\n"
+    "    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER), 0.5f / mssm_max(kernel, 1e-30f));\n"
     "    least = mssm_min(least, reach);\n"
     "    mssm_nested k;\n"
     "    k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;\n"
@@ -7650,7 +7650,7 @@ const char *mssm_glsl_shading(void)
     "        if (k.last == 0) {\n"
     "            float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, k.inner));\n"
     "            i = z < r.z_test ? i : 4;  // nothing is nearer\n"
-    "            k.inner = mssm_max(mssm_min(mssm_spread_to(v, r, z), k.inner), least);\n"
+    "            k.inner = mssm_max(mssm_min(mssm_blur_distance(v, r, z), k.inner), least);\n"
     "        }\n"
     "        mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);\n"
     "        float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);\n"
@@ -7688,7 +7688,7 @@ const char *mssm_glsl_shading(void)
     "    if (reach <= 0.0f) return 1.0f;\n"
     "    mssm_split s = mssm_split_at(map, v, o, r, reach);\n"
     "    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);\n"
-    "    s = mssm_split_at(map, v, o, r, mssm_min(mssm_spread_to(v, r, depth), reach));\n"
+    "    s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));\n"
     "    float visible = mssm_split_bounds(s).upper;\n"
     "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;\n"
     "    return visible;\n"
@@ -7768,7 +7768,7 @@ static const char *mssm__glsl_filtered(void)
     "// Width of a texel at the receiver in units of z.\n"
     "MSSM_SHARED float mssm_texel_at(mssm_view v, mssm_receiver r)\n"
     "{\n"
-    "    return v.perspective != 0 ? -v.texel / r.spread : v.texel;\n"
+    "    return v.perspective != 0 ? -v.texel / r.blur_depth : v.texel;\n"
     "}\n"
     "\n"
     "// Whether a receiver lies beside the map, where all is lit.\n"
