@@ -121,5 +121,5 @@ async function run() {
     check(!(await value('failed')), 'page: nothing fails');
 }
 
-const limit = setTimeout(() => { check(false, 'page: the browser does not answer'); browser.kill(); process.exit(1); }, 120000);
+const limit = setTimeout(() => { check(false, 'page: the browser does not answer'); browser.kill(); process.exit(1); }, 240000);
 run().catch(e => check(false, 'page: ' + e)).finally(() => { clearTimeout(limit); browser.kill(); process.exit(failures ? 1 : 0); });
