@@ -7,6 +7,11 @@
 
 gl33_functions gl33;
 
+// Framebuffers to draw into and to read the mean of the samples from, with their renderbuffers; of the current context.
+static struct {
+    GLuint name, buffers[2];
+} targets[2];
+
 bool gl33_load(void (*(*load)(const char *name))(void), const char **missing)
 {
     void (*f)(void);
@@ -19,6 +24,7 @@ bool gl33_load(void (*(*load)(const char *name))(void), const char **missing)
     gl33.name = (result(GL_CALL *) parameters)f;
     GL33_FUNCTIONS(GL33_LOAD)
 #undef GL33_LOAD
+    memset(targets, 0, sizeof targets);
     return true;
 }
 
@@ -115,25 +121,28 @@ GLuint gl33_program(const char *version, const char *vertex, const char *const *
 
 // ---- Pictures
 
-static GLuint framebuffer(GLenum target, int samples, int width, int height)
+// In place of the one before. Returns its name, or 0.
+static GLuint framebuffer(int which, GLenum target, int samples, int width, int height)
 {
     const GLenum formats[2] = {GL_RGBA32F, GL_DEPTH_COMPONENT32F};
     const GLenum attachments[2] = {GL_COLOR_ATTACHMENT0, GL_DEPTH_ATTACHMENT};
-    GLuint name, buffers[2];
-    gl33.GenFramebuffers(1, &name);
-    gl33.BindFramebuffer(target, name);
+    GLuint *name = &targets[which].name, *buffers = targets[which].buffers;
+    gl33.DeleteFramebuffers(1, name);
+    gl33.DeleteRenderbuffers(2, buffers);
+    gl33.GenFramebuffers(1, name);
+    gl33.BindFramebuffer(target, *name);
     gl33.GenRenderbuffers(2, buffers);
     for (int i = 0; i < 2; i++) {
         gl33.BindRenderbuffer(GL_RENDERBUFFER, buffers[i]);
         gl33.RenderbufferStorageMultisample(GL_RENDERBUFFER, samples, formats[i], width, height);
         gl33.FramebufferRenderbuffer(target, attachments[i], GL_RENDERBUFFER, buffers[i]);
     }
-    return gl33.CheckFramebufferStatus(target) == GL_FRAMEBUFFER_COMPLETE ? name : 0;
+    return gl33.CheckFramebufferStatus(target) == GL_FRAMEBUFFER_COMPLETE ? *name : 0;
 }
 
 bool gl33_target_begin(int width, int height, int samples, message *why)
 {
-    if (!framebuffer(GL_FRAMEBUFFER, samples, width, height)) return fail(why, "no framebuffer of floats");
+    if (!framebuffer(0, GL_FRAMEBUFFER, samples, width, height)) return fail(why, "no framebuffer of floats");
     gl33.Viewport(0, 0, width, height);
     gl33.ClearColor(0, 0, 0, 0);
     gl33.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -144,7 +153,7 @@ bool gl33_target_begin(int width, int height, int samples, message *why)
 bool gl33_target_read(int width, int height, image *out, message *why)
 {
     float *pixels = malloc((size_t)width * (size_t)height * 4 * sizeof *pixels);
-    const GLuint mean = framebuffer(GL_DRAW_FRAMEBUFFER, 0, width, height);
+    const GLuint mean = framebuffer(1, GL_DRAW_FRAMEBUFFER, 0, width, height);
     const bool good = pixels && mean && image_create(out, width, height);
     if (good) {
         gl33.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);

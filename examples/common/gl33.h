@@ -52,6 +52,8 @@
     X(void, TexSubImage3D, (GLenum target, GLint level, GLint x, GLint y, GLint z, GLsizei width,             \
       GLsizei height, GLsizei depth, GLenum layout, GLenum type, const void *texels))                         \
     X(void, GenFramebuffers, (GLsizei count, GLuint *names))                                                  \
+    X(void, DeleteFramebuffers, (GLsizei count, const GLuint *names))                                         \
+    X(void, DeleteRenderbuffers, (GLsizei count, const GLuint *names))                                        \
     X(void, BindFramebuffer, (GLenum target, GLuint name))                                                    \
     X(GLenum, CheckFramebufferStatus, (GLenum target))                                                        \
     X(void, GenRenderbuffers, (GLsizei count, GLuint *names))                                                 \
