@@ -12,6 +12,7 @@
 #   make chart-quick   the same from fewer receivers, into build/docs
 #   make chart-check   whether README and docs still say what the figures say
 #   make figures       the papers' figures re-made: docs/figures.md and its pictures (some minutes)
+#   make page          the hello scene and the demo's, live in WebGL 2: build/page/page.html (emscripten)
 #   make isa           what GPUs execute of the shaders, counted in their machine code: docs/gpu.md
 #   make fuzz          random and damaged input for both headers and the file readers, FUZZ_SECONDS=60 each
 #   make coverage      lines and branches of the headers' CPU halves that the tests take; fails below 100%
@@ -44,7 +45,7 @@ common_objects = $(patsubst %.c,$(out)/%.o,$(wildcard examples/common/*.c))
 common = $(out)/libcommon.a
 # Without GLFW `make` leaves the viewer out.
 glfw := $(strip $(shell pkg-config --libs glfw3 2>/dev/null))
-examples = $(patsubst examples/%.c,$(out)/%,$(filter-out $(if $(glfw),,examples/viewer.c),$(wildcard examples/*.c)))
+examples = $(patsubst examples/%.c,$(out)/%,$(filter-out examples/page.c $(if $(glfw),,examples/viewer.c),$(wildcard examples/*.c)))
 # tests/suites.h lists the suites; what they stand on is in tests/support.
 suites = $(shell sed -nE 's,^($(1))\(([a-z]+)\, ([a-z_]+)\)$$,tests/\2/test_\3.c,p' tests/suites.h)
 test_sources = $(call suites,CPU|ALL|GL64) $(wildcard tests/support/*.c tests/gl/gl_*.c)
@@ -143,6 +144,17 @@ chart-check: $(out)/report
 figures: $(out)/figures
 	$(out)/figures docs
 
+# The page is one file. Node of others than Debian does not find Debian's acorn by itself.
+page_sources = examples/page.c $(filter-out examples/common/gl_%.c,$(wildcard examples/common/*.c))
+build/page/page.html: $(page_sources) examples/page.html $(headers) $(wildcard examples/common/*.h) Makefile
+	@mkdir -p $(@D)
+	NODE_PATH=/usr/share/nodejs emcc -std=gnu99 -O2 -Wall -Wextra -Werror -DNO_THREADS -I. $(page_sources) -o $@ \
+	    --shell-file examples/page.html -sMIN_WEBGL_VERSION=2 -sMAX_WEBGL_VERSION=2 -sSINGLE_FILE=1 \
+	    -sALLOW_MEMORY_GROWTH=1 -sMINIFY_HTML=0 || { rm -f $@; exit 1; }
+
+page:
+	@if command -v emcc >/dev/null; then $(MAKE) build/page/page.html; else echo "page left out: apt-get install emscripten"; fi
+
 clean:
 	rm -rf build
 
@@ -161,6 +173,11 @@ $(out)/viewer: LIBS += $(glfw)
 $(out)/examples/viewer.o: ALL_CFLAGS += $(shell pkg-config --cflags glfw3 2>/dev/null)
 
 $(out)/test: $(test_objects) $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
+$(out)/dialects: $(out)/tests/dialects/dialects.o $(call support,random) $(common)
+$(out)/compare_pictures: $(out)/tests/dialects/compare.o $(common)
+$(out)/dialects $(out)/compare_pictures:
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
 $(out)/stability: $(stability_objects) $(common)
@@ -199,6 +216,6 @@ $(out)/test-cpu: $(cpu_objects)
 $(out)/outputs: $(addprefix $(out)/cpu/,tests/platforms/outputs.o examples/common/implementation.o)
 	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
 
-.PHONY: all examples demo test test-all test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart figures \
+.PHONY: page all examples demo test test-all test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart figures \
     chart-quick chart-check clean measure-vector
 .SECONDARY:

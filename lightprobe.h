@@ -310,6 +310,13 @@ LIGHTPROBE_API lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl,
 //     vec3 lightprobe_irradiance(int light, vec3 normal)  // times visibility; nothing in between
 //     vec3 lightprobe_residual_irradiance(vec3 normal)    // what the lights do not carry
 LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
+
+// With LIGHTPROBE_UNIFORMS defined before, as a number of lights, the text needs no lightprobe_gl but GLSL from 330 or
+// 300 es on: the buffer is the uniform block lightprobe_buffer, of 192 bytes and 80 a light. This fills it in from
+// what lightprobe_extract found. Fails, with block untouched, if a pointer is null (lights may be, without any) or,
+// LIGHTPROBE_ERROR_LIGHTS, if count is below 0 or needs more bytes.
+LIGHTPROBE_API lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
+                                                     const lightprobe_stats *stats, void *block, size_t bytes);
 #endif // LIGHTPROBE_STATIC, LIGHTPROBE_NO_GL
 
 // ---- Pictures of probes: from panoramas, crosses and strips to cubes; cubes without lights ---- >>picture calls
@@ -2502,6 +2509,7 @@ const char *lightprobe_result_string(lightprobe_result result)
 // ---- GLSL texts: what stands around the quotes of >>generated ---- >>texts
 
 #define LIGHTPROBE__GLSL_BEGIN                                                                     \
+    "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n"                         \
     "#define LIGHTPROBE_SHARED\n"                                                                  \
     "#define sqrtf sqrt\n"                                                                         \
     "#define fabsf abs\n"
@@ -3115,13 +3123,14 @@ static const char *lightprobe__quote_lights(void);
 // mssm.h before it have defined what they take.
 #define LIGHTPROBE__TAKEN(n) " || (LIGHTPROBE_BINDING == " #n " && defined MSSM_BINDING_" #n ")"
 static const char lightprobe__glsl_lights[] =
-    "#if __VERSION__ < 430\n"
-    "#error lightprobe.h needs #version 430 or higher above its text\n"
+    "#if __VERSION__ < 430 && !defined LIGHTPROBE_UNIFORMS\n"
+    "#error lightprobe.h needs #version 430 or higher, or LIGHTPROBE_UNIFORMS, above its text\n"
     "#endif\n"
     "#ifndef LIGHTPROBE_BINDING\n"
     "#define LIGHTPROBE_BINDING 0\n"
     "#endif\n"
-    "#if 0" LIGHTPROBE__TAKEN(0) LIGHTPROBE__TAKEN(1) LIGHTPROBE__TAKEN(2) LIGHTPROBE__TAKEN(3)
+    "#ifdef LIGHTPROBE_UNIFORMS\n"
+    "#elif 0" LIGHTPROBE__TAKEN(0) LIGHTPROBE__TAKEN(1) LIGHTPROBE__TAKEN(2) LIGHTPROBE__TAKEN(3)
     LIGHTPROBE__TAKEN(4) LIGHTPROBE__TAKEN(5) LIGHTPROBE__TAKEN(6) LIGHTPROBE__TAKEN(7) LIGHTPROBE__TAKEN(8)
     LIGHTPROBE__TAKEN(9) LIGHTPROBE__TAKEN(10) LIGHTPROBE__TAKEN(11) LIGHTPROBE__TAKEN(12) LIGHTPROBE__TAKEN(13)
     LIGHTPROBE__TAKEN(14) LIGHTPROBE__TAKEN(15) "\n"
@@ -3134,13 +3143,19 @@ static const char lightprobe__glsl_lights[] =
     "    vec3 irradiance; float solid_angle;\n"
     "    int id;\n"
     "};\n"
+    "#ifdef LIGHTPROBE_UNIFORMS\n" // both lay it out the same way
+    "#define LIGHTPROBE_ROOM LIGHTPROBE_UNIFORMS\n"
+    "layout(std140) uniform lightprobe_buffer {\n"
+    "#else\n"
+    "#define LIGHTPROBE_ROOM\n"
     "layout(std430, binding = LIGHTPROBE_BINDING) readonly buffer lightprobe_buffer {\n"
+    "#endif\n"
     "    int lightprobe_count;\n"
     "    int lightprobe_repaired_texels;\n"
     "    float lightprobe_error;\n"
     "    vec4 lightprobe_total; // RGB\n"
     "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n"
-    "    lightprobe_light lightprobe_lights[];\n"
+    "    lightprobe_light lightprobe_lights[LIGHTPROBE_ROOM];\n"
     "};\n"
     "\n"
     "#ifndef LIGHTPROBE_LIGHTS_ONLY\n"
@@ -4650,6 +4665,28 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
     stats->error = h.error;
     stats->lights = h.count;
     stats->repaired_texels = h.repaired_texels;
+    return LIGHTPROBE_OK;
+}
+
+lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count, const lightprobe_stats *stats,
+                                      void *block, size_t bytes)
+{
+    const size_t head = sizeof(lightprobe__gl_header), each = sizeof(lightprobe__gl_light);
+    if (!block || !stats || (!lights && count > 0)) return LIGHTPROBE_ERROR_NULL;
+    if (count < 0 || bytes < head || (bytes - head) / each < (size_t)count) return LIGHTPROBE_ERROR_LIGHTS;
+    lightprobe__gl_header h = {count, stats->repaired_texels, stats->error, 0, {0}, {0}, {{0}}};
+    memcpy(h.total, stats->total, 12);
+    memcpy(h.residual, stats->residual, 12);
+    for (int i = 0; i < 9; i++) memcpy(h.residual_sh[i], stats->residual_sh[i], 12);
+    memcpy(block, &h, head);
+    for (int i = 0; i < count; i++) {
+        const lightprobe_light l = lights[i];
+        const lightprobe__gl_light to = {
+            {l.direction[0], l.direction[1], l.direction[2]}, l.cos_alpha, {l.axis_u[0], l.axis_u[1], l.axis_u[2]},
+            l.tan_half_u, {l.axis_v[0], l.axis_v[1], l.axis_v[2]}, l.tan_half_v,
+            {l.irradiance[0], l.irradiance[1], l.irradiance[2]}, l.solid_angle, l.id, {0, 0, 0}};
+        memcpy((char *)block + head + (size_t)i * each, &to, each);
+    }
     return LIGHTPROBE_OK;
 }
 

@@ -355,6 +355,25 @@ MSSM_API void mssm_map_visibility_many(const mssm_map *map, const mssm_light *li
 // mssm_moments6_bias(m, MSSM_BIAS6_DECODED) makes them safe. With 4 moments the last two are 0.
 MSSM_API mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
 
+// For shading without an mssm_gl (mssm_glsl_shader): a level of the map as a texture, 2D array with a layer a light.
+typedef struct mssm_texels {
+    int levels, side;                        // mip levels of the texture; texels across and up of this one
+    unsigned internal_format, format, type;  // as glTexImage3D takes them
+    size_t bytes;                            // of this level
+} mssm_texels;
+
+// which 0: moments 1 to 4 (RGBA32I); 1: moments 5 and 6 (RG32I); 2: least and greatest depths (RG32F). texels may be
+// NULL, to ask for sizes. MSSM_ERROR_ARGUMENT, with all untouched, ends a loop over levels: there is no such
+// level or, with 4 moments, no texture 1; MSSM_ERROR_MEMORY if bytes are too few.
+MSSM_API mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texels *info, void *texels,
+                                     size_t bytes);
+
+// The light as that shading reads it: 7 ivec4 of its uniform block; all 0 where there is none. Floats are in it
+// bit for bit. settings, of which max_kernel counts, may be NULL. Fails, with view untouched, on lights that
+// mssm_gl_set_light refuses.
+MSSM_API mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light, const mssm_settings *settings,
+                                   int view[28]);
+
 #ifndef MSSM_NO_FILTERED
 // ---- Filtered hard shadows and translucent casters (docs/filtered.md) ---- >>filtered calls
 //
@@ -644,6 +663,14 @@ MSSM_API mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what);
 // units and bindings of their own, in any order and beside all other texts of this header.
 MSSM_API const char *mssm_gl_shader(const mssm_gl *gl);
 
+// The same for contexts without an mssm_gl (docs/integration.md, 9): GLSL from 330 and 300 es on, so OpenGL 3.3, macOS,
+// OpenGL ES 3.0, WebGL 2. Units and bindings are the caller's to set: of isampler2DArray mssm_table0, mssm_table1 (6
+// moments) and sampler2DArray mssm_depths for the textures of mssm_map_texels, and of the uniform block
+// mssm_view_block for the views of mssm_map_view, one for each of desc.lights, at most 585 (16 KiB hold 146). With
+// desc.name NAME: mssm_NAME_table0 ... Of desc lights, moments, settings, name and log count; not filtered. Returns
+// the bytes of the text with its final 0, and writes it if there are as many; 0, with a word in the log, if refused.
+MSSM_API size_t mssm_glsl_shader(const mssm_gl_desc *desc, char *text, size_t bytes);
+
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
 // levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments; 2:
 // least depths, and the least of -depth, from half the side down (RG32F). Filtered: 0 and 1 the maps (RGBA16, RG16); 3: the encoded
@@ -773,11 +800,11 @@ mssm_moments6 mssm_moments6_of_depth(float z)
 }
 
 // Odd entries of all bias vectors are zero: the best vector is symmetric. 4 is beyond all entries.
-MSSM_SHARED float mssm_blend_to(float b, float alpha, float target)
+MSSM_SHARED float mssm_blend_to(float b, float alpha, float goal)
 {
     float a = mssm_clamp(alpha, 0.0f, 1.0f);
-    float from = mssm_clamp(b, -4.0f, 4.0f);
-    return from - a * (from - target);
+    float start = mssm_clamp(b, -4.0f, 4.0f);
+    return start - a * (start - goal);
 }
 
 MSSM_SHARED mssm_moments4 mssm_blend_to4(mssm_moments4 m, float alpha, float b2, float b4)
@@ -2177,13 +2204,13 @@ struct mssm_strips {
 
 // What lies beyond the map is not known: its outermost texels stand for as much of it as the query has
 // inside, so that a frustum may cut through the world. Further out all is lit.
-MSSM_SHARED struct mssm_strips mssm_cut(float from, float to, float size)
+MSSM_SHARED struct mssm_strips mssm_cut(float begin, float to, float size)
 {
     struct mssm_strips r;
-    float inside = mssm_clamp(to, 0.0f, size) - mssm_clamp(from, 0.0f, size);
-    float low = mssm_max(from, -inside);
+    float inside = mssm_clamp(to, 0.0f, size) - mssm_clamp(begin, 0.0f, size);
+    float low = mssm_max(begin, -inside);
     float high = mssm_min(to, size + inside);
-    float start = mssm_clamp(floorf(from), 0.0f, size - 1.0f);
+    float start = mssm_clamp(floorf(begin), 0.0f, size - 1.0f);
     float end = mssm_clamp(floorf(to), 0.0f, size - 1.0f);
     float next = start + 1.0f;
     r.edge[0] = start;
@@ -2192,7 +2219,7 @@ MSSM_SHARED struct mssm_strips mssm_cut(float from, float to, float size)
     r.edge[3] = mssm_min(r.edge[2] + 1.0f, size);
     r.first = mssm_max((end > start ? next : high) - low, 0.0f);
     r.last = end > start ? high - end : 0.0f;
-    r.whole = to - from;
+    r.whole = to - begin;
     r.known = mssm_max(high - low, 0.0f);
     return r;
 }
@@ -2205,12 +2232,12 @@ struct mssm_span {
 
 // Rounds a wide query to the next texel borders. One of a texel's width grows to all that it touches:
 // by rounding it would see one texel of two, and lose what shadows of no width are made of.
-MSSM_SHARED struct mssm_span mssm_cut_texels(float from, float to, float size)
+MSSM_SHARED struct mssm_span mssm_cut_texels(float begin, float to, float size)
 {
     struct mssm_span r;
-    float inwards = mssm_clamp(0.125f * (to - from - 1.0f), 0.0f, 0.5f);
-    r.low = mssm_clamp(floorf(from + inwards), 0.0f, size - 1.0f);
-    // No more than a level's sums can hold, however from and to were rounded.
+    float inwards = mssm_clamp(0.125f * (to - begin - 1.0f), 0.0f, 0.5f);
+    r.low = mssm_clamp(floorf(begin + inwards), 0.0f, size - 1.0f);
+    // No more than a level's sums can hold, however begin and to were rounded.
     float most = mssm_min(r.low + MSSM_KERNEL, size);
     r.high = mssm_clamp(-floorf(inwards - to), r.low + 1.0f, most);
     return r;
@@ -2927,6 +2954,52 @@ mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half
     return m;
 }
 
+// The least side of a texture whose levels, halved without rest, have room for those of a map.
+static int mssm__padded(int side, int levels)
+{
+    const int grain = 1 << (levels - 1);
+    return (side + grain - 1) / grain * grain;
+}
+
+// Entries without the first row and column of zeros, as inclusive sums. Beyond the map all is 0.
+mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texels *info, void *texels, size_t bytes)
+{
+    static const unsigned formats[3][3] = {{0x8D82, 0x8D99, 0x1404}, {0x823B, 0x8228, 0x1404}, {0x8230, 0x8227, 0x1406}};
+    if (!map || !info || which < 0 || which > 2 || (which == 1 && map->moments == 4)) return MSSM_ERROR_ARGUMENT;
+    const int depth = which == 2, levels = depth ? map->depths : map->levels;
+    if (level < 0 || level >= levels) return MSSM_ERROR_ARGUMENT;
+    const int side = (depth ? 1 << (levels - 1) : mssm__padded(map->side, levels)) >> level;
+    const size_t size = (size_t)(depth ? map->size_of_depths : map->size)[level], texel = which ? 8 : 16;
+    const size_t row_bytes = (size_t)side * texel, all = row_bytes * (size_t)side, channels = (size_t)map->moments;
+    if (texels && bytes < all) return MSSM_ERROR_MEMORY;
+    const mssm_texels t = {levels, side, formats[which][0], formats[which][1], formats[which][2], all};
+    *info = t;
+    for (size_t y = 0; y < (size_t)side && texels; y++) {
+        unsigned char *row = (unsigned char *)texels + y * row_bytes;
+        memset(row, 0, row_bytes);
+        for (size_t x = 0; x < size && y < size; x++) {
+            const void *from = depth ? (const void *)map->depth[level][y * size + x]
+                                     : map->table[level] + ((y + 1) * (size + 1) + x + 1) * channels + 4 * which;
+            memcpy(row + x * texel, from, texel);
+        }
+    }
+    return MSSM_OK;
+}
+
+static int mssm__is_light(const mssm_light *light)
+{
+    return light->z_far > light->z_near && mssm__all_finite(light->world_to_shadow, 16);
+}
+
+mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light, const mssm_settings *settings, int view[28])
+{
+    if (!map || !light || !view || !mssm__is_light(light)) return MSSM_ERROR_ARGUMENT;
+    const mssm_view v = mssm__view(light, settings, map->side, map->levels, map->averaged);
+    memset(view, 0, 28 * sizeof *view);
+    memcpy(view, &v, sizeof v);
+    return MSSM_OK;
+}
+
 #ifndef MSSM_NO_FILTERED
 // ---- Filtered hard shadows ---- >>filtered
 
@@ -3443,9 +3516,10 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
 
 // What C and GLSL call by different names.
 #define MSSM__GLSL_NAMES                                                                           \
+    "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n"                         \
     "#define MSSM_SHARED\n"                                                                        \
     "#define MSSM_CALLED\n"                                                                        \
-    "#define MSSM_PRECISE precise\n"                                                               \
+    "#if __VERSION__ < 400\n#define MSSM_PRECISE\n#else\n#define MSSM_PRECISE precise\n#endif\n"     \
     "#define mssm_min(a, b) min(b, a)\n"                                                           \
     "#define mssm_max(a, b) max(b, a)\n"                                                           \
     "#define mssm_clamp(x, low, high) max(low, min(high, x))\n"                                    \
@@ -3820,6 +3894,7 @@ struct mssm_gl {
     int filtered, radius, anisotropy;
     int ready;          // filtered: light whose moments are in work, not built yet, or -1
     int translucent;    // the pass under way is one of translucent casters
+    int unbound;        // only the text of mssm_glsl_shader is wanted
     unsigned work, rows, farthest, target, triangle;
 };
 
@@ -3842,6 +3917,9 @@ static const char mssm__glsl_version[] = "#version 450 core\n";
 static const char mssm__glsl_needs[] = "#if __VERSION__ < 430\n"
                                        "#error mssm.h needs #version 430 or higher above its text\n"
                                        "#endif\n";
+static const char mssm__glsl_needs_less[] = "#if __VERSION__ < 300 || (!defined GL_ES && __VERSION__ < 330)\n"
+                                            "#error mssm.h needs #version 330, 300 es or higher above its text\n"
+                                            "#endif\n";
 static const char mssm__glsl_end[] = "#line 1\n";
 
 // Depth as drawn to depth linear in distance.
@@ -4144,6 +4222,7 @@ static const char mssm__glsl_search[] =
 static const char mssm__glsl_strips[] =
     "#ifndef MSSM_GLSL_STRIPS\n"
     "#define MSSM_GLSL_STRIPS\n"
+    "#ifdef GL_ES\nprecision highp isampler2DArray;\nprecision highp sampler2DArray;\n#endif\n"
     "#define MSSM_INVERSE_SCALE ((1.0 - 2.4e-7) / float(MSSM_SCALE))\n"
     "// A row of table entries of one texture, as exact differences modulo 2^32.\n"
     "struct mssm_entries { ivec4 first, whole, last; };\n"
@@ -4170,15 +4249,15 @@ static const char mssm__glsl_strips[] =
     "    mssm_entries r0 = mssm_read(table, x, keep, ivec3(max(y.x, 0), light, level));\n"
     "    r0 = mssm_entries(r0.first & keep_row, r0.whole & keep_row, r0.last & keep_row);\n"
     "    mssm_entries r1 = mssm_read(table, x, keep, ivec3(y.y, light, level));\n"
-    "    vec4 partial = sy.first * mssm_strip(r0, r1, sx), whole = vec4(0.0);\n"
+    "    vec4 parts = sy.first * mssm_strip(r0, r1, sx), whole = vec4(0.0);\n"
     "    if (y.z > y.y) { // narrow kernels have no whole row\n"
     "        r0 = r1;\n"
     "        r1 = mssm_read(table, x, keep, ivec3(y.z, light, level));\n"
     "        whole = mssm_strip(r0, r1, sx);\n"
     "    }\n"
     "    mssm_entries r3 = mssm_read(table, x, keep, ivec3(y.w, light, level));\n"
-    "    partial += sy.last * mssm_strip(r1, r3, sx);\n"
-    "    return partial + whole;\n"
+    "    parts += sy.last * mssm_strip(r1, r3, sx);\n"
+    "    return parts + whole;\n"
     "}\n"
     "// All texels of a rectangle of table entries, low and high in x and y.\n"
     "ivec4 mssm_texels(isampler2DArray table, ivec4 at, int light, int level)\n"
@@ -4193,15 +4272,41 @@ static const char mssm__glsl_strips[] =
     "}\n"
     "#endif\n";
 
-// Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first
-// texel they are 0.
-static const char mssm__glsl_entry[] =
+// What shading reads, of an mssm_gl and without one; where there is no such light, one without texels, that is lit.
+static const char mssm__glsl_bound[] =
     "layout(binding = MSSM_UNIT) uniform isampler2DArray $table0;\n"
     "#if MSSM_MOMENTS == 6\n"
     "layout(binding = MSSM_NEXT_UNIT) uniform isampler2DArray $table1;\n"
     "#endif\n"
     "layout(binding = MSSM_DEPTH_UNIT) uniform sampler2DArray $depths;\n"
     "layout(std430, binding = MSSM_BINDING) readonly buffer $view_block { mssm_view $views[]; };\n"
+    "#define $log2 findMSB\n"
+    "mssm_view $stored_view(int light)\n"
+    "{\n"
+    "    bool good = uint(light) < uint($views.length());\n"
+    "    mssm_view v = $views[good ? light : 0];\n"
+    "    if (!good) v.side = 0.0;\n"
+    "    return v;\n"
+    "}\n";
+static const char mssm__glsl_unbound[] =
+    "uniform isampler2DArray $table0, $table1;\n"
+    "uniform sampler2DArray $depths;\n"
+    "layout(std140) uniform $view_block { ivec4 $views[7 * MSSM_LIGHTS]; };\n"
+    "#define $log2(i) ((mssm_bits(float(i)) >> 23) - 127)\n"
+    "mssm_view $stored_view(int light)\n"
+    "{\n"
+    "    bool good = uint(light) < uint(MSSM_LIGHTS);\n"
+    "    int at = good ? 7 * light : 0;\n"
+    "    ivec4 last = $views[at + 5], flags = $views[at + 6];\n"
+    "    vec4 a = intBitsToFloat($views[at]), b = intBitsToFloat($views[at + 1]), c = intBitsToFloat($views[at + 2]);\n"
+    "    vec4 d = intBitsToFloat($views[at + 3]), k = intBitsToFloat($views[at + 4]), s = intBitsToFloat(last);\n"
+    "    return mssm_view(float[16](a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, c.x, c.y, c.z, c.w, d.x, d.y, d.z, d.w),\n"
+    "                     k.x, k.y, k.z, k.w, s.x, good ? s.y : 0.0, s.z, last.w, flags.x, flags.y);\n"
+    "}\n";
+
+// Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first
+// texel they are 0.
+static const char mssm__glsl_entry[] =
     "int $side = 1, $levels = 1; // of the light at hand: read once, not for every query\n"
     "mssm_moments6 mssm_query($map map, int moments, float x, float y, float half_x, float half_y)\n"
     "{\n"
@@ -4234,12 +4339,9 @@ static const char mssm__glsl_entry[] =
 
 // What is called, and the query of the search.
 static const char mssm__glsl_texels[] =
-    "// Without texels, that is lit, where there is no such light.\n"
     "mssm_view $view_of(int light)\n"
     "{\n"
-    "    bool good = uint(light) < uint($views.length());\n"
-    "    mssm_view v = $views[good ? light : 0];\n"
-    "    if (!good) v.side = 0.0;\n"
+    "    mssm_view v = $stored_view(light);\n"
     "    $side = int(v.side);\n"
     "    $levels = v.levels;\n"
     "    return v;\n"
@@ -4290,7 +4392,7 @@ static const char mssm__glsl_texels[] =
     "}\n"
     "float mssm_least($map map, float x, float y, float half_size, int which)\n"
     "{\n"
-    "    int level = mssm_depth_level(half_size, max(findMSB($side - 1) + 1, 1));\n"
+    "    int level = mssm_depth_level(half_size, max($log2($side - 1) + 1, 1));\n"
     "    float size = float(($side + (2 << level) - 1) >> (level + 1));\n"
     "    float scale = intBitsToFloat((126 - level) << 23);\n"
     "    mssm_span sx = mssm_cut_depths(x, half_size, scale, size);\n"
@@ -4513,14 +4615,14 @@ static int mssm__is_name(const char *name)
 // Two texts of a shader that take the same name, binding or unit say so.
 static void mssm__print_collisions(const mssm_gl *gl, char *to, size_t size)
 {
-    const int binding = gl->desc.first_buffer_binding;
+    const int binding = gl->unbound ? -1 : gl->desc.first_buffer_binding;
     int at = snprintf(to, size,
                       "#ifdef MSSM_NAME_@\n#error name: two mssm_gl declare @, one needs another mssm_gl_desc.name\n"
                       "#endif\n#define MSSM_NAME_@\n#ifdef LIGHTPROBE_BINDING\n#if LIGHTPROBE_BINDING == %d\n"
                       "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
                       "#endif\n#endif\n",
                       binding);
-    for (int i = -1; i < 3; i++) {
+    for (int i = -1; i < 3 && !gl->unbound; i++) {
         const char *what = i < 0 ? "BINDING" : "UNIT", *member = i < 0 ? "buffer_binding" : "texture_unit";
         const int number = i < 0 ? binding : gl->desc.first_texture_unit + i;
         if (i >= 0 && !mssm__has_texture(gl, i)) continue;
@@ -4535,12 +4637,12 @@ static void mssm__print_defines(const mssm_gl *gl, char *to, size_t size)
 {
     const mssm_settings s = mssm__settings(gl);
     const struct mssm_options o = mssm__options(&s, gl->desc.moments);
-    const char *const names[] = {"MOMENTS", "UNIT", "NEXT_UNIT", "DEPTH_UNIT", "BINDING", "SCALE"};
-    const int unit = gl->desc.first_texture_unit;
-    const int values[] = {gl->desc.moments, unit, unit + 1, unit + 2, gl->desc.first_buffer_binding, MSSM_SCALE};
+    const char *const names[] = {"MOMENTS", "SCALE", gl->unbound ? "LIGHTS" : "UNIT", "NEXT_UNIT", "DEPTH_UNIT", "BINDING"};
+    const int unit = gl->desc.first_texture_unit, third = gl->unbound ? gl->desc.lights : unit;
+    const int values[] = {gl->desc.moments, MSSM_SCALE, third, unit + 1, unit + 2, gl->desc.first_buffer_binding};
     const float numbers[] = {o.alpha4, o.alpha6, o.depth_bias, o.tolerance};
     int at = 0;
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < (gl->unbound ? 3 : 6); i++) {
         at += snprintf(to + at, size - (size_t)at, "#undef MSSM_%s\n#define MSSM_%s %d\n", names[i], names[i],
                        values[i]);
     }
@@ -4568,8 +4670,8 @@ static size_t mssm__add_text(char *to, size_t at, const char *text, const char *
     return at;
 }
 
-// The text for shading. own: before and after what the estimators share, and two at the end.
-static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[4])
+// The text for shading, if to is not NULL; its length. own: before and after what the estimators share, three at the end.
+static size_t mssm__print_shader(const mssm_gl *gl, const char *const own[5], char *to)
 {
     const char *name = gl->desc.name;
     char collisions[1400], defines[700], others[80];
@@ -4579,19 +4681,24 @@ static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[4])
     if (!name && gl->filtered) strcat(collisions, "#define mssm_filtered_bounds mssm_filtered_visibility_bounds\n");
     if (!name) name = gl->filtered ? "mssm_filtered_visibility" : "mssm_visibility";
     mssm__print_defines(gl, defines, sizeof defines);
-    const char *const parts[] = {mssm__glsl_needs, mssm_glsl_math(), collisions, own[0], mssm_glsl_shading(),
-                                 own[1],           defines,         own[2],     own[3], mssm__glsl_end};
+    const char *const needs = gl->unbound ? mssm__glsl_needs_less : mssm__glsl_needs;
+    const char *const parts[] = {needs,  mssm_glsl_math(), collisions, own[0], mssm_glsl_shading(), own[1],
+                                 defines, own[2],          own[3],     own[4], mssm__glsl_end};
     const int count = (int)(sizeof parts / sizeof *parts);
     size_t length = 0;
-    for (int i = 0; i < count; i++) length = mssm__add_text(NULL, length, parts[i], name, others);
-    gl->shader = (char *)MSSM_MALLOC(length + 1);
+    for (int i = 0; i < count; i++) length = mssm__add_text(to, length, parts[i], name, others);
+    if (to) to[length] = 0;
+    return length;
+}
+
+static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[5])
+{
+    gl->shader = (char *)MSSM_MALLOC(mssm__print_shader(gl, own, NULL) + 1);
     if (!gl->shader) {
         mssm__log(gl, "no memory", NULL);
         return MSSM_ERROR_MEMORY;
     }
-    length = 0;
-    for (int i = 0; i < count; i++) length = mssm__add_text(gl->shader, length, parts[i], name, others);
-    gl->shader[length] = 0;
+    mssm__print_shader(gl, own, gl->shader);
     return MSSM_OK;
 }
 
@@ -4621,8 +4728,8 @@ static mssm_result mssm__build_programs(mssm_gl *gl)
     const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables,
                                    mssm__glsl_columns};
     const char *const least[] = {mssm__glsl_version, defines, mssm__glsl_least};
-    static const char *const shading[4] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_entry,
-                                           mssm__glsl_texels};
+    static const char *const shading[5] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_bound,
+                                           mssm__glsl_entry, mssm__glsl_texels};
     mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
     if (!r) r = mssm__build_program(gl, MSSM__AVERAGE, average, 7);
     if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
@@ -4709,9 +4816,7 @@ static void mssm__set_sizes(mssm_gl *gl)
     uint64_t words;
     gl->levels = mssm__layout(gl->desc.side, gl->desc.moments, &words);
     gl->depth_levels = mssm__layout_depths(gl->desc.side, &words);
-    // A side that halves without rest on every level; the texels beyond the map are empty.
-    const int grain = 1 << (gl->levels - 1);
-    gl->padded = (gl->desc.side + grain - 1) / grain * grain;
+    gl->padded = mssm__padded(gl->desc.side, gl->levels);
 }
 
 static mssm_result mssm__create_storage(mssm_gl *gl)
@@ -5187,6 +5292,24 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
     return (size_t)(light * (uint64_t)g.desc.lights + targets);
 }
 
+size_t mssm_glsl_shader(const mssm_gl_desc *desc, char *text, size_t bytes)
+{
+    static const char *const shading[5] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_unbound,
+                                           mssm__glsl_entry, mssm__glsl_texels};
+    mssm_gl g;
+    if (!desc) return 0;
+    memset(&g, 0, sizeof g);
+    g.desc = *desc;
+    g.unbound = 1;
+    if (mssm__check_desc(&g) || !mssm__in_range(&g, "lights", g.desc.lights, 1, 585) ||
+        !mssm__in_range(&g, "mssm_glsl_shader: filtered", g.filtered, 0, 0)) {
+        return 0;
+    }
+    const size_t length = mssm__print_shader(&g, shading, NULL) + 1;
+    if (text && bytes >= length) mssm__print_shader(&g, shading, text);
+    return length;
+}
+
 void mssm_gl_destroy(mssm_gl *gl)
 {
     if (!gl) return;
@@ -5240,7 +5363,7 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
     if (!gl || !light || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) {
         return MSSM_ERROR_ARGUMENT;
     }
-    if (!(light->z_far > light->z_near) || !mssm__all_finite(light->world_to_shadow, 16)) {
+    if (!mssm__is_light(light)) {
         mssm__log(gl, "a light needs z_near < z_far and a finite world_to_shadow", NULL);
         return MSSM_ERROR_ARGUMENT;
     }
@@ -6070,8 +6193,8 @@ static mssm_result mssm__filtered_programs(mssm_gl *gl)
     const char *const filter[] = {mssm__glsl_version, defines, mssm__glsl_filter};
     const char *const triangle[] = {mssm__glsl_version, mssm__glsl_triangle};
     const char *const copy[] = {mssm__glsl_version, defines, mssm__glsl_copy};
-    const char *const shading[4] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered(),
-                                           mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n"};
+    const char *const shading[5] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered(),
+                                           mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n", ""};
     mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
     if (!r) r = mssm__build_program(gl, MSSM__FILTER, filter, 3);
     if (!r) r = mssm__add_shader(gl, MSSM__COPY, MSSM__GL_VERTEX_SHADER, triangle, 2);
@@ -6369,11 +6492,11 @@ const char *mssm_glsl_math(void)
     "}\n"
     "\n"
     "// Odd entries of all bias vectors are zero: the best vector is symmetric. 4 is beyond all entries.\n"
-    "MSSM_SHARED float mssm_blend_to(float b, float alpha, float target)\n"
+    "MSSM_SHARED float mssm_blend_to(float b, float alpha, float goal)\n"
     "{\n"
     "    float a = mssm_clamp(alpha, 0.0f, 1.0f);\n"
-    "    float from = mssm_clamp(b, -4.0f, 4.0f);\n"
-    "    return from - a * (from - target);\n"
+    "    float start = mssm_clamp(b, -4.0f, 4.0f);\n"
+    "    return start - a * (start - goal);\n"
     "}\n"
     "\n"
     "MSSM_SHARED mssm_moments4 mssm_blend_to4(mssm_moments4 m, float alpha, float b2, float b4)\n"
@@ -7153,13 +7276,13 @@ const char *mssm_glsl_shading(void)
     "\n"
     "// What lies beyond the map is not known: its outermost texels stand for as much of it as the query has\n"
     "// inside, so that a frustum may cut through the world. Further out all is lit.\n"
-    "MSSM_SHARED mssm_strips mssm_cut(float from, float to, float size)\n"
+    "MSSM_SHARED mssm_strips mssm_cut(float begin, float to, float size)\n"
     "{\n"
     "    mssm_strips r;\n"
-    "    float inside = mssm_clamp(to, 0.0f, size) - mssm_clamp(from, 0.0f, size);\n"
-    "    float low = mssm_max(from, -inside);\n"
+    "    float inside = mssm_clamp(to, 0.0f, size) - mssm_clamp(begin, 0.0f, size);\n"
+    "    float low = mssm_max(begin, -inside);\n"
     "    float high = mssm_min(to, size + inside);\n"
-    "    float start = mssm_clamp(floorf(from), 0.0f, size - 1.0f);\n"
+    "    float start = mssm_clamp(floorf(begin), 0.0f, size - 1.0f);\n"
     "    float end = mssm_clamp(floorf(to), 0.0f, size - 1.0f);\n"
     "    float next = start + 1.0f;\n"
     "    r.edge[0] = start;\n"
@@ -7168,7 +7291,7 @@ const char *mssm_glsl_shading(void)
     "    r.edge[3] = mssm_min(r.edge[2] + 1.0f, size);\n"
     "    r.first = mssm_max((end > start ? next : high) - low, 0.0f);\n"
     "    r.last = end > start ? high - end : 0.0f;\n"
-    "    r.whole = to - from;\n"
+    "    r.whole = to - begin;\n"
     "    r.known = mssm_max(high - low, 0.0f);\n"
     "    return r;\n"
     "}\n"
@@ -7181,12 +7304,12 @@ const char *mssm_glsl_shading(void)
     "\n"
     "// Rounds a wide query to the next texel borders. One of a texel's width grows to all that it touches:\n"
     "// by rounding it would see one texel of two, and lose what shadows of no width are made of.\n"
-    "MSSM_SHARED mssm_span mssm_cut_texels(float from, float to, float size)\n"
+    "MSSM_SHARED mssm_span mssm_cut_texels(float begin, float to, float size)\n"
     "{\n"
     "    mssm_span r;\n"
-    "    float inwards = mssm_clamp(0.125f * (to - from - 1.0f), 0.0f, 0.5f);\n"
-    "    r.low = mssm_clamp(floorf(from + inwards), 0.0f, size - 1.0f);\n"
-    "    // No more than a level's sums can hold, however from and to were rounded.\n"
+    "    float inwards = mssm_clamp(0.125f * (to - begin - 1.0f), 0.0f, 0.5f);\n"
+    "    r.low = mssm_clamp(floorf(begin + inwards), 0.0f, size - 1.0f);\n"
+    "    // No more than a level's sums can hold, however begin and to were rounded.\n"
     "    float most = mssm_min(r.low + MSSM_KERNEL, size);\n"
     "    r.high = mssm_clamp(-floorf(inwards - to), r.low + 1.0f, most);\n"
     "    return r;\n"

@@ -119,7 +119,7 @@ static bool run(const char *file, message *why)
     gl.ProgramUniform3fv(shading, gl.GetUniformLocation(shading, "to_light"), 1, to_light);
     gl_mesh_draw(&casters);
     const bool written =
-        gl_target_read(&target, &result, why) && image_save_png(&result, 1.3f, file, why);
+        gl_target_read(&target, &result, why) && image_save(&result, 1.3f, file, why);
     image_free(&result);
     mssm_gl_destroy(shadow);
     return written;

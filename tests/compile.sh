@@ -287,7 +287,7 @@ pages()
     readme_blocks
     [ -n "${quick-}" ] && return
     for file in examples/*.c; do
-        [ -e "$file" ] || continue
+        [ -e "$file" ] && [ "$file" != examples/page.c ] || continue # that is for emscripten
         if [ "$file" = examples/viewer.c ] && ! pkg-config --exists glfw3 2>/dev/null; then
             echo "skip $file: no GLFW, apt-get install pkg-config libglfw3-dev"
             continue

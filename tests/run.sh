@@ -205,6 +205,7 @@ more()
 
 section "GLSL text" fresh_glsl
 section "docs" sh tests/snippets.sh
+section "dialects" sh tests/dialects.sh ${all:-quick}
 if [ -z "$all" ]; then
     section "compile" sh tests/compile.sh quick
     section "tests" suite release env TEST_SCALE=10

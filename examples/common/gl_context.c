@@ -32,6 +32,12 @@ bool gl_context_create(gl_context *c, const char **why)
     return false;
 }
 
+bool gl_context_create_portable(gl_context *c, bool es, const char **why)
+{
+    (void)es;
+    return gl_context_create(c, why);
+}
+
 void gl_context_destroy(gl_context *c)
 {
     memset(c, 0, sizeof *c);
@@ -53,6 +59,8 @@ enum {
     EGL_PBUFFER_BIT = 0x0001,
     EGL_RENDERABLE_TYPE = 0x3040,
     EGL_OPENGL_BIT = 0x0008,
+    EGL_OPENGL_ES3_BIT = 0x0040,
+    EGL_OPENGL_ES_API = 0x30A0,
     EGL_EXTENSIONS = 0x3055,
     EGL_OPENGL_API = 0x30A2,
     EGL_CONTEXT_MAJOR_VERSION = 0x3098,
@@ -157,7 +165,23 @@ static void *create_context(void *display)
     return egl.CreateContext(display, config, NULL, context_attributes);
 }
 
-bool gl_context_create(gl_context *c, const char **why)
+// OpenGL 3.3 core, or OpenGL ES 3.0.
+static void *create_portable(void *display, bool es)
+{
+    const int config_attributes[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
+                                     es ? EGL_OPENGL_ES3_BIT : EGL_OPENGL_BIT, EGL_NONE};
+    const int context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, es ? 0 : 3,
+                                      es ? EGL_NONE : EGL_CONTEXT_PROFILE_MASK, EGL_CONTEXT_CORE_PROFILE_BIT, EGL_NONE};
+    void *config = NULL;
+    int count = 0;
+    if (!egl.BindAPI(es ? EGL_OPENGL_ES_API : EGL_OPENGL_API)) return NULL;
+    egl.ChooseConfig(display, config_attributes, &config, 1, &count);
+    return egl.CreateContext(display, config, NULL, context_attributes);
+}
+
+typedef enum context_kind { OPENGL_45, OPENGL_33, OPENGL_ES_30 } context_kind;
+
+static bool create(gl_context *c, context_kind kind, const char **why)
 {
     memset(c, 0, sizeof *c);
     *why = NULL;
@@ -170,23 +194,35 @@ bool gl_context_create(gl_context *c, const char **why)
         *why = "EGL finds no driver: apt-get install libgl1-mesa-dri";
         return false;
     }
-    c->context = create_context(c->display);
+    c->context = kind == OPENGL_45 ? create_context(c->display) : create_portable(c->display, kind == OPENGL_ES_30);
     if (!c->context) {
-        *why = "the driver has no OpenGL 4.5 core: apt-get install libgl1-mesa-dri (Mesa 20.2 or "
-               "newer)";
+        *why = kind == OPENGL_ES_30 ? "the driver has no OpenGL ES 3.0: apt-get install libgl1-mesa-dri"
+               : kind == OPENGL_33  ? "the driver has no OpenGL 3.3 core: apt-get install libgl1-mesa-dri"
+                                    : "the driver has no OpenGL 4.5 core: apt-get install libgl1-mesa-dri (Mesa 20.2 or "
+                                      "newer)";
     } else if (!egl.MakeCurrent(c->display, NULL, NULL, c->context)) {
         *why = "the driver cannot work without a window (EGL_KHR_surfaceless_context): "
                "apt-get install libgl1-mesa-dri";
     } else {
         static char line[80];
         const char *missing;
-        if (gl_load(gl_context_function, &missing)) return true;
+        if (kind != OPENGL_45 || gl_load(gl_context_function, &missing)) return true;
         snprintf(line, sizeof line, "the driver lacks %s: apt-get install libgl1-mesa-dri",
                  missing);
         *why = line;
     }
     gl_context_destroy(c);
     return false;
+}
+
+bool gl_context_create(gl_context *c, const char **why)
+{
+    return create(c, OPENGL_45, why);
+}
+
+bool gl_context_create_portable(gl_context *c, bool es, const char **why)
+{
+    return create(c, es ? OPENGL_ES_30 : OPENGL_33, why);
 }
 
 void gl_context_destroy(gl_context *c)

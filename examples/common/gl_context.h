@@ -15,6 +15,9 @@ typedef struct gl_context {
 // framebuffer: render into your own. On failure *why is one line that says what is missing and what
 // installs it; nothing stays open.
 bool gl_context_create(gl_context *c, const char **why);
+// The same of OpenGL 3.3 core or, with es, of OpenGL ES 3.0 (drivers may give a newer one); gl stays as it is: what
+// these have is the table of gl_portable.h.
+bool gl_context_create_portable(gl_context *c, bool es, const char **why);
 void gl_context_destroy(gl_context *c);
 
 // Address of a GL function, null if there is none: the loader for gl_load() and mssm_gl_desc.

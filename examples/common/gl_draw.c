@@ -279,19 +279,6 @@ bool gl_target_read(const gl_target *t, image *out, message *why)
 
 // ---- Camera, surfaces, probe
 
-void gl_camera_matrix(const camera *c, float near, float far, float world_to_clip[16])
-{
-    const vec3 row[4] = {vec_scale(c->right, 1 / c->tan_x), vec_scale(c->up, 1 / c->tan_y),
-                         vec_scale(c->back, -(far + near) / (far - near)), vec_scale(c->back, -1)};
-    const float shift[4] = {0, 0, -2 * far * near / (far - near), 0};
-    for (int k = 0; k < 4; k++) {
-        world_to_clip[k] = row[k].x;
-        world_to_clip[4 + k] = row[k].y;
-        world_to_clip[8 + k] = row[k].z;
-        world_to_clip[12 + k] = shift[k] - vec_dot(row[k], c->position);
-    }
-}
-
 void gl_camera_uniforms(const camera *c, GLuint program)
 {
     const vec3 axes[3] = {vec_scale(c->right, c->tan_x), vec_scale(c->up, c->tan_y), c->back};

@@ -59,7 +59,6 @@ bool gl_target_read(const gl_target *t, image *out, message *why);
 
 // ---- Camera, surfaces, probe
 
-void gl_camera_matrix(const camera *c, float near, float far, float world_to_clip[16]);
 void gl_camera_uniforms(const camera *c, GLuint program);
 
 // What the camera sees, one sample a pixel: colours position (w = 0 where there is nothing), normal,

@@ -490,3 +490,10 @@ bool image_save_png(const image *im, float exposure, const char *path, message *
     free(rgb8);
     return written;
 }
+
+bool image_save(const image *im, float exposure, const char *path, message *why)
+{
+    const size_t length = strlen(path);
+    if (length > 4 && !strcmp(path + length - 4, ".pfm")) return image_save_pfm(im, path, why);
+    return image_save_png(im, exposure, path, why);
+}

@@ -47,6 +47,9 @@ float image_exposure(const image *im);
 // exposure x radiance -> film curve -> sRGB bytes, three a pixel. NaN becomes black.
 void image_tonemap(const image *im, float exposure, unsigned char *rgb8);
 
+// By the end of its name a .pfm of the radiance as it is, or a PNG as below.
+bool image_save(const image *im, float exposure, const char *path, message *why);
+
 // image_tonemap and png_write in one.
 bool image_save_png(const image *im, float exposure, const char *path, message *why);
 

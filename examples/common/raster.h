@@ -38,6 +38,8 @@ typedef struct camera {
 camera camera_look(vec3 from, vec3 to, float vertical_angle, float aspect);
 // Through a position of the picture, x from the left and y from the top in [0,1]. Not normalized.
 vec3 camera_ray(const camera *c, float x, float y);
+// Its matrix for gl_Position.
+void gl_camera_matrix(const camera *c, float near, float far, float world_to_clip[16]);
 
 #define VIEW_SAMPLES 4
 
