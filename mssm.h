@@ -2613,13 +2613,11 @@ MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receive
     return d;
 }
 
-// Whether all that the cone holds up to distance d hides the receiver: above it first, then in all of it.
-// Beyond the map nothing does.
+// Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.
 MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r,
                             float d)
 {
     if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
-    if (mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, 0.0f)) == 0) return 0;
     float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);
     return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));
 }
@@ -7711,13 +7709,11 @@ const char *mssm_glsl_shading(void)
     "    return d;\n"
     "}\n"
     "\n"
-    "// Whether all that the cone holds up to distance d hides the receiver: above it first, then in all of it.\n"
-    "// Beyond the map nothing does.\n"
+    "// Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.\n"
     "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r,\n"
     "                            float d)\n"
     "{\n"
     "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
-    "    if (mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, 0.0f)) == 0) return 0;\n"
     "    float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);\n"
     "    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));\n"
     "}\n"
