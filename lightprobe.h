@@ -197,7 +197,7 @@ typedef struct lightprobe_stats {
 } lightprobe_stats;
 
 // Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default):
-// about 19 side^2, 350 a light and 24,000. 0 where side or max_lights is out of range.
+// about 19 side^2, 370 a light and 26,000. 0 where side or max_lights is out of range.
 LIGHTPROBE_API size_t lightprobe_scratch_bytes(int side, int max_lights);
 
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
@@ -2437,7 +2437,7 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
 static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *settings, float total,
                              lightprobe_light *lights, float *error, float residual_sh[9][3])
 {
-    // The memory of the leaves (64 bytes each, more than one per light) holds the ring, that of the
+    // The memory of the leaves (72 bytes each, more than one per light) holds the ring, that of the
     // band (over 100 bytes per row of texels) the profile.
     lightprobe__rectangle *ring = (lightprobe__rectangle *)(void *)w->leaves;
     double *profile = (double *)(void *)w->band;

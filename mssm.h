@@ -1754,22 +1754,17 @@ mssm_result mssm_light_spot(mssm_light *light, const float position[3], const fl
     return MSSM_OK;
 }
 
-// Tangent of the widest frustum of an area light: beyond it a map's texels are spent on its rim.
-#define MSSM__WIDEST 3.0
-
 mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float direction[3],
                             const float axis_u[3], float tan_half_u, float tan_half_v, float distance,
                             const float box_min[3], const float box_max[3])
 {
     mssm_light r;
-    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, widest = 0, tangent = 0;
-    if (!probe || !mssm__all_finite(probe, 3) || (mssm_bits(distance) & 0x7fffffff) > 0x7f800000 ||
+    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0;
+    mssm_result result = mssm_light_directional(&r, direction, axis_u, tan_half_u, tan_half_v, box_min, box_max);
+    if (result || !light || !probe || !mssm__all_finite(probe, 3) || (mssm_bits(distance) & 0x7fffffff) > 0x7f800000 ||
         distance < 0) {
         return MSSM_ERROR_ARGUMENT;
     }
-    mssm_result result =
-        mssm_light_directional(&r, direction, axis_u, tan_half_u, tan_half_v, box_min, box_max);
-    if (result || !light) return MSSM_ERROR_ARGUMENT;
     mssm__frame(direction, axis_u, frame);
     for (int i = 0; i < 8; i++) {  // corners, from the probe
         double p[3];
@@ -1778,15 +1773,13 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
         side[i] = fmax(fabs(mssm__dot(frame[0], p)), fabs(mssm__dot(frame[1], p)));
         low = fmin(low, z[i]);
         high = fmax(high, z[i]);
-        widest = fmax(widest, side[i]);
+        away = fmax(away, z[i] + side[i] / 3);  // wider frusta spend their texels on the rim
     }
-    // Casters get depths as from a directional light. Away enough for a near plane, and for the widest frustum.
-    const double range = fmax(fmax(high - low, 1e-3 * widest), 1e-6) / (MSSM_FAR_CASTER + 0.99);
-    double away = fmax(distance, high + 0.02 * range);
-    for (int i = 0; i < 8; i++) away = fmax(away, z[i] + side[i] / MSSM__WIDEST);
+    // Casters get depths as from a directional light; a flat box has some, too.
+    const double range = fmax(high - low, fmax(1e-3 * distance, 1e-6)) / (MSSM_FAR_CASTER + 0.99);
+    away = fmax(away, high + 0.02 * range);
     for (int i = 0; i < 8; i++) tangent = fmax(tangent, side[i] / (away - z[i]));
-    const double negligible = fmax(1.0 / 512, fmin(tan_half_u, tan_half_v) / 64.0);
-    if (distance > 0 && distance <= FLT_MAX && tangent > negligible) {
+    if (distance > 0 && distance <= FLT_MAX && tangent > fmax(1.0 / 512, fmin(tan_half_u, tan_half_v) / 64.0)) {
         const double z_near = away - high - 0.01 * range;
         float place[3];
         for (int k = 0; k < 3; k++) place[k] = (float)(probe[k] + away * frame[2][k]);
