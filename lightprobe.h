@@ -1265,7 +1265,7 @@ LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, floa
 LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)
 {
     LIGHTPROBE_PRECISE float angle = inverse * reach;
-    return angle < 1.0f ? angle : inverse > 0.0f ? 1.0f : 0.0f;
+    return angle < 1.0f ? angle : 1.0f;
 }
 
 // [glsl end]
@@ -5069,7 +5069,7 @@ static const char *lightprobe__quote_work(void)
     "LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float angle = inverse * reach;\n"
-    "    return angle < 1.0f ? angle : inverse > 0.0f ? 1.0f : 0.0f;\n"
+    "    return angle < 1.0f ? angle : 1.0f;\n"
     "}\n"
     "\n"
     "LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)\n"
