@@ -112,8 +112,9 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_SIDE,     // side below 1 or above LIGHTPROBE_MAX_SIDE
     LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4, or no fourth one for distances
     LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, or above the largest number
-    LIGHTPROBE_ERROR_SETTINGS, // tolerance, min_share or min_shadow negative or not finite, an unknown
-                               // mode, distances neither 0 nor 1, or a texture unit or buffer binding that the driver does not have
+    LIGHTPROBE_ERROR_SETTINGS, // tolerance, min_share or min_shadow negative or not finite, an unknown mode,
+                               // distances neither 0 nor 1, or a texture unit or buffer binding that the
+                               // driver does not have
     LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
     LIGHTPROBE_ERROR_MEMORY,   // LIGHTPROBE_MALLOC gave none
     LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
@@ -275,7 +276,7 @@ typedef struct lightprobe_gl lightprobe_gl;
 typedef struct lightprobe_gl_desc {
     lightprobe_gl_loader load;
     int side;       // of the faces; 0: 128. A texture is read at the mip level of this side
-    int max_lights; // these four and distances (alpha) as in lightprobe_settings, but at most LIGHTPROBE_GL_MAX_LIGHTS
+    int max_lights; // these four as in lightprobe_settings, but at most LIGHTPROBE_GL_MAX_LIGHTS
     float tolerance;
     float min_share;
     float min_shadow;
@@ -283,7 +284,7 @@ typedef struct lightprobe_gl_desc {
     int first_buffer_binding; // on, are used inside lightprobe_gl_update and then put back
     void (*log)(void *user, const char *message); // told why a call failed, shader logs; or NULL
     void *user;
-    int distances;
+    int distances; // as in lightprobe_settings: in the texture's alpha
 } lightprobe_gl_desc;
 
 typedef struct lightprobe_gl_range { // for glBindBufferRange
@@ -493,8 +494,9 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;
     if (!(scale > 0.0f) || c <= 0.0f) return seen;
     // In units of the distance: along the disc's axis, squared distance from it and squared radius.
-    float along = scale * (light.direction[0] * x + light.direction[1] * y + light.direction[2] * z);
-    float height = 1.0f - along, aside2 = fabsf(scale * x * (scale * x) + scale * y * (scale * y) + scale * z * (scale * z) - along * along);
+    float a = scale * x, b = scale * y, d = scale * z;
+    float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;
+    float height = 1.0f - along, aside2 = fabsf(a * a + b * b + d * d - along * along);
     float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;
     float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;
     // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.
@@ -505,9 +507,10 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     float bright = height > 0.0f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far
     seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
     float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));
-    float axis = bright > 0.0f ? (facing + inward * along) / size : 1.0f, off = bright > 0.0f ? inward * scale / size : 0.0f;
+    float axis = facing + inward * along;
     for (int i = 0; i < 3; i++) {
-        seen.direction[i] = axis * light.direction[i] - off * (i == 0 ? x : i == 1 ? y : z);
+        float off = inward * (i == 0 ? a : i == 1 ? b : d);
+        if (bright > 0.0f) seen.direction[i] = (axis * light.direction[i] - off) / size;
         seen.irradiance[i] = part * light.irradiance[i];
     }
     return seen;
@@ -1677,7 +1680,8 @@ LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,
 LIGHTPROBE_SHARED float lightprobe_shift(lightprobe_spread s, float variance)
 {
     LIGHTPROBE_PRECISE float square = s.parallax2 - s.parallax * s.parallax;
-    LIGHTPROBE_PRECISE float shift = square * sqrtf(fabsf(square)) / (2.0f * square + 36.0f * fabsf(variance));
+    LIGHTPROBE_PRECISE float root = sqrtf(fabsf(square));
+    LIGHTPROBE_PRECISE float shift = square * root / (2.0f * square + 36.0f * fabsf(variance));
     return square > 0.0f ? shift : 0.0f;
 }
 
@@ -2319,7 +2323,7 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     }
     for (int i = 0; i < 3; i++)
         light->irradiance[i] = lightprobe_clamp(flux[i] / (double)LIGHTPROBE_SCALE);
-    light->distance = flux[3] > 0 ? (float)(f / flux[3]) : 0;
+    light->distance = f <= 1e9 * flux[3] ? (float)(f / flux[3]) : 0;
     const double h = 2.0 / w->side;
     light->solid_angle =
         (float)lightprobe__solid_angle(r->x0 * h - 1, r->y0 * h - 1, r->x1 * h - 1, r->y1 * h - 1);
@@ -3257,8 +3261,9 @@ static const char lightprobe__glsl_lights[] =
     "    float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
     "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
     "    // In units of the distance: along the disc's axis, squared distance from it and squared radius.\n"
-    "    float along = scale * (light.direction[0] * x + light.direction[1] * y + light.direction[2] * z);\n"
-    "    float height = 1.0f - along, aside2 = fabsf(scale * x * (scale * x) + scale * y * (scale * y) + scale * z * (scale * z) - along * along);\n"
+    "    float a = scale * x, b = scale * y, d = scale * z;\n"
+    "    float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;\n"
+    "    float height = 1.0f - along, aside2 = fabsf(a * a + b * b + d * d - along * along);\n"
     "    float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;\n"
     "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
     "    // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.\n"
@@ -3269,9 +3274,10 @@ static const char lightprobe__glsl_lights[] =
     "    float bright = height > 0.0f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far\n"
     "    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
     "    float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));\n"
-    "    float axis = bright > 0.0f ? (facing + inward * along) / size : 1.0f, off = bright > 0.0f ? inward * scale / size : 0.0f;\n"
+    "    float axis = facing + inward * along;\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        seen.direction[i] = axis * light.direction[i] - off * (i == 0 ? x : i == 1 ? y : z);\n"
+    "        float off = inward * (i == 0 ? a : i == 1 ? b : d);\n"
+    "        if (bright > 0.0f) seen.direction[i] = (axis * light.direction[i] - off) / size;\n"
     "        seen.irradiance[i] = part * light.irradiance[i];\n"
     "    }\n"
     "    return seen;\n"
@@ -5430,7 +5436,8 @@ static const char *lightprobe__quote_splits(void)
     "LIGHTPROBE_SHARED float lightprobe_shift(lightprobe_spread s, float variance)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float square = s.parallax2 - s.parallax * s.parallax;\n"
-    "    LIGHTPROBE_PRECISE float shift = square * sqrtf(fabsf(square)) / (2.0f * square + 36.0f * fabsf(variance));\n"
+    "    LIGHTPROBE_PRECISE float root = sqrtf(fabsf(square));\n"
+    "    LIGHTPROBE_PRECISE float shift = square * root / (2.0f * square + 36.0f * fabsf(variance));\n"
     "    return square > 0.0f ? shift : 0.0f;\n"
     "}\n"
     "\n"
