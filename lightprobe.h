@@ -110,10 +110,11 @@ typedef enum lightprobe_result {
     LIGHTPROBE_OK = 0,
     LIGHTPROBE_ERROR_NULL,     // a pointer that must be given is null
     LIGHTPROBE_ERROR_SIDE,     // side below 1 or above LIGHTPROBE_MAX_SIDE
-    LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4
+    LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4, or no fourth one for distances
     LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, or above the largest number
-    LIGHTPROBE_ERROR_SETTINGS, // tolerance, min_share or min_shadow negative or not finite, an unknown
-                               // mode, or a texture unit or buffer binding that the driver does not have
+    LIGHTPROBE_ERROR_SETTINGS, // tolerance, min_share or min_shadow negative or not finite, an unknown mode,
+                               // distances neither 0 nor 1, or a texture unit or buffer binding that the
+                               // driver does not have
     LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
     LIGHTPROBE_ERROR_MEMORY,   // LIGHTPROBE_MALLOC gave none
     LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
@@ -137,7 +138,7 @@ LIGHTPROBE_API const char *lightprobe_result_string(lightprobe_result result);
 typedef struct lightprobe_cube {
     const float *face[6];
     int side;
-    int channels; // floats per texel, 3 or 4; the fourth is skipped
+    int channels; // floats per texel, 3 or 4; the fourth is skipped, or a distance: lightprobe_settings
 } lightprobe_cube;
 
 typedef struct lightprobe_light {
@@ -148,6 +149,7 @@ typedef struct lightprobe_light {
     float solid_angle;            // of the region; all of them sum to 4 pi less black regions
     float cos_alpha;              // opening angle of the disc that stands for it in shading
     int id;                       // survives from frame to frame: lightprobe_settings.previous
+    float distance;               // from the probe's centre, world units; 0: infinitely far
 } lightprobe_light;
 
 typedef enum lightprobe_mode {
@@ -176,6 +178,10 @@ typedef struct lightprobe_settings {
     int previous_count;
     void (*log)(void *user, const char *message); // told in one line why a call failed; or NULL
     void *user;
+    // 1: the fourth channel of the cube is the distance of what the texel shows from the probe's centre,
+    // in world units. Then lights have a place, and what is near is told from what is far behind it, where
+    // shadows would show that. What is not in [1e-9, 1e9], infinite or NaN say, is infinitely far.
+    int distances;
 } lightprobe_settings;
 
 typedef struct lightprobe_stats {
@@ -192,7 +198,7 @@ typedef struct lightprobe_stats {
 } lightprobe_stats;
 
 // Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default):
-// about 19 side^2, 350 a light and 24,000. 0 where side or max_lights is out of range.
+// about 19 side^2, 370 a light and 26,000. 0 where side or max_lights is out of range.
 LIGHTPROBE_API size_t lightprobe_scratch_bytes(int side, int max_lights);
 
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
@@ -225,6 +231,12 @@ LIGHTPROBE_API void lightprobe_texel_direction(int face, float s, float t, float
 // than a hemisphere; above the horizon it is cos(theta) cos^2(alpha/2), the paper's Eq. 18. In
 // [0,1], error below 1e-6. Arguments outside [-1,1] count as the nearest number inside.
 LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
+
+// A light at a finite distance for a receiver that stands (x, y, z) from the probe's centre: with direction,
+// irradiance and cos_alpha as seen from there, for lightprobe_disc_irradiance; the rest stays. The emitter
+// is taken for a disc that faces the probe: its vector irradiance is exact, nothing comes from behind it.
+// Lights at infinity or of half-angles from 90 degrees on stay as they are.
+LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z);
 
 // Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
 // to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
@@ -272,6 +284,7 @@ typedef struct lightprobe_gl_desc {
     int first_buffer_binding; // on, are used inside lightprobe_gl_update and then put back
     void (*log)(void *user, const char *message); // told why a call failed, shader logs; or NULL
     void *user;
+    int distances; // as in lightprobe_settings: in the texture's alpha
 } lightprobe_gl_desc;
 
 typedef struct lightprobe_gl_range { // for glBindBufferRange
@@ -308,6 +321,7 @@ LIGHTPROBE_API lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl,
 // lightprobe_count, lightprobe_lights[] (members as in C), lightprobe_error, lightprobe_total and
 // lightprobe_residual, at binding LIGHTPROBE_BINDING (0 unless defined before), and
 //     vec3 lightprobe_irradiance(int light, vec3 normal)  // times visibility; nothing in between
+//     vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)  // lightprobe_light_at
 //     vec3 lightprobe_residual_irradiance(vec3 normal)    // what the lights do not carry
 LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
 
@@ -480,6 +494,36 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
 }
 // [glsl end]
 
+// [glsl begin places]
+lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)
+{
+    lightprobe_light seen = light;
+    float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;
+    if (!(scale > 0.0f) || c <= 0.0f) return seen;
+    // In units of the distance: along the disc's axis, squared distance from it and squared radius.
+    float a = scale * x, b = scale * y, d = scale * z;
+    float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;
+    float height = 1.0f - along, aside2 = fabsf(a * a + b * b + d * d - along * along);
+    float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;
+    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;
+    // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.
+    float facing = 2.0f * height * height / (root * (root + beyond));
+    if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;
+    float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));
+    float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;
+    float bright = height > 0.0f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far
+    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
+    float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));
+    float axis = facing + inward * along;
+    for (int i = 0; i < 3; i++) {
+        float off = inward * (i == 0 ? a : i == 1 ? b : d);
+        if (bright > 0.0f) seen.direction[i] = (axis * light.direction[i] - off) / size;
+        seen.irradiance[i] = part * light.irradiance[i];
+    }
+    return seen;
+}
+// [glsl end]
+
 // [glsl begin harmonics]
 
 // Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1 and
@@ -587,6 +631,9 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 // One e-fold of radiance counts as much as so many radians: what keeps a sun out of its haze. From
 // 0.15 to 0.25 no probe changes much; with half of that city_sun's sun is lost at 4 lights.
 #define LIGHTPROBE_TONE 0.2f
+// Angle by which what is as far away as the mean shifts for a typical receiver: so many radians are a
+// difference in place between what lies near and what far behind it (docs/lightprobe.md, "Places").
+#define LIGHTPROBE_PARALLAX 0.25f
 // Weight of a light's width next to its unevenness: its shadow is shaded as if the receiver saw all
 // of it at one cosine. 0.1 to 0.35 do alike; without it a night sky's 8 lights err twice as much.
 #define LIGHTPROBE_WIDTH 0.2f
@@ -597,7 +644,7 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 // [glsl begin work]
 
 // Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the
-// face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).
+// face's own axes (middle, s, t), and over distance.
 typedef struct lightprobe_cell {
     lightprobe_vec4 flux, resultant;
 } lightprobe_cell;
@@ -608,7 +655,8 @@ typedef struct lightprobe_leaf {
     float solid_angle;
     lightprobe_vec3 direction; // vector irradiance = strength * direction
     float strength, luminance;
-    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean
+    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean, plus parallax
+    float inverse, parallax; // mean of 1 / distance; that times the reach of receivers, at most 1
     float half_width; // of the square that it spreads its light over
     int face, level, x, y, cluster;
 } lightprobe_leaf;
@@ -643,9 +691,9 @@ typedef struct lightprobe_cluster {
 
 // [glsl begin lights]
 // What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of these, and
-// luminance times squares and product of direction along e and f.
+// luminance times squares and product of direction along e and f, and over distance.
 typedef struct lightprobe_region {
-    lightprobe_wide flux[3], resultant[3], luminance, solid_angle;
+    lightprobe_wide flux[3], resultant[3], luminance, solid_angle, inverse;
     lightprobe_vec3 d, e, f;
     lightprobe_wide second[3];
 } lightprobe_region;
@@ -653,7 +701,7 @@ typedef struct lightprobe_region {
 
 typedef struct lightprobe__work {
     const lightprobe_cube *cube;
-    int side, half, tiles, top, max_lights, max_leaves;
+    int side, half, tiles, top, max_lights, max_leaves, distances;
     float *omega, *weight; // of the texels of a quarter face: solid angle, that over the distance
     float *band;           // weights of the texels in a row of tiles
     lightprobe_cell *cells[LIGHTPROBE__LEVELS]; // of tiles and larger squares
@@ -664,7 +712,7 @@ typedef struct lightprobe__work {
     lightprobe_region *regions;
     int heap_count, leaf_count, cluster_count, repaired;
     double total[3];
-    float total_luminance, mean; // mean: of 1 sr
+    float total_luminance, mean, reach; // mean: of 1 sr; reach: 1 / distance becomes parallax by it
 } lightprobe__work;
 
 static void *lightprobe__take(char *base, size_t *used, size_t bytes)
@@ -865,10 +913,19 @@ LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)
     return LIGHTPROBE_FLOAT(2 * x + 1 - side) / LIGHTPROBE_FLOAT(side);
 }
 
-// Weights: its solid angle, and that over the distance to its centre (s, t).
-LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec3 rgb, float omega,
+// Of a texel's light per distance: 0 where it is infinitely far, or no distance.
+LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, float omega, float distance)
+{
+    LIGHTPROBE_PRECISE float part = lightprobe_luminance(rgb) * omega / distance;
+    return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;
+}
+
+// Weights: its solid angle, and that over the distance to its centre (s, t). The fourth of rgb: how far.
+LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb, float omega,
                                                         float weight, float s, float t)
 {
+    lightprobe_vec3 rgb;
+    for (int i = 0; i < 3; i++) rgb[i] = texel_rgb[i];
     LIGHTPROBE_PRECISE float m = lightprobe_luminance(rgb) * weight, ms = m * s, mt = m * t;
     LIGHTPROBE_PRECISE lightprobe_cell texel;
     for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;
@@ -876,7 +933,7 @@ LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec3 rg
     texel.resultant[0] = m;
     texel.resultant[1] = ms;
     texel.resultant[2] = mt;
-    texel.resultant[3] = 0.0f;
+    texel.resultant[3] = lightprobe_over_distance(rgb, omega, texel_rgb[3]);
     return texel;
 }
 // [glsl end]
@@ -926,6 +983,13 @@ static int lightprobe__read(const float *texel, float rgb[3])
         bad |= bits >= 0x7f800000u && bits != 0x80000000u; // -0 is fine
     }
     return bad;
+}
+
+// The same with the distance, 0 where it is infinite or there is none.
+static void lightprobe__read_distance(const lightprobe__work *w, const float *texel, float rgbd[4])
+{
+    lightprobe__read(texel, rgbd);
+    rgbd[3] = w->distances && lightprobe__is_number(texel[3]) ? texel[3] : 0;
 }
 
 // Copies a tile that the border cuts, that has a fourth channel or bad texels. Counts the bad ones.
@@ -1020,6 +1084,35 @@ static void lightprobe__make_band(lightprobe__work *w, int ty)
     }
 }
 
+static void lightprobe__add_cell(lightprobe_cell *sum, const lightprobe_cell *cell)
+{
+    const lightprobe__four flux = lightprobe__load4(cell->flux);
+    const lightprobe__four vector = lightprobe__load4(cell->resultant);
+    lightprobe__store4(sum->flux, lightprobe__add4(lightprobe__load4(sum->flux), flux));
+    lightprobe__store4(sum->resultant, lightprobe__add4(lightprobe__load4(sum->resultant), vector));
+}
+
+// A cell no larger than a tile, straight from its texels.
+static lightprobe_cell lightprobe__small_cell(const lightprobe__work *w, int face, int level,
+                                              int cx, int cy)
+{
+    const int size = 1 << level;
+    lightprobe_cell sum;
+    memset(&sum, 0, sizeof sum);
+    for (int y = size * cy; y < size * cy + size && y < w->side; y++) {
+        for (int x = size * cx; x < size * cx + size && x < w->side; x++) {
+            const size_t i = lightprobe__quarter(w, x, y);
+            float rgb[4];
+            lightprobe__read_distance(w, lightprobe__texel(w, face, x, y), rgb);
+            const lightprobe_cell texel =
+                lightprobe_texel_cell(rgb, w->omega[i], w->weight[i], lightprobe_centre(w->side, x),
+                                      lightprobe_centre(w->side, y));
+            lightprobe__add_cell(&sum, &texel);
+        }
+    }
+    return sum;
+}
+
 // One row of tiles of one face. The band was made for row band_ty, which is ty or its mirror image.
 static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band_ty)
 {
@@ -1042,6 +1135,8 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
             w->repaired += lightprobe__gather(w, face, tx, ty, copy);
             copied = 1;
         }
+        if (w->distances)
+            cell->resultant[3] = lightprobe__small_cell(w, face, LIGHTPROBE_TILE_LEVEL, tx, ty).resultant[3];
     }
 }
 
@@ -1062,14 +1157,6 @@ static void lightprobe__sum_tiles(lightprobe__work *w)
 }
 
 // ---- Cells of all sizes ---- >>cells
-
-static void lightprobe__add_cell(lightprobe_cell *sum, const lightprobe_cell *cell)
-{
-    const lightprobe__four flux = lightprobe__load4(cell->flux);
-    const lightprobe__four vector = lightprobe__load4(cell->resultant);
-    lightprobe__store4(sum->flux, lightprobe__add4(lightprobe__load4(sum->flux), flux));
-    lightprobe__store4(sum->resultant, lightprobe__add4(lightprobe__load4(sum->resultant), vector));
-}
 
 // Halves the tiles again and again, up to one cell per face.
 static void lightprobe__make_pyramid(lightprobe__work *w)
@@ -1101,27 +1188,6 @@ static float lightprobe__find_total(lightprobe__work *w)
         for (int c = 0; c < 3; c++) w->total[c] += (double)w->cells[level][i].flux[c];
     const float rgb[3] = {(float)w->total[0], (float)w->total[1], (float)w->total[2]};
     return lightprobe_luminance(rgb);
-}
-
-// A cell smaller than a tile, straight from its texels.
-static lightprobe_cell lightprobe__small_cell(const lightprobe__work *w, int face, int level,
-                                              int cx, int cy)
-{
-    const int size = 1 << level;
-    lightprobe_cell sum;
-    memset(&sum, 0, sizeof sum);
-    for (int y = size * cy; y < size * cy + size && y < w->side; y++) {
-        for (int x = size * cx; x < size * cx + size && x < w->side; x++) {
-            const size_t i = lightprobe__quarter(w, x, y);
-            float rgb[3];
-            lightprobe__read(lightprobe__texel(w, face, x, y), rgb);
-            const lightprobe_cell texel =
-                lightprobe_texel_cell(rgb, w->omega[i], w->weight[i], lightprobe_centre(w->side, x),
-                                      lightprobe_centre(w->side, y));
-            lightprobe__add_cell(&sum, &texel);
-        }
-    }
-    return sum;
 }
 
 static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
@@ -1205,13 +1271,20 @@ LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, floa
     return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);
 }
 
+// Angle by which a light shifts for a receiver that is reach away from the probe; sums may be infinite.
+LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)
+{
+    LIGHTPROBE_PRECISE float angle = inverse * reach;
+    return angle < 1.0f ? angle : 1.0f;
+}
+
 // [glsl end]
 
 // [glsl begin cells]
 
 // resultant: of the cell, in the world's axes. Of a black cell the direction is null.
-LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
-                                                     const lightprobe_vec3 resultant, float mean)
+LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, const lightprobe_vec3 resultant,
+                                                     float mean, float reach)
 {
     lightprobe_leaf leaf;
     for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];
@@ -1223,6 +1296,11 @@ LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
     LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;
     LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3
     leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;
+    LIGHTPROBE_PRECISE float inverse = leaf.luminance > 0.0f ? cell.resultant[3] / leaf.luminance : 0.0f;
+    leaf.inverse = inverse;
+    leaf.parallax = lightprobe_parallax(inverse, reach);
+    LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far
+    leaf.tone = tone;
     return leaf;
 }
 
@@ -1241,7 +1319,7 @@ static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int l
     lightprobe_leaf *leaf = w->leaves + index;
     float v[3];
     lightprobe__to_world(face, cell.resultant[0], cell.resultant[1], cell.resultant[2], v);
-    *leaf = lightprobe_leaf_of(cell, v, w->mean);
+    *leaf = lightprobe_leaf_of(cell, v, w->mean, w->reach);
     leaf->face = face;
     leaf->level = level;
     leaf->x = x;
@@ -1261,6 +1339,9 @@ static void lightprobe__make_leaves(lightprobe__work *w, float total)
     w->heap_count = 0;
     w->total_luminance = total;
     w->mean = total / 12.5663706f;
+    float inverse = 0;
+    for (int face = 0; face < 6; face++) inverse += w->cells[w->top][face].resultant[3];
+    w->reach = inverse > 0 ? LIGHTPROBE_PARALLAX * (total / inverse) : 0;
     for (int face = 0; face < 6; face++) lightprobe__set_leaf(w, face, face, w->top, 0, 0);
     w->leaf_count = 6;
     while (w->heap_count > 0 && w->leaf_count + 3 <= w->max_leaves) {
@@ -1422,16 +1503,16 @@ static void lightprobe__sort_leaves(lightprobe__work *w)
 // [glsl begin splits]
 
 // Second moments of direction (xx yy zz xy yz zx) and tone around their means; variance of the
-// leaves' own spread along any axis.
+// leaves' own spread along any axis; parallax and its square.
 typedef struct lightprobe_spread {
-    float m[6], tone2, own;
+    float m[6], tone2, own, parallax, parallax2;
 } lightprobe_spread;
 
 LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)
 {
     lightprobe_spread s;
     for (int i = 0; i < 6; i++) s.m[i] = 0.0f;
-    s.tone2 = s.own = 0.0f;
+    s.tone2 = s.own = s.parallax = s.parallax2 = 0.0f;
     return s;
 }
 
@@ -1453,6 +1534,8 @@ LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,
     s.m[5] += f * z * x;
     s.tone2 += f * tone * tone;
     s.own += f * leaf.half_width * leaf.half_width * 0.33333333f;
+    s.parallax += f * leaf.parallax;
+    s.parallax2 += f * leaf.parallax * leaf.parallax;
     return s;
 }
 
@@ -1599,6 +1682,16 @@ LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,
     return sum / axis.scale;
 }
 
+// Unevenness of parts that shift against each other: d/2 for points of parallax d to both sides, d^3 / (12 a^2)
+// where they are evenly lit and 2 a wide, which is this variance of direction.
+LIGHTPROBE_SHARED float lightprobe_shift(lightprobe_spread s, float variance)
+{
+    LIGHTPROBE_PRECISE float square = s.parallax2 - s.parallax * s.parallax;
+    LIGHTPROBE_PRECISE float root = sqrtf(fabsf(square));
+    LIGHTPROBE_PRECISE float shift = square * root / (2.0f * square + 36.0f * fabsf(variance));
+    return square > 0.0f ? shift : 0.0f;
+}
+
 // Mean squared error behind a random straight edge of a light for this cluster, of the total's
 // flux, but for a factor. unevenness: the mean of two axes.
 LIGHTPROBE_SHARED float lightprobe_edge_error(lightprobe_sum s, float unevenness, float total)
@@ -1681,7 +1774,8 @@ static void lightprobe__measure(lightprobe__work *w, lightprobe_cluster *c)
     }
     LIGHTPROBE_PRECISE float uneven =
         lightprobe_unevenness(along, u, luminance) + lightprobe_unevenness(across, v, luminance);
-    c->error = lightprobe_edge_error(c->sum, 0.5f * uneven, w->total_luminance);
+    uneven = 0.5f * uneven + lightprobe_shift(spread, lightprobe_sum_error(c->sum) * scale);
+    c->error = lightprobe_edge_error(c->sum, uneven, w->total_luminance);
     c->axis = along;
     c->tone_axis = lightprobe_axis_around(mean_tone, spread.tone2);
     c->planned = 0;
@@ -1932,6 +2026,7 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         if (!(lightprobe_normalize(c->centre) > 0)) continue;
         const float luminance = lightprobe_luminance(previous[i].irradiance) * LIGHTPROBE_SCALE;
         c->tone = lightprobe_tone(luminance, previous[i].solid_angle, w->mean);
+        if (previous[i].distance > 0) c->tone += lightprobe_parallax(1 / previous[i].distance, w->reach);
         c->sum.luminance = luminance >= 0 && luminance < total ? luminance : total;
         c->id = previous[i].id;
         w->cluster_count++;
@@ -1981,7 +2076,7 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)
         r.flux[i] = r.resultant[i] = r.second[i] = LIGHTPROBE_ZERO;
         r.d[i] = r.e[i] = r.f[i] = 0.0f;
     }
-    r.luminance = r.solid_angle = LIGHTPROBE_ZERO;
+    r.luminance = r.solid_angle = r.inverse = LIGHTPROBE_ZERO;
     return r;
 }
 
@@ -1996,6 +2091,8 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region regi
     }
     LIGHTPROBE_ADD(r.luminance, leaf.luminance);
     LIGHTPROBE_ADD(r.solid_angle, leaf.solid_angle);
+    LIGHTPROBE_PRECISE float inverse = leaf.luminance * leaf.inverse;
+    LIGHTPROBE_ADD(r.inverse, inverse);
     return r;
 }
 
@@ -2106,6 +2203,10 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;
     light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;
     light.id = -1;
+    // What shifts it for a receiver is 1 / distance, so that is averaged. Beyond 1e9 it is infinitely far.
+    float inverse = LIGHTPROBE_VALUE(r.inverse);
+    LIGHTPROBE_PRECISE float distance = luminance / inverse;
+    light.distance = inverse > 0.0f && distance <= 1e9f ? distance : 0.0f;
     return light;
 }
 // [glsl end]
@@ -2122,14 +2223,15 @@ typedef struct lightprobe__rectangle {
     int face, x0, y0, x1, y1;
 } lightprobe__rectangle;
 
-// Luminance of a texel times its solid angle; adds up RGB if asked.
+// Luminance of a texel times its solid angle; adds up RGB, and luminance over distance, if asked.
 static double lightprobe__texel_flux(const lightprobe__work *w, int face, int x, int y,
                                      double *flux)
 {
-    float rgb[3];
-    lightprobe__read(lightprobe__texel(w, face, x, y), rgb);
+    float rgb[4];
+    lightprobe__read_distance(w, lightprobe__texel(w, face, x, y), rgb);
     const float omega = w->omega[lightprobe__quarter(w, x, y)];
     for (int i = 0; flux && i < 3; i++) flux[i] += (double)(rgb[i] * omega);
+    if (flux) flux[3] += (double)lightprobe_over_distance(rgb, omega, rgb[3]);
     return (double)(lightprobe_luminance(rgb) * omega);
 }
 
@@ -2192,7 +2294,7 @@ static int lightprobe__median_cut(const lightprobe__work *w, lightprobe__rectang
 static double lightprobe__paper_light(const lightprobe__work *w, const lightprobe__rectangle *r,
                                       lightprobe_light *light, double *luminance)
 {
-    double f = 0, m[4] = {0}, flux[3] = {0}, v[3] = {0}, size[2];
+    double f = 0, m[4] = {0}, flux[4] = {0}, v[3] = {0}, size[2];
     for (int y = r->y0; y < r->y1; y++) {
         for (int x = r->x0; x < r->x1; x++) {
             const double l = lightprobe__texel_flux(w, r->face, x, y, flux);
@@ -2228,6 +2330,7 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     }
     for (int i = 0; i < 3; i++)
         light->irradiance[i] = lightprobe_clamp(flux[i] / (double)LIGHTPROBE_SCALE);
+    light->distance = f <= 1e9 * flux[3] ? (float)(f / flux[3]) : 0;
     const double h = 2.0 / w->side;
     light->solid_angle =
         (float)lightprobe__solid_angle(r->x0 * h - 1, r->y0 * h - 1, r->x1 * h - 1, r->y1 * h - 1);
@@ -2345,7 +2448,7 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
 static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *settings, float total,
                              lightprobe_light *lights, float *error, float residual_sh[9][3])
 {
-    // The memory of the leaves (64 bytes each, more than one per light) holds the ring, that of the
+    // The memory of the leaves (72 bytes each, more than one per light) holds the ring, that of the
     // band (over 100 bytes per row of texels) the profile.
     lightprobe__rectangle *ring = (lightprobe__rectangle *)(void *)w->leaves;
     double *profile = (double *)(void *)w->band;
@@ -2409,7 +2512,10 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube, const li
         {"tolerance", (double)s->tolerance, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
         {"min_share", (double)s->min_share, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
         {"min_shadow", (double)s->min_shadow, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
-        {"mode", (double)s->mode, LIGHTPROBE_BEST, LIGHTPROBE_MEDIAN_CUT, LIGHTPROBE_ERROR_SETTINGS}};
+        {"mode", (double)s->mode, LIGHTPROBE_BEST, LIGHTPROBE_MEDIAN_CUT, LIGHTPROBE_ERROR_SETTINGS},
+        {"distances", (double)s->distances, 0, 1, LIGHTPROBE_ERROR_SETTINGS},
+        {"channels of a cube with distances", (double)cube->channels, s->distances ? 4.0 : 3.0, 4,
+         LIGHTPROBE_ERROR_CHANNELS}};
     return lightprobe__check_ranges(s, ranges, (int)(sizeof ranges / sizeof *ranges));
 }
 
@@ -2442,6 +2548,7 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     lightprobe__layout(&work, (char *)scratch + (15 & (0 - (uintptr_t)scratch)), cube->side,
                        s.max_lights);
     work.cube = cube;
+    work.distances = s.distances;
     lightprobe__make_tables(&work);
     lightprobe__sum_tiles(&work);
     lightprobe__make_pyramid(&work);
@@ -3084,7 +3191,8 @@ enum {
 typedef struct lightprobe__gl_light {
     float direction[3], cos_alpha, axis_u[3], tan_half_u, axis_v[3], tan_half_v;
     float irradiance[3], solid_angle;
-    int id, unused[3];
+    int id;
+    float distance, unused[2];
 } lightprobe__gl_light;
 
 typedef struct lightprobe__gl_header {
@@ -3141,7 +3249,7 @@ static const char lightprobe__glsl_lights[] =
     "    vec3 axis_u; float tan_half_u;\n"
     "    vec3 axis_v; float tan_half_v;\n"
     "    vec3 irradiance; float solid_angle;\n"
-    "    int id;\n"
+    "    int id; float distance;\n"
     "};\n"
     "#ifdef LIGHTPROBE_UNIFORMS\n" // both lay it out the same way
     "#define LIGHTPROBE_ROOM LIGHTPROBE_UNIFORMS\n"
@@ -3159,12 +3267,51 @@ static const char lightprobe__glsl_lights[] =
     "};\n"
     "\n"
     "#ifndef LIGHTPROBE_LIGHTS_ONLY\n"
+    "#define sqrtf sqrt\n"
+    "#define fabsf abs\n"
+    // [glsl text begin places] made by "make glsl", do not edit
+    "lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)\n"
+    "{\n"
+    "    lightprobe_light seen = light;\n"
+    "    float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
+    "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
+    "    // In units of the distance: along the disc's axis, squared distance from it and squared radius.\n"
+    "    float a = scale * x, b = scale * y, d = scale * z;\n"
+    "    float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;\n"
+    "    float height = 1.0f - along, aside2 = fabsf(a * a + b * b + d * d - along * along);\n"
+    "    float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;\n"
+    "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
+    "    // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.\n"
+    "    float facing = 2.0f * height * height / (root * (root + beyond));\n"
+    "    if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
+    "    float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
+    "    float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;\n"
+    "    float bright = height > 0.0f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far\n"
+    "    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
+    "    float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));\n"
+    "    float axis = facing + inward * along;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float off = inward * (i == 0 ? a : i == 1 ? b : d);\n"
+    "        if (bright > 0.0f) seen.direction[i] = (axis * light.direction[i] - off) / size;\n"
+    "        seen.irradiance[i] = part * light.irradiance[i];\n"
+    "    }\n"
+    "    return seen;\n"
+    "}\n"
+    // [glsl text end]
+    "#undef sqrtf\n"
+    "#undef fabsf\n"
     "// Irradiance of a surface with this normal from one light, nothing standing in between.\n"
     "vec3 lightprobe_irradiance(int light, vec3 normal)\n"
     "{\n"
     "    lightprobe_light l = lightprobe_lights[light];\n"
     "    float cos_theta = dot(l.direction, normal);\n"
     "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
+    "}\n"
+    "// The same at an offset from the probe's centre, from a light that is not infinitely far.\n"
+    "vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)\n"
+    "{\n"
+    "    lightprobe_light l = lightprobe_light_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
+    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
     "}\n"
     "// From what the lights do not carry, in no shadow.\n"
     "vec3 lightprobe_residual_irradiance(vec3 normal)\n"
@@ -3188,6 +3335,7 @@ static const char lightprobe__glsl_shared[] =
     LIGHTPROBE__DEFINE(LIGHTPROBE_BLACK)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MORE_LEAVES)
     LIGHTPROBE__DEFINE(LIGHTPROBE_TONE)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_PARALLAX)
     LIGHTPROBE__DEFINE(LIGHTPROBE_WIDTH)
     LIGHTPROBE__DEFINE(LIGHTPROBE_BINS)
     LIGHTPROBE__DEFINE(LIGHTPROBE_REACH)
@@ -3246,7 +3394,7 @@ static const char lightprobe__glsl_work[] =
     "    int repaired;\n"
     "    float weights[2 * HALF * HALF]; // of a quarter face: all omegas, then all weights\n"
     "    vec2 sum_of_all[3];\n"
-    "    float bright[LIGHTS], total, mean, gains[LIGHTS], errors[LIGHTS];\n"
+    "    float bright[LIGHTS], total, mean, reach, gains[LIGHTS], errors[LIGHTS];\n"
     "    lightprobe_errors left;\n"
     "    int leaf_count, cluster_count, going_on, rank[LIGHTS], order[LEAVES];\n"
     "};\n"
@@ -3343,12 +3491,13 @@ static const char lightprobe__glsl_cells[] =
     "    int i = abs(2 * y + 1 - SIDE) / 2 * HALF + abs(2 * x + 1 - SIDE) / 2;\n"
     "    return vec2(weights[i], weights[HALF * HALF + i]);\n"
     "}\n"
-    "// 1 is added to bad where a channel is negative, NaN or infinite; it counts as 0.\n"
-    "vec3 read_texel(int face, int x, int y, inout int bad)\n"
+    "// 1 is added to bad where a channel is negative, NaN or infinite; it counts as 0. The fourth: distance.\n"
+    "vec4 read_texel(int face, int x, int y, inout int bad)\n"
     "{\n"
     "    vec3 to = to_world(face, 1.0, lightprobe_centre(SIDE, x), lightprobe_centre(SIDE, y));\n"
-    "    vec3 rgb = textureLod(probe, to, float(stage)).rgb;\n"
-    "    uvec3 bits = floatBitsToUint(rgb);\n"
+    "    vec4 rgb = textureLod(probe, to, float(stage));\n"
+    "    if (DISTANCES == 0 || !(floatBitsToUint(rgb.a) < 0x7f800000u)) rgb.a = 0.0;\n"
+    "    uvec3 bits = floatBitsToUint(rgb.rgb);\n"
     "    bvec3 good = lessThan(bits, uvec3(0x7f800000u));\n"
     "    bvec3 minus_0 = equal(bits, uvec3(0x80000000u));\n"
     "    for (int i = 0; i < 3; i++) if (!good[i]) rgb[i] = 0.0;\n"
@@ -3382,7 +3531,7 @@ static const char lightprobe__glsl_tiles[] =
     "{\n"
     "    bool flip = SIDE % 4 == 0 && p.y >= (TILES + 1) / 2; // as the CPU takes its bands\n"
     "    precise vec3 f[4], m[4], n[4];\n"
-    "    precise float omega = 0.0;\n"
+    "    precise float omega = 0.0, inverse = 0.0;\n"
     "    int bad = 0;\n"
     "    for (int j = 0; j < 4; j++) f[j] = m[j] = n[j] = vec3(0.0);\n"
     "    for (int row = 0; row < rolled(4); row++) {\n"
@@ -3391,13 +3540,19 @@ static const char lightprobe__glsl_tiles[] =
     "            int x = 4 * p.x + j;\n"
     "            if (x < SIDE && y < SIDE) {\n"
     "                vec2 w = weights_of(x, y);\n"
-    "                vec3 rgb = read_texel(p.z, x, y, bad);\n"
-    "                f[j] += rgb * w.x;\n"
-    "                m[j] += rgb * (vec3(0.2126, 0.7152, 0.0722) * w.y);\n"
+    "                vec4 rgb = read_texel(p.z, x, y, bad);\n"
+    "                f[j] += rgb.rgb * w.x;\n"
+    "                m[j] += rgb.rgb * (vec3(0.2126, 0.7152, 0.0722) * w.y);\n"
     "            }\n"
     "            n[j] += m[j];\n"
     "        }\n"
     "        if (y < SIDE) add_omegas(p.x, y, omega);\n"
+    "    }\n"
+    "    for (int i = 0; i < rolled(DISTANCES * 16); i++) {\n"
+    "        int x = 4 * p.x + i % 4, y = 4 * p.y + i / 4, counted = 0;\n"
+    "        if (x >= SIDE || y >= SIDE) continue;\n"
+    "        vec4 rgb = read_texel(p.z, x, y, counted);\n"
+    "        inverse += lightprobe_over_distance(rgb.rgb, weights_of(x, y).x, rgb.a);\n"
     "    }\n"
     "    float t0 = lightprobe_centre(SIDE, 4 * p.y + (flip ? -1 : 4));\n"
     "    float t1 = lightprobe_centre(SIDE, 4 * p.y + (flip ? 0 : 3));\n"
@@ -3410,7 +3565,7 @@ static const char lightprobe__glsl_tiles[] =
     "    }\n"
     "    v[1] = sum_12(m);\n"
     "    int to = cell_index(LIGHTPROBE_TILE_LEVEL, p.z, p.x, p.y);\n"
-    "    cells[to] = lightprobe_cell(vec4(flux, omega), vec4(v, 0.0));\n"
+    "    cells[to] = lightprobe_cell(vec4(flux, omega), vec4(v, inverse));\n"
     "    if (bad > 0) atomicAdd(repaired, bad);\n"
     "}\n"
     "void main()\n"
@@ -3452,6 +3607,9 @@ static const char lightprobe__glsl_leaves[] =
     "        total = lightprobe_luminance(vec3(LIGHTPROBE_VALUE(sums[0][0]), LIGHTPROBE_VALUE(sums[1][0]),\n"
     "                                          LIGHTPROBE_VALUE(sums[2][0])));\n"
     "        mean = total / 12.5663706;\n"
+    "        float inverse = 0.0;\n"
+    "        for (int i = 0; i < rolled(6); i++) inverse += cells[first_cell[TOP] + i].resultant.w;\n"
+    "        reach = inverse > 0.0 ? LIGHTPROBE_PARALLAX * (total / inverse) : 0.0;\n"
     "    }\n"
     "    sync();\n"
     "}\n"
@@ -3465,7 +3623,7 @@ static const char lightprobe__glsl_leaves[] =
     "        if (x >= SIDE || y >= SIDE) continue;\n"
     "        vec2 w = weights_of(x, y);\n"
     "        float s = lightprobe_centre(SIDE, x), t = lightprobe_centre(SIDE, y);\n"
-    "        vec3 rgb = read_texel(face, x, y, bad);\n"
+    "        vec4 rgb = read_texel(face, x, y, bad);\n"
     "        lightprobe_cell texel = lightprobe_texel_cell(rgb, w.x, w.y, s, t);\n"
     "        sum.flux += texel.flux;\n"
     "        sum.resultant += texel.resultant;\n"
@@ -3476,7 +3634,7 @@ static const char lightprobe__glsl_leaves[] =
     "{\n"
     "    lightprobe_cell cell = cell_at(face, level, x, y);\n"
     "    vec3 resultant = to_world(face, cell.resultant.x, cell.resultant.y, cell.resultant.z);\n"
-    "    lightprobe_leaf leaf = lightprobe_leaf_of(cell, resultant, mean);\n"
+    "    lightprobe_leaf leaf = lightprobe_leaf_of(cell, resultant, mean, reach);\n"
     "    leaf.face = face;\n"
     "    leaf.level = level;\n"
     "    leaf.x = x;\n"
@@ -3557,6 +3715,7 @@ static const char lightprobe__glsl_gather[] =
     "            centre = light.direction;\n"
     "            lightprobe_normalize(centre);\n"
     "            tone = lightprobe_tone(luminance, light.solid_angle, mean);\n"
+    "            if (light.distance > 0.0) tone += lightprobe_parallax(1.0 / light.distance, reach);\n"
     "            id = light.id;\n"
     "        }\n"
     "        clusters[k].centre = centre;\n"
@@ -3728,7 +3887,9 @@ static const char lightprobe__glsl_plan[] =
     "        }\n"
     "        precise float uneven = lightprobe_unevenness(along, below_u, whole.luminance) +\n"
     "                               lightprobe_unevenness(across, below_v, whole.luminance);\n"
-    "        precise float error = lightprobe_edge_error(whole, 0.5 * uneven, total);\n"
+    "        precise float variance = lightprobe_sum_error(whole) * scale;\n"
+    "        uneven = 0.5 * uneven + lightprobe_shift(spread, variance);\n"
+    "        precise float error = lightprobe_edge_error(whole, uneven, total);\n"
     "        bool good = least < FLT_MAX;\n"
     "        precise float gain = lightprobe_cost(whole, total) - least;\n"
     "        clusters[k].axis = axis;\n"
@@ -4207,11 +4368,11 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
              "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
              "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
              "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
-             "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
+             "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n#define DISTANCES %d\n",
              d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
              gl->top, d->max_lights, leaves, gl->splits, lightprobe__bits_of(d->tolerance),
              lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
-             d->first_buffer_binding, d->first_texture_unit);
+             d->first_buffer_binding, d->first_texture_unit, d->distances);
     at = (int)strlen(defines);
     for (int i = 1; i < LIGHTPROBE__BINDINGS; i++) // some compilers want a number there, not a sum
         at += snprintf(defines + at, sizeof defines - (size_t)at, "#define LIGHTPROBE_BINDING%d %d\n", i,
@@ -4272,7 +4433,7 @@ static size_t lightprobe__size_parts(lightprobe_gl *gl)
 {
     const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
     const size_t leaves = LIGHTPROBE__LEAVES(lights) + LIGHTPROBE_MORE_LEAVES;
-    const size_t bytes[] = {128 + 8 * half * half + 4 * 4 * lights + 4 * leaves, 64 * leaves,
+    const size_t bytes[] = {128 + 8 * half * half + 4 * 4 * lights + 4 * leaves, 80 * leaves,
                             176 * lights, 32 * (size_t)gl->cells};
     size_t sum = 0;
     for (int i = 0; i < LIGHTPROBE__PARTS; i++)
@@ -4325,6 +4486,8 @@ static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
     s.max_lights = d->max_lights;
     s.min_share = d->min_share;
     s.min_shadow = d->min_shadow;
+    s.distances = d->distances;
+    cube.channels = 4;
     s.log = d->log;
     s.user = d->user;
     const lightprobe_result r = lightprobe__check(&cube, &s, LIGHTPROBE_GL_MAX_LIGHTS);
@@ -4655,6 +4818,7 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
         to->solid_angle = from.solid_angle;
         to->cos_alpha = from.cos_alpha;
         to->id = from.id;
+        to->distance = from.distance;
     }
     *light_count = h.count;
     if (!stats) return LIGHTPROBE_OK;
@@ -4851,7 +5015,7 @@ static const char *lightprobe__quote_work(void)
     return
     // [glsl text begin work] made by "make glsl", do not edit
     "// Sums over a square of 2^level texels: RGB radiance and 1, and luminance times direction, in the\n"
-    "// face's own axes (middle, s, t; the fourth is unused: sums of four floats are faster).\n"
+    "// face's own axes (middle, s, t), and over distance.\n"
     "struct lightprobe_cell {\n"
     "    lightprobe_vec4 flux, resultant;\n"
     "};\n"
@@ -4862,7 +5026,8 @@ static const char *lightprobe__quote_work(void)
     "    float solid_angle;\n"
     "    lightprobe_vec3 direction; // vector irradiance = strength * direction\n"
     "    float strength, luminance;\n"
-    "    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean\n"
+    "    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean, plus parallax\n"
+    "    float inverse, parallax; // mean of 1 / distance; that times the reach of receivers, at most 1\n"
     "    float half_width; // of the square that it spreads its light over\n"
     "    int face, level, x, y, cluster;\n"
     "};\n"
@@ -4941,6 +5106,13 @@ static const char *lightprobe__quote_work(void)
     "    LIGHTPROBE_PRECISE float most = 1e6f * mean * solid_angle, unit = mean * solid_angle;\n"
     "    if (!(solid_angle > 0.0f)) return 0.0f;\n"
     "    return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);\n"
+    "}\n"
+    "\n"
+    "// Angle by which a light shifts for a receiver that is reach away from the probe; sums may be infinite.\n"
+    "LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float angle = inverse * reach;\n"
+    "    return angle < 1.0f ? angle : 1.0f;\n"
     "}\n"
     "\n"
     "LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)\n"
@@ -5039,10 +5211,19 @@ static const char *lightprobe__quote_cells(void)
     "    return LIGHTPROBE_FLOAT(2 * x + 1 - side) / LIGHTPROBE_FLOAT(side);\n"
     "}\n"
     "\n"
-    "// Weights: its solid angle, and that over the distance to its centre (s, t).\n"
-    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec3 rgb, float omega,\n"
+    "// Of a texel's light per distance: 0 where it is infinitely far, or no distance.\n"
+    "LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, float omega, float distance)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float part = lightprobe_luminance(rgb) * omega / distance;\n"
+    "    return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;\n"
+    "}\n"
+    "\n"
+    "// Weights: its solid angle, and that over the distance to its centre (s, t). The fourth of rgb: how far.\n"
+    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb, float omega,\n"
     "                                                        float weight, float s, float t)\n"
     "{\n"
+    "    lightprobe_vec3 rgb;\n"
+    "    for (int i = 0; i < 3; i++) rgb[i] = texel_rgb[i];\n"
     "    LIGHTPROBE_PRECISE float m = lightprobe_luminance(rgb) * weight, ms = m * s, mt = m * t;\n"
     "    LIGHTPROBE_PRECISE lightprobe_cell texel;\n"
     "    for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;\n"
@@ -5050,7 +5231,7 @@ static const char *lightprobe__quote_cells(void)
     "    texel.resultant[0] = m;\n"
     "    texel.resultant[1] = ms;\n"
     "    texel.resultant[2] = mt;\n"
-    "    texel.resultant[3] = 0.0f;\n"
+    "    texel.resultant[3] = lightprobe_over_distance(rgb, omega, texel_rgb[3]);\n"
     "    return texel;\n"
     "}\n"
     "\n"
@@ -5060,8 +5241,8 @@ static const char *lightprobe__quote_cells(void)
     "}\n"
     "\n"
     "// resultant: of the cell, in the world's axes. Of a black cell the direction is null.\n"
-    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,\n"
-    "                                                     const lightprobe_vec3 resultant, float mean)\n"
+    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, const lightprobe_vec3 resultant,\n"
+    "                                                     float mean, float reach)\n"
     "{\n"
     "    lightprobe_leaf leaf;\n"
     "    for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];\n"
@@ -5073,6 +5254,11 @@ static const char *lightprobe__quote_cells(void)
     "    LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;\n"
     "    LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3\n"
     "    leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float inverse = leaf.luminance > 0.0f ? cell.resultant[3] / leaf.luminance : 0.0f;\n"
+    "    leaf.inverse = inverse;\n"
+    "    leaf.parallax = lightprobe_parallax(inverse, reach);\n"
+    "    LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far\n"
+    "    leaf.tone = tone;\n"
     "    return leaf;\n"
     "}\n"
     "\n"
@@ -5103,16 +5289,16 @@ static const char *lightprobe__quote_splits(void)
     "}\n"
     "\n"
     "// Second moments of direction (xx yy zz xy yz zx) and tone around their means; variance of the\n"
-    "// leaves' own spread along any axis.\n"
+    "// leaves' own spread along any axis; parallax and its square.\n"
     "struct lightprobe_spread {\n"
-    "    float m[6], tone2, own;\n"
+    "    float m[6], tone2, own, parallax, parallax2;\n"
     "};\n"
     "\n"
     "LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)\n"
     "{\n"
     "    lightprobe_spread s;\n"
     "    for (int i = 0; i < 6; i++) s.m[i] = 0.0f;\n"
-    "    s.tone2 = s.own = 0.0f;\n"
+    "    s.tone2 = s.own = s.parallax = s.parallax2 = 0.0f;\n"
     "    return s;\n"
     "}\n"
     "\n"
@@ -5134,6 +5320,8 @@ static const char *lightprobe__quote_splits(void)
     "    s.m[5] += f * z * x;\n"
     "    s.tone2 += f * tone * tone;\n"
     "    s.own += f * leaf.half_width * leaf.half_width * 0.33333333f;\n"
+    "    s.parallax += f * leaf.parallax;\n"
+    "    s.parallax2 += f * leaf.parallax * leaf.parallax;\n"
     "    return s;\n"
     "}\n"
     "\n"
@@ -5280,6 +5468,16 @@ static const char *lightprobe__quote_splits(void)
     "    return sum / axis.scale;\n"
     "}\n"
     "\n"
+    "// Unevenness of parts that shift against each other: d/2 for points of parallax d to both sides, d^3 / (12 a^2)\n"
+    "// where they are evenly lit and 2 a wide, which is this variance of direction.\n"
+    "LIGHTPROBE_SHARED float lightprobe_shift(lightprobe_spread s, float variance)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float square = s.parallax2 - s.parallax * s.parallax;\n"
+    "    LIGHTPROBE_PRECISE float root = sqrtf(fabsf(square));\n"
+    "    LIGHTPROBE_PRECISE float shift = square * root / (2.0f * square + 36.0f * fabsf(variance));\n"
+    "    return square > 0.0f ? shift : 0.0f;\n"
+    "}\n"
+    "\n"
     "// Mean squared error behind a random straight edge of a light for this cluster, of the total's\n"
     "// flux, but for a factor. unevenness: the mean of two axes.\n"
     "LIGHTPROBE_SHARED float lightprobe_edge_error(lightprobe_sum s, float unevenness, float total)\n"
@@ -5345,9 +5543,9 @@ static const char *lightprobe__quote_lights(void)
     return
     // [glsl text begin lights] made by "make glsl", do not edit
     "// What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of these, and\n"
-    "// luminance times squares and product of direction along e and f.\n"
+    "// luminance times squares and product of direction along e and f, and over distance.\n"
     "struct lightprobe_region {\n"
-    "    lightprobe_wide flux[3], resultant[3], luminance, solid_angle;\n"
+    "    lightprobe_wide flux[3], resultant[3], luminance, solid_angle, inverse;\n"
     "    lightprobe_vec3 d, e, f;\n"
     "    lightprobe_wide second[3];\n"
     "};\n"
@@ -5372,7 +5570,7 @@ static const char *lightprobe__quote_lights(void)
     "        r.flux[i] = r.resultant[i] = r.second[i] = LIGHTPROBE_ZERO;\n"
     "        r.d[i] = r.e[i] = r.f[i] = 0.0f;\n"
     "    }\n"
-    "    r.luminance = r.solid_angle = LIGHTPROBE_ZERO;\n"
+    "    r.luminance = r.solid_angle = r.inverse = LIGHTPROBE_ZERO;\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -5387,6 +5585,8 @@ static const char *lightprobe__quote_lights(void)
     "    }\n"
     "    LIGHTPROBE_ADD(r.luminance, leaf.luminance);\n"
     "    LIGHTPROBE_ADD(r.solid_angle, leaf.solid_angle);\n"
+    "    LIGHTPROBE_PRECISE float inverse = leaf.luminance * leaf.inverse;\n"
+    "    LIGHTPROBE_ADD(r.inverse, inverse);\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -5497,6 +5697,10 @@ static const char *lightprobe__quote_lights(void)
     "    light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;\n"
     "    light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;\n"
     "    light.id = -1;\n"
+    "    // What shifts it for a receiver is 1 / distance, so that is averaged. Beyond 1e9 it is infinitely far.\n"
+    "    float inverse = LIGHTPROBE_VALUE(r.inverse);\n"
+    "    LIGHTPROBE_PRECISE float distance = luminance / inverse;\n"
+    "    light.distance = inverse > 0.0f && distance <= 1e9f ? distance : 0.0f;\n"
     "    return light;\n"
     "}\n"
     // [glsl text end]

@@ -245,6 +245,15 @@ MSSM_API mssm_result mssm_light_spot(mssm_light *light, const float position[3],
                                      const float axis_u[3], float tan_half_fov, float z_near, float z_far,
                                      float half_width_u, float half_width_v);
 
+// A rectangle of tangents of half-angles tan_half_u, tan_half_v at this distance from a probe: lightprobe_light
+// has them. A spot light that covers the casters' box; where its plane meets the box, or the box is wider than
+// a tangent of 3, it moves away by as much as it takes, and grows with it. A directional light for distance 0,
+// infinity, and where the box is narrower than 1/512 or 1/64 of the smaller half-angle: visibility then differs
+// by less than 1/64. Fails as above, and for a distance below 0 or NaN.
+MSSM_API mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float direction[3],
+                                     const float axis_u[3], float tan_half_u, float tan_half_v,
+                                     float distance, const float box_min[3], const float box_max[3]);
+
 // Shadow-space x, y, depth of a world-space point: what a depth map for mssm_map_update must hold.
 // Returns 0, with shadow untouched, where the point has none (behind a spot light, not finite).
 MSSM_API int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3]);
@@ -1770,6 +1779,42 @@ mssm_result mssm_light_spot(mssm_light *light, const float position[3], const fl
     if (!mssm__all_finite(r.world_to_shadow, 16)) return MSSM_ERROR_ARGUMENT;
     *light = r;
     return MSSM_OK;
+}
+
+mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float direction[3],
+                            const float axis_u[3], float tan_half_u, float tan_half_v, float distance,
+                            const float box_min[3], const float box_max[3])
+{
+    mssm_light r;
+    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0;
+    mssm_result result = mssm_light_directional(&r, direction, axis_u, tan_half_u, tan_half_v, box_min, box_max);
+    if (result || !light || !probe || !mssm__all_finite(probe, 3) || (mssm_bits(distance) & 0x7fffffff) > 0x7f800000 ||
+        distance < 0) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    mssm__frame(direction, axis_u, frame);
+    for (int i = 0; i < 8; i++) {  // corners, from the probe
+        double p[3];
+        for (int k = 0; k < 3; k++) p[k] = (double)(i >> k & 1 ? box_max : box_min)[k] - probe[k];
+        z[i] = mssm__dot(frame[2], p);
+        side[i] = fmax(fabs(mssm__dot(frame[0], p)), fabs(mssm__dot(frame[1], p)));
+        low = fmin(low, z[i]);
+        high = fmax(high, z[i]);
+        away = fmax(away, z[i] + side[i] / 3);  // wider frusta spend their texels on the rim
+    }
+    // Casters get depths as from a directional light; a flat box has some, too.
+    const double range = fmax(high - low, fmax(1e-3 * distance, 1e-6)) / (MSSM_FAR_CASTER + 0.99);
+    away = fmax(away, high + 0.02 * range);
+    for (int i = 0; i < 8; i++) tangent = fmax(tangent, side[i] / (away - z[i]));
+    if (distance > 0 && distance <= FLT_MAX && tangent > fmax(1.0 / 512, fmin(tan_half_u, tan_half_v) / 64.0)) {
+        const double z_near = away - high - 0.01 * range;
+        float place[3];
+        for (int k = 0; k < 3; k++) place[k] = (float)(probe[k] + away * frame[2][k]);
+        result = mssm_light_spot(&r, place, direction, axis_u, (float)(tangent * (1 + 1.0 / 64)), (float)z_near,
+                                 (float)(z_near + 2 * range), (float)(away * tan_half_u), (float)(away * tan_half_v));
+    }
+    if (!result) *light = r;
+    return result;
 }
 
 int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3])

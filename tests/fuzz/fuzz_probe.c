@@ -30,7 +30,7 @@ static void make_faces(fuzz_input *in, lightprobe_cube *cube)
     }
 }
 
-static lightprobe_settings make_settings(fuzz_input *in, lightprobe_light *previous)
+static lightprobe_settings make_settings(fuzz_input *in, const lightprobe_cube *cube, lightprobe_light *previous)
 {
     lightprobe_settings s;
     memset(&s, 0, sizeof s);
@@ -39,6 +39,7 @@ static lightprobe_settings make_settings(fuzz_input *in, lightprobe_light *previ
     s.min_share = fuzz_byte(in) & 3 ? 0 : fuzz_float(in);
     s.min_shadow = fuzz_byte(in) & 3 ? 0 : fuzz_float(in);
     s.mode = fuzz_byte(in) & 3 ? 0 : fuzz_int(in, -1, 2);
+    if (cube->channels == 4) s.distances = fuzz_byte(in) & 1;
     if (fuzz_byte(in) & 1) return s;
     s.previous = previous;
     s.previous_count = fuzz_int(in, -1, 20);
@@ -89,6 +90,11 @@ static void check_light(const lightprobe_light *l, int paper)
            (double)l->tan_half_u, (double)l->tan_half_v);
     EXPECT(paper || l->tan_half_u >= l->tan_half_v, "size %a %a", (double)l->tan_half_u, (double)l->tan_half_v);
     EXPECT(l->solid_angle > 0 && l->solid_angle < 12.57f, "solid angle %a", (double)l->solid_angle);
+    EXPECT(l->distance >= 0 && l->distance <= 1e9f, "distance %a", (double)l->distance);
+    const float away = 0.7f * l->distance;
+    const lightprobe_light seen = lightprobe_light_at(*l, away, -away, 0.1f);
+    EXPECT(fabs(dot(seen.direction, seen.direction) - 1) < 1e-3 && seen.irradiance[1] >= 0, "direction of length^2 %.9g",
+           dot(seen.direction, seen.direction));
     EXPECT(l->cos_alpha >= -1 && l->cos_alpha <= 1, "opening angle %a", (double)l->cos_alpha);
 }
 
@@ -121,7 +127,7 @@ static void check_energy(const lightprobe_cube *cube, const lightprobe_light *li
 static void check_extraction(fuzz_input *in, const lightprobe_cube *cube)
 {
     lightprobe_light previous[MOST];
-    const lightprobe_settings s = make_settings(in, previous);
+    const lightprobe_settings s = make_settings(in, cube, previous);
     const int asked = s.max_lights > 0 ? s.max_lights : LIGHTPROBE_DEFAULT_LIGHTS, offset = fuzz_int(in, 0, 15);
     const size_t bytes = lightprobe_scratch_bytes(cube->side, s.max_lights);
     char *scratch = (char *)fuzz_allocate(bytes + (size_t)offset);

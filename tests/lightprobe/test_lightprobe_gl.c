@@ -263,7 +263,8 @@ static void compare(subject *s, const char *what)
                   fabs((double)(c->tan_half_u - g->tan_half_u)) < 1e-4 &&
                   fabs((double)(c->tan_half_v - g->tan_half_v)) < 1e-4 &&
                   fabs((double)(c->cos_alpha - g->cos_alpha)) < 1e-5 &&
-                  fabs((double)(c->solid_angle - g->solid_angle)) < 1e-5,
+                  fabs((double)(c->solid_angle - g->solid_angle)) < 1e-5 &&
+                  fabs((double)(c->distance - g->distance)) <= 1e-5 * (double)c->distance,
               "%s: light %d has another shape", what, i);
         CHECK(c->id == g->id, "%s: light %d has id %d, not %d", what, i, g->id, c->id);
     }
@@ -328,6 +329,117 @@ static void lights_are_the_cpus(void)
             test_probe_free(&p);
         }
         note(&s);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// Distances in the fourth channel, among them all that are none.
+static void lights_have_the_cpus_places(void)
+{
+    static const float distance[8] = {1, 2, 30, 0, -1, NAN, HUGE_VALF, 1e-30f};
+    lightprobe_gl_desc d = description(37, 24);
+    subject s;
+    char what[60];
+    d.distances = 1;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        const int texels = d.side * d.side;
+        float *rgba = malloc(24 * (size_t)texels * sizeof *rgba);
+        lightprobe_cube cube = {{NULL}, d.side, 4};
+        lightprobe_settings settings;
+        memset(&settings, 0, sizeof settings);
+        settings.max_lights = d.max_lights;
+        settings.distances = 1;
+        gl.DeleteTextures(1, &s.texture);
+        gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &s.texture);
+        gl.TextureStorage2D(s.texture, 1, GL_RGBA32F, d.side, d.side);
+        for (int step = 0; step < 2 * SCENE_COUNT; step++) { // each again from its own lights
+            test_probe p = test_scene_probe((test_scene)(step / 2), d.side);
+            for (int i = 0; i < 6 * texels; i++) {
+                for (int c = 0; c < 3; c++) rgba[4 * i + c] = p.face[i / texels][3 * (i % texels) + c];
+                rgba[4 * i + 3] = distance[(i / 5 + i / texels) % 8] * (1 + 0.01f * (float)(i % (7 + step)));
+            }
+            for (int face = 0; face < 6; face++) {
+                cube.face[face] = rgba + 4 * face * texels;
+                gl.TextureSubImage3D(s.texture, 0, 0, 0, face, d.side, d.side, 1, GL_RGBA, GL_FLOAT, cube.face[face]);
+            }
+            settings.previous = step % 2 ? s.cpu.light : NULL;
+            settings.previous_count = step % 2 ? s.cpu.count : 0;
+            if (step % 2 == 0) lightprobe_gl_restart(s.gl);
+            snprintf(what, sizeof what, "%s with distances, step %d", test_scene_names[step / 2], step);
+            CHECK(!lightprobe_extract(&cube, &settings, s.scratch, lightprobe_scratch_bytes(d.side, d.max_lights),
+                                      s.cpu.light, &s.cpu.count, &s.cpu.stats) &&
+                      !lightprobe_gl_update(s.gl, s.texture) &&
+                      !lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, &s.gpu.stats),
+                  "%s: %s", what, fakes.message);
+            s.frames++;
+            compare(&s, what);
+            int places = 0;
+            for (int i = 0; i < s.gpu.count; i++) places += s.gpu.light[i].distance > 0;
+            CHECK(places > s.gpu.count / 2, "%s: %d of %d lights have a place", what, places, s.gpu.count);
+            test_probe_free(&p);
+        }
+        note(&s);
+        free(rgba);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// What a shader sees of a light at a place is what the CPU sees.
+static void shading_at_places_is_the_cpus(void)
+{
+    static const char *const body =
+        "#define LIGHTPROBE_BINDING 3\n";
+    static const char *const test =
+        "layout(local_size_x = 1) in;\n"
+        "layout(std430, binding = 1) buffer result { vec4 sums[]; };\n"
+        "void main()\n"
+        "{\n"
+        "    uint i = gl_GlobalInvocationID.x;\n"
+        "    vec3 offset = vec3(i % 5u, i % 7u, i % 3u) * 0.3 - vec3(0.6, 0.9, 0.3);\n"
+        "    sums[i] = vec4(lightprobe_irradiance(int(i) % lightprobe_count, offset, normalize(vec3(1, 2, 0.5) - offset)), 0);\n"
+        "}\n";
+    lightprobe_gl_desc d = description(16, 6);
+    subject s;
+    d.distances = 1;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        enum { SUMS = 105 };
+        static float sums[SUMS][4], rgba[6 * 16 * 16 * 4];
+        const char *const text[] = {body, lightprobe_glsl_math(), lightprobe_glsl_lights(), test, NULL};
+        const GLuint program = gl_test_compute("places", text);
+        GLuint result;
+        for (int i = 0; i < 6 * 256 * 4; i++) rgba[i] = i % 4 < 3 ? 1 + (float)(i / 64 % 9) : 1.5f + (float)(i / 1024);
+        gl.DeleteTextures(1, &s.texture);
+        gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &s.texture);
+        gl.TextureStorage2D(s.texture, 1, GL_RGBA32F, d.side, d.side);
+        for (int face = 0; face < 6; face++)
+            gl.TextureSubImage3D(s.texture, 0, 0, 0, face, 16, 16, 1, GL_RGBA, GL_FLOAT, rgba + 1024 * face);
+        CHECK(!lightprobe_gl_update(s.gl, s.texture) && !lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, NULL), "lights");
+        const lightprobe_gl_range range = lightprobe_gl_lights(s.gl, 1);
+        gl.CreateBuffers(1, &result);
+        gl.NamedBufferStorage(result, sizeof sums, NULL, 0);
+        gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, 3, range.buffer, range.offset, range.bytes);
+        gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, result);
+        gl.UseProgram(program);
+        gl.DispatchCompute(SUMS, 1, 1);
+        gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+        gl.GetNamedBufferSubData(result, 0, sizeof sums, sums);
+        gl.UseProgram(0);
+        for (int i = 0; i < SUMS; i++) {
+            const float x = (float)(i % 5) * 0.3f - 0.6f, y = (float)(i % 7) * 0.3f - 0.9f, z = (float)(i % 3) * 0.3f - 0.3f;
+            const float n[3] = {1 - x, 2 - y, 0.5f - z}, length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+            const lightprobe_light l = lightprobe_light_at(s.gpu.light[i % s.gpu.count], x, y, z);
+            const float cosine = (l.direction[0] * n[0] + l.direction[1] * n[1] + l.direction[2] * n[2]) / length;
+            for (int c = 0; c < 3; c++) {
+                const float e = l.irradiance[c] * lightprobe_disc_irradiance(l.cos_alpha, cosine);
+                CHECK(fabsf(sums[i][c] - e) < 1e-5f * (l.irradiance[c] + 1), "receiver %d: %g, not %g", i, (double)sums[i][c], (double)e);
+            }
+        }
+        gl.DeleteBuffers(1, &result);
+        gl.DeleteProgram(program);
         drop_subject(&s);
     }
     end_gl();
@@ -1128,6 +1240,8 @@ const test_case lightprobe_gl_tests[] = {
     {0, 0}, // as in test_glsl.c
 #endif
     {"GL finds the CPU's lights of a probe, also frame after frame", lights_are_the_cpus},
+    {"GL finds the CPU's places of lights", lights_have_the_cpus_places},
+    {"GL: lights at places shine as on the CPU", shading_at_places_is_the_cpus},
     {"GL shaders of a probe take no doubles", shaders_take_no_doubles},
     {"GL finds the CPU's lights of hostile probes", hostile_probes_agree},
     {"GL refuses probes without the level asked for", levels_that_are_not_there_are_refused},

@@ -448,6 +448,15 @@ static int blocked(const scene *s, const double p[3], const double d[3], double 
 }
 
 // Unit vectors of the light's frame from its matrix: u, v, and the way the light shines.
+int scene_blocks(const scene *s, const double from[3], const double to[3])
+{
+    double ray[3];
+    along(to, from, -1, ray);
+    const double length = sqrt(dot(ray, ray));
+    normalise(ray);
+    return blocked(s, from, ray, length);
+}
+
 static void light_frame(const mssm_light *light, double frame[3][3])
 {
     const int depth_row = light->perspective ? 3 : 2;

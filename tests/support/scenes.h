@@ -52,6 +52,9 @@ void scene_depth(const scene *s, const mssm_light *light, int side, int samples,
 // A point on the ground or on a shape, seen from above and facing the light, and the normal there.
 void scene_receiver(const scene *s, uint64_t *state, double point[3], double normal[3]);
 
+// Whether a shape lies between two points.
+int scene_blocks(const scene *s, const double from[3], const double to[3]);
+
 // Share of the light that a point sees, by grid x grid stratified rays.
 double scene_visibility(const scene *s, const mssm_light *light, const double point[3],
                         const double normal[3], int grid, uint64_t *state);

@@ -1,0 +1,489 @@
+// Lights at finite places: a closed room of evenly bright rectangles whose probe has distances, against
+// rays to these rectangles; the area light that stands for one; what bad distances do.
+#include "../../lightprobe.h"
+#include "../support/scenes.h"
+#include "../support/test.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SIDE = 64, MAP = 256, LIGHTS = 16, RECTANGLES = 10 };
+
+// Radiance of one side of a rectangle: that which edge[0] x edge[1] points to.
+typedef struct rectangle {
+    double corner[3], edge[2][3], radiance;
+} rectangle;
+
+typedef struct room {
+    const char *name;
+    rectangle r[RECTANGLES];
+    int count;
+    scene casters;
+    float *texels;
+    lightprobe_cube cube;
+    lightprobe_light light[LIGHTS];
+    mssm_map *map[LIGHTS];
+    char *memory;
+    int lights;
+} room;
+
+static const double probe[3] = {0, 0.6, 0};
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void normal_of(const rectangle *r, double n[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        n[i] = r->edge[0][j] * r->edge[1][k] - r->edge[0][k] * r->edge[1][j];
+    }
+    const double length = sqrt(dot(n, n));
+    for (int i = 0; i < 3; i++) n[i] /= length;
+}
+
+// axis: of its normal; sign: which way it shines. The other axes follow in their order.
+static void add(room *o, int axis, double sign, double at, double low_u, double low_v, double size_u, double size_v,
+                double radiance)
+{
+    rectangle *r = o->r + o->count++;
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    memset(r, 0, sizeof *r);
+    r->corner[axis] = at;
+    r->corner[u] = low_u;
+    r->corner[v] = low_v;
+    r->edge[sign < 0][u] = size_u;
+    r->edge[sign > 0][v] = size_v;
+    r->radiance = radiance;
+}
+
+// How far along the ray the rectangle shines from; HUGE_VAL where it does not.
+static double hit(const rectangle *r, const double from[3], const double ray[3])
+{
+    double n[3], to[3], at[3];
+    normal_of(r, n);
+    for (int i = 0; i < 3; i++) to[i] = r->corner[i] - from[i];
+    const double t = dot(to, n) / dot(ray, n);
+    if (dot(ray, n) >= 0 || t <= 0) return HUGE_VAL;
+    for (int i = 0; i < 3; i++) at[i] = t * ray[i] - to[i];
+    for (int e = 0; e < 2; e++) {
+        const double part = dot(at, r->edge[e]) / dot(r->edge[e], r->edge[e]);
+        if (part < 0 || part > 1) return HUGE_VAL;
+    }
+    return t;
+}
+
+// A room of 6 x 3 x 5 m, with what the number says.
+static void make(room *o, int which)
+{
+    static const char *const names[] = {"lamp", "window", "bright wall", "all three", "bars before the wall"};
+    const double dim = 0.02;
+    memset(o, 0, sizeof *o);
+    o->name = names[which];
+    add(o, 0, 1, -3, 0, -2.5, 3, 5, dim);
+    add(o, 0, -1, 3, 0, -2.5, 3, 5, dim);
+    add(o, 1, 1, 0, -2.5, -3, 5, 6, dim);
+    add(o, 1, -1, 3, -2.5, -3, 5, 6, dim);
+    add(o, 2, 1, -2.5, -3, 0, 6, 3, dim);
+    add(o, 2, -1, 2.5, -3, 0, 6, 3, dim);
+    // In front of what they are on by a hair; the tracer knows no coplanar ones.
+    if (which == 0 || which == 3) add(o, 1, -1, 2.1, 0.5, 0.6, 0.3, 0.4, 12);
+    if (which == 1 || which == 3) add(o, 0, -1, 2.999, 0.9, -0.9, 1.2, 1.3, 2);
+    for (int k = 0; k < 3 && which == 4; k++) add(o, 2, 1, -1.6, -1.4 + 0.5 * k, 0.4, 0.25, 0.9, 1);
+    if (which >= 2) add(o, 2, 1, -2.499, -2.2, 0.2, 2.4, 1.9, 1);
+    scene *s = &o->casters;
+    scene_add_sphere(s, 0.3, 0.35, 0.2, 0.25);
+    scene_add_sphere(s, -0.4, 0.2, 0.4, 0.2);
+    scene_add_box(s, -0.35, 0.3, -0.3, 0.12, 0.3, 0.12);
+    scene_add_box(s, 0.45, 0.15, -0.35, 0.2, 0.02, 0.15);
+    s->sun[1] = 1;
+    scene_finish(s);
+    o->texels = malloc(6 * SIDE * SIDE * 4 * sizeof *o->texels);
+    o->memory = malloc(LIGHTS * mssm_map_bytes(MAP, 6));
+    if (!o->texels || !o->memory) abort();
+    o->cube.side = SIDE;
+    o->cube.channels = 4;
+    for (int face = 0; face < 6; face++) o->cube.face[face] = o->texels + face * SIDE * SIDE * 4;
+}
+
+static void drop(room *o)
+{
+    free(o->texels);
+    free(o->memory);
+}
+
+// The probe from its centre, without the casters, 4 x 4 rays a texel; its distance is their harmonic mean.
+static void render(room *o)
+{
+    for (int i = 0; i < 6 * SIDE * SIDE; i++) {
+        double sum = 0, inverse = 0;
+        for (int k = 0; k < 16; k++) {
+            const double h = 2.0 / SIDE;
+            float d[3];
+            lightprobe_texel_direction(i / SIDE / SIDE, (float)((i % SIDE + (k % 4 + 0.5) / 4) * h - 1),
+                                       (float)((i / SIDE % SIDE + (k / 4 + 0.5) / 4) * h - 1), d);
+            const double ray[3] = {d[0], d[1], d[2]};
+            double nearest = HUGE_VAL, radiance = 0;
+            for (int r = 0; r < o->count; r++) {
+                const double t = hit(o->r + r, probe, ray);
+                if (t >= nearest) continue;
+                nearest = t;
+                radiance = o->r[r].radiance;
+            }
+            sum += radiance / 16;
+            inverse += radiance / nearest / 16;
+        }
+        for (int c = 0; c < 3; c++) o->texels[4 * i + c] = (float)sum;
+        o->texels[4 * i + 3] = (float)(sum / inverse);
+    }
+}
+
+// A unit vector in proportion to the cosine to n.
+static void cosine_ray(const double n[3], double u, double v, double ray[3])
+{
+    const double z = 2 * v - 1, r = sqrt(1 - z * z), a = 6.283185307179586 * u;
+    const double sphere[3] = {r * cos(a), z, r * sin(a)};
+    for (int c = 0; c < 3; c++) ray[c] = n[c] + sphere[c];
+    const double length = sqrt(dot(ray, ray)) + 1e-30;
+    for (int c = 0; c < 3; c++) ray[c] /= length;
+}
+
+// Irradiance by stratified rays: to the bright rectangles, and to wherever they meet the walls.
+static double truth(const room *o, const double p[3], const double n[3], uint64_t *state)
+{
+    enum { GRID = 24, WALLS = 6 };
+    double sum = 0;
+    for (int k = WALLS - 1; k < o->count; k++) {
+        const rectangle *r = o->r + k;
+        double normal[3], part = 0;
+        normal_of(r, normal);
+        for (int i = 0; i < GRID * GRID; i++) {
+            const double a = (i % GRID + test_uniform(state)) / GRID, b = (i / GRID + test_uniform(state)) / GRID;
+            double to[3], at[3], d2, cosine, away;
+            if (k < WALLS) { // once, for all of them
+                double nearest = HUGE_VAL;
+                cosine_ray(n, a, b, to);
+                for (int w = 0; w < WALLS; w++) nearest = fmin(nearest, hit(o->r + w, p, to));
+                for (int c = 0; c < 3; c++) at[c] = p[c] + nearest * to[c];
+                part += !scene_blocks(&o->casters, p, at) ? 3.14159265 : 0;
+                continue;
+            }
+            for (int c = 0; c < 3; c++) at[c] = r->corner[c] + a * r->edge[0][c] + b * r->edge[1][c];
+            for (int c = 0; c < 3; c++) to[c] = at[c] - p[c];
+            d2 = dot(to, to), cosine = dot(to, n), away = -dot(to, normal);
+            for (int w = WALLS; w < o->count; w++)
+                if (hit(o->r + w, p, to) < 0.999) away = 0;
+            if (cosine > 0 && away > 0 && !scene_blocks(&o->casters, p, at)) part += cosine * away / (d2 * d2);
+        }
+        if (k >= WALLS) part *= sqrt(dot(r->edge[0], r->edge[0]) * dot(r->edge[1], r->edge[1]));
+        sum += r->radiance * part / (GRID * GRID);
+    }
+    return sum;
+}
+
+static void extract(room *o, int lights)
+{
+    lightprobe_settings s;
+    memset(&s, 0, sizeof s);
+    s.max_lights = lights;
+    s.distances = 1;
+    const size_t bytes = lightprobe_scratch_bytes(SIDE, LIGHTS);
+    void *scratch = malloc(bytes);
+    CHECK(!lightprobe_extract(&o->cube, &s, scratch, bytes, o->light, &o->lights, NULL), "extract");
+    free(scratch);
+}
+
+static void float3(const double v[3], float out[3])
+{
+    for (int i = 0; i < 3; i++) out[i] = (float)v[i];
+}
+
+// The lights' irradiance at receivers; places: at their distance, not at infinity.
+static void shade(room *o, int places, int count, double (*p)[3], double (*n)[3], double *out)
+{
+    float *depth = malloc(MAP * MAP * sizeof *depth), low[3], high[3], at[3];
+    if (!depth) abort();
+    float3(o->casters.low, low);
+    float3(o->casters.high, high);
+    float3(probe, at);
+    memset(out, 0, (size_t)count * sizeof *out);
+    for (int k = 0; k < o->lights; k++) {
+        const lightprobe_light *l = o->light + k;
+        lightprobe_light here = *l;
+        mssm_light light;
+        mssm_map *map;
+        memset(&light, 0, sizeof light);
+        if (!places) here.distance = 0;
+        CHECK(!mssm_light_area(&light, at, l->direction, l->axis_u, l->tan_half_u, l->tan_half_v, here.distance, low,
+                               high),
+              "light");
+        scene_depth(&o->casters, &light, MAP, 1, depth, NULL);
+        CHECK(!mssm_map_init(&map, o->memory, mssm_map_bytes(MAP, 6), MAP, 6), "map");
+        CHECK(!mssm_map_update(map, depth, NULL, 1), "update");
+        for (int i = 0; i < count; i++) {
+            const lightprobe_light seen =
+                lightprobe_light_at(here, (float)(p[i][0] - probe[0]), (float)(p[i][1] - probe[1]),
+                                    (float)(p[i][2] - probe[2]));
+            float point[3], normal[3], cosine = 0;
+            float3(p[i], point);
+            float3(n[i], normal);
+            for (int c = 0; c < 3; c++) cosine += normal[c] * seen.direction[c];
+            const float e = seen.irradiance[1] * lightprobe_disc_irradiance(seen.cos_alpha, cosine);
+            if (e > 0) out[i] += (double)(e * mssm_map_visibility_normal(map, &light, NULL, point, normal));
+        }
+    }
+    free(depth);
+}
+
+static double rms(int count, const double *a, const double *b)
+{
+    double squares = 0;
+    for (int i = 0; i < count; i++) squares += (a[i] - b[i]) * (a[i] - b[i]);
+    return sqrt(squares / count);
+}
+
+enum { MOST = 600 };
+static double point[MOST][3], normal[MOST][3], true_light[MOST], shaded[MOST];
+
+// On the floor around the casters, or between them and facing any way.
+static void place_receivers(const room *o, int count, uint64_t *state)
+{
+    for (int i = 0; i < count; i++) {
+        double *p = point[i], *n = normal[i];
+        do {
+            for (int c = 0; c < 3; c++) n[c] = i % 2 ? test_range(state, -1, 1) : c == 1;
+        } while (dot(n, n) > 1 || dot(n, n) < 0.01);
+        const double length = sqrt(dot(n, n));
+        for (int c = 0; c < 3; c++) n[c] /= length;
+        double above[3];
+        do { // not inside a caster
+            p[0] = above[0] = test_range(state, -0.9, 0.9);
+            p[1] = i % 2 ? test_range(state, 0.02, 0.6) : 1e-3;
+            p[2] = above[2] = test_range(state, -0.9, 0.9);
+            above[1] = p[1] + 1e-3;
+        } while (scene_blocks(&o->casters, p, above));
+    }
+}
+
+static void places_halve_the_error(void)
+{
+    const int count = test_trials(MOST);
+    uint64_t state = 11;
+    for (int which = 0; which < 5; which++) {
+        room o;
+        make(&o, which);
+        render(&o);
+        place_receivers(&o, count, &state);
+        double mean = 0;
+        for (int i = 0; i < count; i++) mean += (true_light[i] = truth(&o, point[i], normal[i], &state)) / count;
+        for (int lights = 4; lights <= LIGHTS; lights *= 2) {
+            extract(&o, lights);
+            shade(&o, 1, count, point, normal, shaded);
+            const double placed = rms(count, shaded, true_light) / mean;
+            shade(&o, 0, count, point, normal, shaded);
+            const double endless = rms(count, shaded, true_light) / mean;
+            test_note("%s, %d lights: error %.3f with places, %.3f at infinity", o.name, lights, placed, endless);
+            CHECK(count < 200 || placed < 0.5 * endless, "%s, %d lights: %.3f with places, %.3f at infinity", o.name, lights, placed,
+                  endless);
+        }
+        drop(&o);
+    }
+}
+
+// Strips of one radiance, by turns near and far, on a dark background: one light each side of a gap.
+static void near_is_told_from_far(void)
+{
+    enum { N = 32 };
+    static float texels[6 * N * N * 4];
+    lightprobe_cube cube = {{0}, N, 4};
+    lightprobe_light first[4], second[4];
+    static unsigned char scratch[1 << 20];
+    int count, i = 0;
+    for (int face = 0; face < 6; face++) cube.face[face] = texels + face * N * N * 4;
+    for (; i < 6 * N * N; i++) {
+        const int x = i % N, y = i / N % N, in = i / N / N == 4 && x >= 8 && x < 24 && y >= 8 && y < 24;
+        for (int c = 0; c < 3; c++) texels[4 * i + c] = in ? 1 : 0;
+        texels[4 * i + 3] = x & 4 ? 1 : 20;
+    }
+    lightprobe_settings s;
+    memset(&s, 0, sizeof s);
+    s.max_lights = 2;
+    s.distances = 1;
+    for (int scaled = 0; scaled < 2; scaled++) { // any unit will do
+        const float unit = scaled ? 1e-3f : 1;
+        for (i = 3; i < 24 * N * N; i += 4) texels[i] *= unit;
+        CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, first, &count, NULL) && count == 2, "extract");
+        const float low = fminf(first[0].distance, first[1].distance), high = fmaxf(first[0].distance, first[1].distance);
+        CHECK(fabsf(low / unit - 1) < 1e-4f && fabsf(high / unit - 20) < 1e-2f, "lights at %g and %g, not %g and %g",
+              (double)low, (double)high, (double)unit, 20 * (double)unit);
+        for (i = 3; i < 24 * N * N; i += 4) texels[i] /= unit;
+    }
+    // Without a use for distances nothing changes, to the last bit.
+    s.distances = 0;
+    lightprobe_extract(&cube, &s, scratch, sizeof scratch, first, &count, NULL);
+    for (i = 3; i < 24 * N * N; i += 4) texels[i] = 0;
+    s.distances = 1;
+    lightprobe_extract(&cube, &s, scratch, sizeof scratch, second, &count, NULL);
+    CHECK(!memcmp(first, second, 2 * sizeof *first) && first[0].distance == 0, "distances of 0 are not infinite");
+}
+
+// Every light is finite and the same as at infinity where its distances say nothing.
+static void bad_distances_are_infinite(void)
+{
+    enum { N = 9 };
+    static const float bad[] = {0, -1, 1e-20f, 1e20f, HUGE_VALF, -HUGE_VALF, NAN};
+    static float texels[6 * N * N * 4];
+    static unsigned char scratch[1 << 20];
+    lightprobe_cube cube = {{0}, N, 4};
+    lightprobe_light light[8], before[8];
+    lightprobe_settings s;
+    int count, was;
+    memset(&s, 0, sizeof s);
+    for (int face = 0; face < 6; face++) cube.face[face] = texels + face * N * N * 4;
+    for (int i = 0; i < 6 * N * N * 4; i++) texels[i] = 1 + (float)(i * 7919 % 13);
+    s.max_lights = 8;
+    for (int mode = 0; mode < 2; mode++) {
+        s.mode = mode;
+        s.distances = 0;
+        lightprobe_extract(&cube, &s, scratch, sizeof scratch, before, &was, NULL);
+        s.distances = 1;
+        for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+            lightprobe_stats stats;
+            for (int i = 3; i < 6 * N * N * 4; i += 4) texels[i] = bad[k];
+            CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, &stats), "extract");
+            CHECK(count == was && !memcmp(light, before, (size_t)count * sizeof *light), "distances of %g", (double)bad[k]);
+            CHECK(stats.repaired_texels == 0, "distances count as broken");
+            for (int i = 3; i < 6 * N * N * 4; i += 8) texels[i] = 2; // every other one
+            lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL);
+            for (int i = 0; i < count; i++)
+                CHECK(light[i].distance > 2 && light[i].distance < 40, "half of %g: %g", (double)bad[k],
+                      (double)light[i].distance);
+        }
+    }
+    s.mode = 0;
+    for (int i = 3; i < 6 * N * N * 4; i += 4) texels[i] = i & 4 ? 1e9f : 0; // twice as far in the mean
+    lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL);
+    for (int i = 0; i < count; i++) CHECK(light[i].distance == 0, "%g", (double)light[i].distance);
+    for (int i = 0; i < 6 * N * N * 4; i++) texels[i] = i % 4 == 3 ? 1e-9f : FLT_MAX; // sums are infinite
+    CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL), "extract");
+    for (int i = 0; i < count; i++) CHECK(light[i].distance >= 0 && light[i].distance < 1, "%g", (double)light[i].distance);
+    count = -1;
+    cube.channels = 3;
+    CHECK(lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL) == LIGHTPROBE_ERROR_CHANNELS, "RGB");
+    cube.channels = 4;
+    for (int k = -1; k < 3; k += 3) {
+        s.distances = k;
+        CHECK(lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL) == LIGHTPROBE_ERROR_SETTINGS, "%d", k);
+    }
+    CHECK(count == -1, "a failure writes");
+}
+
+// Irradiance of a disc that faces the probe, by integration over it, for receivers that see all of it.
+static void discs_at_places_are_exact(void)
+{
+    const int trials = test_trials(400);
+    uint64_t state = 5;
+    double worst = 0;
+    for (int t = 0; t < trials; t++) {
+        enum { RINGS = 200, TURNS = 200 };
+        lightprobe_light l, seen;
+        double d[3], p[3], sum[3] = {0, 0, 0};
+        memset(&l, 0, sizeof l);
+        for (int c = 0; c < 3; c++) d[c] = c == 2;
+        const double angle = test_range(&state, 0.01, 1.2), distance = exp(test_range(&state, -3, 3)), radius = tan(angle);
+        for (int c = 0; c < 3; c++) p[c] = test_range(&state, -0.8, 0.8);
+        for (int c = 0; c < 3; c++) l.direction[c] = (float)d[c], l.irradiance[c] = (float)(6.283185307 * (1 - cos(angle)));
+        l.cos_alpha = (float)cos(angle);
+        l.distance = (float)distance;
+        for (int i = 0; i < RINGS * TURNS; i++) {
+            const double r = radius * sqrt((i % RINGS + 0.5) / RINGS), a = 6.283185307 * (i / RINGS + 0.5) / TURNS;
+            const double to[3] = {r * cos(a) - p[0], r * sin(a) - p[1], 1 - p[2]}, d2 = dot(to, to);
+            for (int c = 0; c < 3; c++) sum[c] += to[c] * to[2] / (d2 * d2) * 3.141592654 * radius * radius / (RINGS * TURNS);
+        }
+        seen = lightprobe_light_at(l, (float)(p[0] * distance), (float)(p[1] * distance), (float)(p[2] * distance));
+        const double size = (double)seen.irradiance[0] * 0.5 * (1 + (double)seen.cos_alpha);
+        for (int c = 0; c < 3; c++) worst = fmax(worst, fabs(size * (double)seen.direction[c] - sum[c]) / sqrt(dot(sum, sum)));
+        const lightprobe_light same = lightprobe_light_at(l, 0, 0, 0);
+        CHECK(fabsf(same.irradiance[1] / l.irradiance[1] - 1) < 1e-5f && fabsf(same.cos_alpha - l.cos_alpha) < 1e-6f, "at the probe");
+    }
+    test_note("worst vector irradiance %.2g", worst);
+    CHECK(worst < 2e-3, "%g", worst); // of the sum
+    // What has no place, is wider than that or lies behind.
+    lightprobe_light l;
+    memset(&l, 0, sizeof l);
+    l.direction[1] = l.irradiance[0] = 1;
+    l.cos_alpha = 0.9f;
+    for (int k = 0; k < 2; k++) {
+        const lightprobe_light seen = lightprobe_light_at(l, 1, 2, 3);
+        CHECK(!memcmp(&seen, &l, sizeof l), "a light without a place moves");
+        l.distance = 1;
+        l.cos_alpha = -0.1f;
+    }
+    for (int k = 0; k < 5; k++) { // on it, in it, behind it, far away; points too
+        const float y[] = {1, 1, 3, -1e30f, 0.5f};
+        for (int c = 0; c < 2; c++) {
+            l.cos_alpha = c ? 0.9f : 1;
+            const lightprobe_light seen = lightprobe_light_at(l, k == 1 ? 0 : 0.1f, y[k], 0);
+            CHECK(seen.irradiance[0] >= 0 && seen.irradiance[0] < 1e30f && seen.cos_alpha >= 0 && seen.cos_alpha <= 1, "%d", k);
+            CHECK(k == 4 || seen.irradiance[0] <= 0, "light at height %g", (double)y[k]);
+        }
+    }
+}
+
+static mssm_result area(mssm_light *l, float x, float distance, float size)
+{
+    const float at[3] = {x, 0, 0}, to[3] = {0, 2, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    return mssm_light_area(l, at, to, axis, size, 0.5f * size, distance, low, high);
+}
+
+static void area_lights_cover_their_box(void)
+{
+    mssm_light l, endless;
+    float shadow[3];
+    for (int k = 0; k < 60; k++) {
+        const float x = (float)(k % 3) - 1, distance = expf(-3 + 0.15f * (float)k), size = 0.02f * (float)(k % 5);
+        CHECK(!area(&l, x, distance, size), "area");
+        for (int i = 0; i < 8; i++) {
+            const float corner[3] = {i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f, i & 4 ? 1.0f : -1.0f};
+            CHECK(mssm_light_project(&l, corner, shadow) && fabsf(shadow[0]) <= 1 && fabsf(shadow[1]) <= 1 &&
+                      shadow[2] > -1 && shadow[2] < 0.81f,
+                  "a corner outside of the map from %g", (double)distance);
+        }
+        if (!l.perspective) continue;
+        const float centre[3] = {x, 0, 0}, away = l.half_u / fmaxf(size, 1e-9f);
+        CHECK(size == 0 || (away >= 0.999f * distance && fabsf(l.half_v / away / (0.5f * size) - 1) < 1e-5f), "size");
+        CHECK(mssm_light_project(&l, centre, shadow) && fabsf(shadow[0]) < 1e-5f, "not seen from the probe");
+        CHECK(distance < 4 || size == 0 || fabsf(away / distance - 1) < 1e-5f, "moved from %g to %g", (double)distance, (double)away);
+    }
+    for (int k = 0; k < 4; k++) {
+        const float far[4] = {0, HUGE_VALF, 700, 200};
+        CHECK(!area(&l, 0, far[k], k == 3 ? 2.0f : 0) && !area(&endless, 0, 0, k == 3 ? 2.0f : 0), "far");
+        CHECK(!l.perspective && !memcmp(&l, &endless, sizeof l), "a spot light at %g", (double)far[k]);
+    }
+    CHECK(!area(&l, 0, 200, 0) && l.perspective, "directional from 200");
+    endless = l;
+    const float good[3] = {0, 1, 0}, bad[3] = {NAN, 0, 0}, null[3] = {0, 0, 0}, huge[3] = {3e38f, 0, 0};
+    const float wide[2][3] = {{-3e37f, -3e37f, -3e37f}, {3e37f, 3e37f, 3e37f}};
+    CHECK(area(&l, 0, -1, 0) && area(&l, 0, NAN, 0) && area(&l, 0, -NAN, 0) && !area(&l, 0, -0.0f, 0), "distance");
+    CHECK(area(&l, 0, 3, -1) && area(NULL, 0, 3, 0) && area(&l, 0, 3e38f, 3e38f) == MSSM_OK, "size");
+    l = endless;
+    CHECK(mssm_light_area(&l, bad, good, good, 0, 0, 1, null, null) && mssm_light_area(&l, NULL, good, good, 0, 0, 1, null, null) &&
+              mssm_light_area(&l, good, null, good, 0, 0, 1, null, null) && mssm_light_area(&l, good, good, good, 0, 0, 1, good, null),
+          "arguments");
+    CHECK(mssm_light_area(&l, huge, huge, good, 0.1f, 0.1f, 3e38f, wide[0], wide[1]) == MSSM_ERROR_ARGUMENT, "a place beyond floats");
+    CHECK(!memcmp(&l, &endless, sizeof l), "a failure writes");
+    CHECK(!mssm_light_area(&l, null, good, good, 0, 0, 1, null, null), "a point for a box");
+}
+
+const test_case room_tests[] = {
+    {"lights at their places halve the error in a room", places_halve_the_error},
+    {"lights tell what is near from what is far", near_is_told_from_far},
+    {"bad distances of a probe are infinite", bad_distances_are_infinite},
+    {"discs at finite places have the right vector irradiance", discs_at_places_are_exact},
+    {"area lights cover their casters' box", area_lights_cover_their_box},
+    {NULL, NULL},
+};
