@@ -150,6 +150,7 @@ typedef struct lightprobe_light {
     float cos_alpha;              // opening angle of the disc that stands for it in shading
     int id;                       // survives from frame to frame: lightprobe_settings.previous
     float distance;               // from the probe's centre, world units; 0: infinitely far
+    float state[18];              // what the next frame goes on from; of no other use
 } lightprobe_light;
 
 typedef enum lightprobe_mode {
@@ -170,10 +171,11 @@ typedef struct lightprobe_settings {
     // change irradiance behind a random edge by at most this, in the parts of tolerance: a map less
     // for each. 0: none.
     float min_shadow;
-    // Lights of the previous frame, for a probe that moves: the new lights go on from them, keep
-    // their places in the array and their ids, and change in number or region only where that pays.
-    // May be the array that receives the new lights. NULL: start afresh, brightest light first.
-    // Both are ignored by LIGHTPROBE_MEDIAN_CUT.
+    // Lights of the previous frame, all of them, for a probe that moves: the new lights go on from them, keep
+    // their order and ids, and change in number or region only where that pays; what changes then fades in or
+    // out over 32 frames, unless the map's light changed by a tenth, or min_share or min_shadow leave lights
+    // out. So the tolerance may be met some frames late. May be the array that receives the new lights. NULL:
+    // start afresh, brightest light first. Both are ignored by LIGHTPROBE_MEDIAN_CUT.
     const lightprobe_light *previous;
     int previous_count;
     void (*log)(void *user, const char *message); // told in one line why a call failed; or NULL
@@ -198,13 +200,14 @@ typedef struct lightprobe_stats {
 } lightprobe_stats;
 
 // Bytes of scratch memory for probes of this side and up to max_lights lights (0: the default):
-// about 19 side^2, 370 a light and 26,000. 0 where side or max_lights is out of range.
+// about 19 side^2, 610 a light and 37,000. 0 where side or max_lights is out of range.
 LIGHTPROBE_API size_t lightprobe_scratch_bytes(int side, int max_lights);
 
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
 // defaults), stats too; scratch may have any alignment, and what it holds afterwards is of no use.
 //
-// The lights carry all of the probe: each texel belongs to exactly one, and the residual is
+// The lights carry all of the probe: each texel belongs to exactly one (with settings->previous, those
+// between lights are shared), and the residual is
 // rounding (1e-7 of total, of either sign) unless min_share, min_shadow, or LIGHTPROBE_MEDIAN_CUT
 // with fewer than its six first regions, left something out. There may be fewer lights than asked for: where
 // texels run out, where the tolerance is met, and for black regions: none for a black probe.
@@ -640,6 +643,12 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE_BINS 8     // places for a cut, over so many standard deviations to both sides
 #define LIGHTPROBE_REACH 2.0f // of the mean
 #define LIGHTPROBE_NEAR 6     // clusters that a leaf may move to
+// On a moving probe: leaves are shared out among the lights whose seeds are up to so many radians further
+// than the nearest, seeds go so much of their way to the light in a frame, and other changes fade in over so
+// many frames. Half as soft flickers up to 1.7 times as much, twice as soft errs twice as much at 32 lights.
+#define LIGHTPROBE_SOFT 0.15f
+#define LIGHTPROBE_RATE 0.03f
+#define LIGHTPROBE_FADE 32.0f
 
 // [glsl begin work]
 
@@ -659,7 +668,17 @@ typedef struct lightprobe_leaf {
     float inverse, parallax; // mean of 1 / distance; that times the reach of receivers, at most 1
     float half_width; // of the square that it spreads its light over
     int face, level, x, y, cluster;
+    float least, parts; // reach of the nearest seed, sum of what all lights take
 } lightprobe_leaf;
+
+// Sums over the leaves of a light, of RGB and of luminance times tone, direction, and the squares and
+// products of it, xx yy zz xy yz zx.
+typedef struct lightprobe_moments {
+    lightprobe_vec3 flux;
+    float tones;
+    lightprobe_vec3 resultant;
+    float second[6];
+} lightprobe_moments;
 
 // Sums over leaves: of luminance, of it times direction, tone and squared tone.
 typedef struct lightprobe_sum {
@@ -686,6 +705,12 @@ typedef struct lightprobe_cluster {
     int brightest; // leaf: it adds most
     int first;     // of sum.count leaves in order[]
     int nearby[LIGHTPROBE_NEAR], near_count;
+    lightprobe_vec3 seed; // on a moving probe leaves go to the nearest
+    float seed_tone, seed_share;
+    int lives;    // takes leaves, 2: and those of one that does no more; 0: fades out
+    float longest, distance; // mean direction that the light may have; what it was when it had leaves
+    // Of the leaves, now and in the last frame; what the light has besides, until it has faded.
+    lightprobe_moments now, past, late;
 } lightprobe_cluster;
 // [glsl end]
 
@@ -699,6 +724,12 @@ typedef struct lightprobe_region {
 } lightprobe_region;
 // [glsl end]
 
+// The clusters that share a leaf, and what they take of it; with more than these all are asked again.
+typedef struct lightprobe__share {
+    int count, cluster[4];
+    float part[4];
+} lightprobe__share;
+
 typedef struct lightprobe__work {
     const lightprobe_cube *cube;
     int side, half, tiles, top, max_lights, max_leaves, distances;
@@ -706,6 +737,7 @@ typedef struct lightprobe__work {
     float *band;           // weights of the texels in a row of tiles
     lightprobe_cell *cells[LIGHTPROBE__LEVELS]; // of tiles and larger squares
     lightprobe_leaf *leaves;
+    lightprobe__share *shares;
     int *heap, *order;
     lightprobe_cluster *clusters;
     float *gains; // errors of the clusters that can be split, or what that gains; else 0
@@ -713,6 +745,9 @@ typedef struct lightprobe__work {
     int heap_count, leaf_count, cluster_count, repaired;
     double total[3];
     float total_luminance, mean, reach; // mean: of 1 sr; reach: 1 / distance becomes parallax by it
+    int jumps;    // the map is another one than in the last frame, or there was none: nothing fades
+    float fading; // frames to go; below 0: the last frame was the first
+    float unit;   // LIGHTPROBE_SOFT as a reach
 } lightprobe__work;
 
 static void *lightprobe__take(char *base, size_t *used, size_t bytes)
@@ -749,6 +784,7 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
         if (n == 1) break;
     }
     w->leaves = (lightprobe_leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe_leaf));
+    w->shares = (lightprobe__share *)lightprobe__take(base, &used, leaves * sizeof(lightprobe__share));
     w->heap = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->order = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->clusters =
@@ -1301,6 +1337,7 @@ LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, const
     leaf.parallax = lightprobe_parallax(inverse, reach);
     LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far
     leaf.tone = tone;
+    leaf.least = leaf.parts = 0.0f;
     return leaf;
 }
 
@@ -1458,6 +1495,183 @@ LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
     LIGHTPROBE_PRECISE float spread = lightprobe_sum_error(s) + 0.5f * (s.tones2 - mean2);
     LIGHTPROBE_PRECISE float cost = s.luminance / total * spread;
     return cost > 0.0f ? cost : 0.0f;
+}
+// [glsl end]
+
+// [glsl begin moving]
+
+// What a cluster holds against a leaf on a moving probe. It must not hang on how fine the leaves are.
+LIGHTPROBE_SHARED float lightprobe_seed_distance(const lightprobe_vec3 direction, float tone,
+                                                 const lightprobe_vec3 seed, float seed_tone, float share)
+{
+    LIGHTPROBE_PRECISE float all = share + 0.01f;
+    return lightprobe_distance(all, direction, 0.5f * tone, seed, 0.5f * seed_tone);
+}
+
+// Tone of what shines in a leaf, however dark the rest of it is.
+LIGHTPROBE_SHARED float lightprobe_own_tone(lightprobe_leaf leaf, float mean)
+{
+    float all = leaf.solid_angle / LIGHTPROBE_SCALE;
+    LIGHTPROBE_PRECISE float least = all / LIGHTPROBE_FLOAT(1 << (2 * leaf.level));
+    LIGHTPROBE_PRECISE float lit = 4.0f * leaf.half_width * leaf.half_width;
+    lit = lit < all ? (lit > least ? lit : least) : all;
+    LIGHTPROBE_PRECISE float tone = lightprobe_tone(leaf.luminance, lit, mean) + leaf.parallax;
+    return tone;
+}
+
+LIGHTPROBE_SHARED float lightprobe_softness(float half_width, float unit)
+{
+    LIGHTPROBE_PRECISE float softness = unit * (1.0f + 5.0f * half_width);
+    return softness;
+}
+
+// What a cluster takes of a leaf, to be divided by the sum of all. least: reach of the nearest; reach, the
+// 4th root of distance, grows about as the angle does.
+LIGHTPROBE_SHARED float lightprobe_part(float distance, float least, float softness)
+{
+    LIGHTPROBE_PRECISE float part = 1.0f - (sqrtf(sqrtf(distance)) - least) / softness;
+    return part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;
+}
+
+LIGHTPROBE_SHARED lightprobe_leaf lightprobe_part_of(lightprobe_leaf leaf, float part)
+{
+    LIGHTPROBE_PRECISE lightprobe_leaf p = leaf;
+    for (int i = 0; i < 3; i++) p.flux[i] *= part;
+    p.luminance *= part;
+    p.strength *= part;
+    p.solid_angle *= part;
+    return p;
+}
+
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_no_moments(void)
+{
+    lightprobe_moments m;
+    for (int i = 0; i < 3; i++) m.flux[i] = m.resultant[i] = m.second[i] = m.second[3 + i] = 0.0f;
+    m.tones = 0.0f;
+    return m;
+}
+
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_add_moments(lightprobe_moments sum, lightprobe_leaf leaf,
+                                                            float part)
+{
+    LIGHTPROBE_PRECISE lightprobe_moments m = sum;
+    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;
+    LIGHTPROBE_PRECISE float spread = 0.5f * part * (leaf.luminance - leaf.strength) * (1.0f + mean);
+    LIGHTPROBE_PRECISE float strength = part * leaf.strength, along = strength * mean - spread;
+    LIGHTPROBE_PRECISE float luminance = part * leaf.luminance, tones = luminance * leaf.tone;
+    m.tones += tones;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3;
+        LIGHTPROBE_PRECISE float flux = part * leaf.flux[i], vector = strength * leaf.direction[i];
+        LIGHTPROBE_PRECISE float square = along * leaf.direction[i] * leaf.direction[i] + spread;
+        LIGHTPROBE_PRECISE float product = along * leaf.direction[i] * leaf.direction[j];
+        m.flux[i] += flux;
+        m.resultant[i] += vector;
+        m.second[i] += square;
+        m.second[3 + i] += product;
+    }
+    return m;
+}
+
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_more(lightprobe_moments a, lightprobe_moments b, float times)
+{
+    LIGHTPROBE_PRECISE lightprobe_moments m = a;
+    for (int i = 0; i < 3; i++) {
+        m.flux[i] += times * b.flux[i];
+        m.resultant[i] += times * b.resultant[i];
+        m.second[i] += times * b.second[i];
+        m.second[3 + i] += times * b.second[3 + i];
+    }
+    return m;
+}
+
+// Length of the mean direction.
+LIGHTPROBE_SHARED float lightprobe_evenness(lightprobe_moments m)
+{
+    float luminance = lightprobe_luminance(m.flux);
+    return luminance > 0.0f ? lightprobe_length(m.resultant) / luminance : 0.0f;
+}
+
+// state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9 resultant and
+// 12 second moments, of the total's luminance.
+
+// From the previous lights' irradiance, in all, to this frame's flux; 0 if the map has jumped.
+LIGHTPROBE_SHARED float lightprobe_scale(float all, float total)
+{
+    LIGHTPROBE_PRECISE float flux = all * LIGHTPROBE_SCALE, apart = fabsf(flux - total);
+    return apart < 0.1f * total ? total / all : 0.0f;
+}
+
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_late(const float state[18], float total)
+{
+    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();
+    for (int i = 0; i < 3; i++) {
+        m.flux[i] = total * state[6 + i];
+        m.resultant[i] = total * state[9 + i];
+        m.second[i] = total * state[12 + i];
+        m.second[3 + i] = total * state[15 + i];
+    }
+    return m;
+}
+
+// The variance of lightprobe_half_size.
+LIGHTPROBE_SHARED float lightprobe_variance(float tangent)
+{
+    LIGHTPROBE_PRECISE float square = tangent * tangent, variance = square / (3.0f + 3.0f * square);
+    return variance;
+}
+
+// What a previous light had of its leaves.
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late, float scale)
+{
+    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();
+    LIGHTPROBE_PRECISE float luminance = scale * lightprobe_luminance(l.irradiance);
+    LIGHTPROBE_PRECISE float strength = luminance * (0.5f + 0.5f * l.cos_alpha);
+    LIGHTPROBE_PRECISE float u = luminance * lightprobe_variance(l.tan_half_u);
+    LIGHTPROBE_PRECISE float v = luminance * lightprobe_variance(l.tan_half_v), d = luminance - u - v;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3;
+        LIGHTPROBE_PRECISE float flux = scale * l.irradiance[i], vector = strength * l.direction[i];
+        LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i], dd = d * l.direction[i];
+        m.flux[i] = flux - late.flux[i];
+        m.resultant[i] = vector - late.resultant[i];
+        m.second[i] = du * l.axis_u[i] + dv * l.axis_v[i] + dd * l.direction[i] - late.second[i];
+        m.second[3 + i] = du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];
+    }
+    return m;
+}
+
+// Whether a light has other leaves than before, rather than the same ones elsewhere.
+LIGHTPROBE_SHARED int lightprobe_has_changed(lightprobe_moments past, lightprobe_moments now)
+{
+    float a = lightprobe_luminance(past.flux), b = lightprobe_luminance(now.flux), most = a > b ? a : b;
+    LIGHTPROBE_PRECISE float wide_a = a - lightprobe_length(past.resultant);
+    LIGHTPROBE_PRECISE float wide_b = b - lightprobe_length(now.resultant);
+    LIGHTPROBE_PRECISE float width = 0.05f * (wide_a < wide_b ? wide_b : wide_a) + 1e-6f * most;
+    return fabsf(a - b) > 0.01f * most || fabsf(wide_a - wide_b) > width ? 1 : 0;
+}
+
+// What is left of it a frame later. No light becomes negative.
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late, lightprobe_moments now, float rest)
+{
+    LIGHTPROBE_PRECISE lightprobe_moments m = late;
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];
+        m.flux[i] *= rest;
+        m.resultant[i] *= rest;
+        m.second[i] *= rest;
+        m.second[3 + i] *= rest;
+        if (m.flux[i] < least) m.flux[i] = least;
+    }
+    return m;
+}
+
+// Late flux such that those of all lights sum to 0. sum: what they do sum to.
+LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)
+{
+    LIGHTPROBE_PRECISE float part = total + sum > 0.0f ? total / (total + sum) : 1.0f;
+    LIGHTPROBE_PRECISE float balanced = (late + now) * part - now;
+    return balanced;
 }
 // [glsl end]
 
@@ -1882,6 +2096,7 @@ static void lightprobe__divide(lightprobe__work *w, float tolerance)
         w->cluster_count++;
         memset(fresh, 0, sizeof *fresh);
         fresh->id = -1;
+        fresh->lives = 1;
         lightprobe__split(w, parent, fresh);
         lightprobe__measure(w, parent);
         lightprobe__measure(w, fresh);
@@ -1982,11 +2197,26 @@ static void lightprobe__swap(lightprobe__work *w, const int pair[2], int from)
     b->id = -1;
 }
 
+// Lets b fade into a. Then there will be a light for the third.
+static void lightprobe__retire(lightprobe__work *w, const int pair[2], int from)
+{
+    const int all[3] = {pair[0], pair[1], from};
+    for (int i = 0; i < 3; i++) {
+        w->clusters[all[i]].changed = 1;
+        w->gains[all[i]] = 0;
+    }
+    w->clusters[pair[0]].lives = 2;
+    w->clusters[pair[1]].lives = 0;
+}
+
 // For a moving probe: takes lights from where two do little more than one does, and spends them
 // where one is not enough. A light that the tolerance can spare by a margin is not spent again.
 static void lightprobe__respend(lightprobe__work *w, float tolerance)
 {
     const float total = w->total_luminance;
+    int fades = !w->jumps && (w->fading < 0 || w->fading > 1); // one change after the other
+    for (int k = 0; k < w->cluster_count; k++) fades |= !w->clusters[k].lives;
+    if (fades && !w->jumps) return;
     lightprobe__sort_leaves(w);
     lightprobe_errors e = lightprobe__measure_all(w);
     for (int k = 0; k < w->cluster_count; k++) {
@@ -2006,51 +2236,166 @@ static void lightprobe__respend(lightprobe__work *w, float tolerance)
         if (cost >= FLT_MAX || !pays) break;
         if (pays == 2) w->clusters[most].sum.count = 0; // nothing to split off
         e = merged; // at most: what the swap gains is not counted
-        lightprobe__swap(w, pair, most);
+        if (w->jumps) lightprobe__swap(w, pair, most);
+        else lightprobe__retire(w, pair, most);
     }
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
 }
 
+// What a cluster takes of a leaf, given its distance.
+static float lightprobe__takes(const lightprobe__work *w, const lightprobe_leaf *leaf, float distance)
+{
+    const float softness = lightprobe_softness(leaf->half_width, w->unit), reach = leaf->least + softness;
+    if (distance > 1.0001f * (reach * reach) * (reach * reach)) return 0; // spares most roots
+    return lightprobe_part(distance, leaf->least, softness);
+}
+
+// Shares the leaves out among the lights of a moving probe; each belongs to the nearest.
+static void lightprobe__share_out(lightprobe__work *w)
+{
+    for (int k = 0; k < w->cluster_count; k++) w->clusters[k].now = lightprobe_no_moments();
+    for (int i = 0; i < w->leaf_count; i++) {
+        lightprobe_leaf *leaf = w->leaves + i;
+        lightprobe__share *share = w->shares + i;
+        float least = FLT_MAX, parts = 0;
+        int nearest = 0;
+        for (int k = 0; k < w->cluster_count; k++) {
+            const lightprobe_cluster *c = w->clusters + k;
+            w->gains[k] = !c->lives ? FLT_MAX : lightprobe_seed_distance(leaf->direction, leaf->tone, c->seed,
+                                                                          c->seed_tone, c->seed_share);
+            if (!(w->gains[k] < least)) continue;
+            least = w->gains[k];
+            nearest = k;
+        }
+        leaf->cluster = nearest;
+        leaf->least = sqrtf(sqrtf(least));
+        share->count = 0;
+        for (int k = 0; k < w->cluster_count; k++) {
+            w->gains[k] = lightprobe__takes(w, leaf, w->gains[k]);
+            if (!(w->gains[k] > 0)) continue;
+            parts += w->gains[k];
+            share->cluster[share->count & 3] = k;
+            share->part[share->count++ & 3] = w->gains[k];
+        }
+        for (int j = 0; j < share->count && j < 4; j++) share->part[j] /= parts;
+        leaf->parts = parts;
+        for (int k = 0; k < w->cluster_count; k++)
+            if (w->gains[k] > 0)
+                w->clusters[k].now = lightprobe_add_moments(w->clusters[k].now, *leaf, w->gains[k] / parts);
+    }
+}
+
+// The cluster of a previous light; 0 if it gives none. scale: from its irradiance to this frame's flux.
+static int lightprobe__recall(const lightprobe__work *w, lightprobe_cluster *c, const lightprobe_light *l,
+                              float scale)
+{
+    const float total = w->total_luminance, luminance = lightprobe_luminance(l->irradiance) * LIGHTPROBE_SCALE;
+    const float share = l->state[4];
+    int stranger = !(share > 0 || share < 0); // not made here, as far as can be seen
+    for (int i = 0; i < 18; i++) stranger |= !(fabsf(l->state[i]) <= LIGHTPROBE_FADE);
+    const float *d = stranger ? l->direction : l->state;
+    memset(c, 0, sizeof *c);
+    if (!lightprobe__is_number(d[0] + d[1] + d[2])) return 0;
+    memcpy(c->seed, d, sizeof c->seed);
+    if (!(lightprobe_normalize(c->seed) > 0)) return 0;
+    c->seed_tone = stranger ? lightprobe_tone(luminance, l->solid_angle, w->mean) : l->state[3];
+    c->seed_share = !stranger ? share : luminance >= 0 && luminance < total ? luminance / total : 1;
+    c->lives = stranger || share > 0;
+    c->id = l->id;
+    c->distance = l->distance > 0 ? l->distance : 0;
+    if (w->jumps) return 1;
+    c->late = stranger ? lightprobe_no_moments() : lightprobe_late(l->state, total);
+    c->past = lightprobe_past(*l, c->late, scale);
+    c->longest = lightprobe_evenness(lightprobe_more(c->past, c->late, 1));
+    return 1;
+}
+
 // One cluster of everything, or those of the previous frame's lights.
 static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previous, int count)
 {
-    const float total = w->total_luminance;
+    double all = 0;
     w->cluster_count = 0;
-    for (int i = 0; i < count && w->cluster_count < w->max_lights; i++) {
-        lightprobe_cluster *c = w->clusters + w->cluster_count;
-        const float *d = previous[i].direction;
-        memset(c, 0, sizeof *c);
-        if (!lightprobe__is_number(d[0] + d[1] + d[2])) continue;
-        memcpy(c->centre, d, sizeof c->centre);
-        if (!(lightprobe_normalize(c->centre) > 0)) continue;
-        const float luminance = lightprobe_luminance(previous[i].irradiance) * LIGHTPROBE_SCALE;
-        c->tone = lightprobe_tone(luminance, previous[i].solid_angle, w->mean);
-        if (previous[i].distance > 0) c->tone += lightprobe_parallax(1 / previous[i].distance, w->reach);
-        c->sum.luminance = luminance >= 0 && luminance < total ? luminance : total;
-        c->id = previous[i].id;
-        w->cluster_count++;
-    }
-    if (w->cluster_count == 0) {
+    for (int i = 0; i < count; i++) all += (double)lightprobe_luminance(previous[i].irradiance);
+    const float scale = lightprobe_scale((float)all, w->total_luminance);
+    w->jumps = w->jumps || count > w->max_lights || !(scale > 0);
+    w->fading = w->jumps ? 0 : previous->state[5];
+    for (int i = 0; i < count && w->cluster_count < w->max_lights; i++)
+        w->cluster_count += lightprobe__recall(w, w->clusters + w->cluster_count, previous + i, scale);
+    int lives = 0;
+    for (int k = 0; k < w->cluster_count; k++) lives |= w->clusters[k].lives;
+    if (!lives) {
+        w->jumps = 1;
+        w->fading = 0;
         memset(w->clusters, 0, sizeof *w->clusters);
         w->clusters->id = -1;
+        w->clusters->lives = 1;
         w->cluster_count = 1;
     }
-    for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe_leaf *leaf = w->leaves + i;
-        float best = FLT_MAX;
-        for (int k = 0; k < w->cluster_count; k++) {
-            const lightprobe_cluster *c = w->clusters + k;
-            const float share = (c->sum.luminance + leaf->luminance) / total;
-            const float d =
-                lightprobe_distance(share, leaf->direction, leaf->tone, c->centre, c->tone);
-            if (d >= best) continue;
-            best = d;
-            leaf->cluster = k;
-        }
-    }
+    for (int i = 0; i < w->leaf_count && count; i++)
+        w->leaves[i].tone = lightprobe_own_tone(w->leaves[i], w->mean);
+    if (count) lightprobe__share_out(w);
     lightprobe__sum_clusters(w);
     lightprobe__sort_leaves(w);
+}
+
+// Seeds of the lights that have none. Those of a first frame, and where the map jumped, start at the light.
+static void lightprobe__plant(lightprobe__work *w)
+{
+    for (int k = 0; k < w->cluster_count; k++) {
+        lightprobe_cluster *c = w->clusters + k;
+        if (!w->jumps && c->id >= 0) continue;
+        c->now = lightprobe_no_moments();
+        for (int i = 0; i < c->sum.count; i++) {
+            lightprobe_leaf leaf = w->leaves[w->order[c->first + i]];
+            leaf.tone = lightprobe_own_tone(leaf, w->mean);
+            c->now = lightprobe_add_moments(c->now, leaf, 1);
+        }
+        memcpy(c->seed, c->now.resultant, sizeof c->seed);
+        if (!(lightprobe_normalize(c->seed) > 0)) c->seed[1] = 1;
+        const float luminance = lightprobe_luminance(c->now.flux);
+        c->seed_tone = luminance > LIGHTPROBE_BLACK ? c->now.tones / luminance : 0;
+        c->seed_share = luminance / w->total_luminance + 1e-9f;
+        c->lives = luminance > 0;
+    }
+}
+
+// Whether a light is new, or has taken over another's place.
+static int lightprobe__is_changed(const lightprobe__work *w)
+{
+    for (int k = 0; k < w->cluster_count; k++)
+        if (w->clusters[k].id < 0 || w->clusters[k].lives == 2) return 1;
+    return 0;
+}
+
+// What the lights have of the last frame, and of lights that have changed, so that nothing jumps.
+static void lightprobe__fade(lightprobe__work *w)
+{
+    const int changes = w->fading < 0 || lightprobe__is_changed(w);
+    int some = 0;
+    double sum[3] = {0, 0, 0};
+    for (int k = 0; k < w->cluster_count; k++) {
+        lightprobe_cluster *c = w->clusters + k;
+        const float longest = lightprobe_evenness(c->now);
+        if (longest > c->longest) c->longest = longest;
+        if (!changes || (!(w->fading < 0) && !lightprobe_has_changed(c->past, c->now))) continue;
+        c->late = lightprobe_more(c->late, c->past, 1);
+        c->late = lightprobe_more(c->late, c->now, -1);
+        some = 1;
+    }
+    w->fading = some ? LIGHTPROBE_FADE : w->fading > 0 ? w->fading : 0;
+    const float rest = w->fading > 1 ? 1 - 1 / w->fading : 0;
+    w->fading = w->fading > 1 ? w->fading - 1 : 0;
+    for (int k = 0; k < w->cluster_count; k++) {
+        lightprobe_cluster *c = w->clusters + k;
+        c->late = lightprobe_faded(c->late, c->now, rest);
+        for (int i = 0; i < 3; i++) sum[i] += (double)c->late.flux[i];
+    }
+    for (int k = 0; k < w->cluster_count; k++) {
+        lightprobe_cluster *c = w->clusters + k;
+        for (int i = 0; i < 3; i++)
+            c->late.flux[i] = lightprobe_balanced(c->late.flux[i], c->now.flux[i], (float)sum[i], (float)w->total[i]);
+    }
 }
 
 // ---- Lights ---- >>lights
@@ -2148,6 +2493,49 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region regi
     return r;
 }
 
+// What a light has besides its leaves; before its direction is found. It may not become narrower than what
+// it is made of.
+LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region, lightprobe_moments late,
+                                                        float longest)
+{
+    lightprobe_region r = region;
+    lightprobe_vec3 v;
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_ADD(r.flux[i], late.flux[i]);
+        LIGHTPROBE_ADD(r.resultant[i], late.resultant[i]);
+        v[i] = LIGHTPROBE_VALUE(r.resultant[i]);
+    }
+    // It lies as far as the leaves do.
+    float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);
+    LIGHTPROBE_PRECISE float inverse = leaves > 0.0f ? LIGHTPROBE_VALUE(r.inverse) * (more / leaves) : 0.0f;
+    LIGHTPROBE_ADD(r.inverse, inverse);
+    LIGHTPROBE_ADD(r.luminance, more);
+    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance), size = lightprobe_length(v);
+    for (int i = 0; i < 3 && size > most; i++) {
+        LIGHTPROBE_PRECISE float off = v[i] * (most / size - 1.0f);
+        LIGHTPROBE_ADD(r.resultant[i], off);
+    }
+    return r;
+}
+
+LIGHTPROBE_SHARED float lightprobe_product(const float m[6], const lightprobe_vec3 a, const lightprobe_vec3 b)
+{
+    LIGHTPROBE_PRECISE float sum = m[0] * a[0] * b[0] + m[1] * a[1] * b[1] + m[2] * a[2] * b[2];
+    LIGHTPROBE_PRECISE float xy = a[0] * b[1] + a[1] * b[0], yz = a[1] * b[2] + a[2] * b[1];
+    LIGHTPROBE_PRECISE float zx = a[2] * b[0] + a[0] * b[2];
+    sum = sum + m[3] * xy + m[4] * yz + m[5] * zx;
+    return sum;
+}
+
+LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late_second(lightprobe_region region, lightprobe_moments late)
+{
+    lightprobe_region r = region;
+    LIGHTPROBE_ADD(r.second[0], lightprobe_product(late.second, r.e, r.e));
+    LIGHTPROBE_ADD(r.second[1], lightprobe_product(late.second, r.f, r.f));
+    LIGHTPROBE_ADD(r.second[2], lightprobe_product(late.second, r.e, r.f));
+    return r;
+}
+
 // Of a sum over texels, which has been scaled so that it does not overflow; what it stands for may.
 LIGHTPROBE_SHARED float lightprobe_unscaled(float sum)
 {
@@ -2207,7 +2595,40 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     float inverse = LIGHTPROBE_VALUE(r.inverse);
     LIGHTPROBE_PRECISE float distance = luminance / inverse;
     light.distance = inverse > 0.0f && distance <= 1e9f ? distance : 0.0f;
+    for (int i = 0; i < 18; i++) light.state[i] = 0.0f;
     return light;
+}
+
+// What the next frame goes on from. rate: how much of its way the seed goes; 0 where it is new.
+LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, lightprobe_cluster c, float rate,
+                                                       float fading, float total)
+{
+    LIGHTPROBE_PRECISE lightprobe_light l = light;
+    float luminance = lightprobe_luminance(c.now.flux);
+    l.distance = luminance > 0.0f ? l.distance : c.distance; // it fades out where it was
+    lightprobe_vec3 d, seed;
+    for (int i = 0; i < 3; i++) d[i] = c.now.resultant[i];
+    float go = luminance > 0.0f ? rate : 0.0f;
+    lightprobe_normalize(d);
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_PRECISE float moved = c.seed[i] + go * (d[i] - c.seed[i]);
+        seed[i] = moved;
+    }
+    lightprobe_normalize(seed);
+    LIGHTPROBE_PRECISE float tone = c.seed_tone, share = c.seed_share;
+    if (go > 0.0f) tone = tone + go * (c.now.tones / luminance - tone);
+    share = share + go * (luminance / total - share);
+    for (int i = 0; i < 3; i++) {
+        l.state[i] = seed[i];
+        l.state[6 + i] = c.late.flux[i] / total;
+        l.state[9 + i] = c.late.resultant[i] / total;
+        l.state[12 + i] = c.late.second[i] / total;
+        l.state[15 + i] = c.late.second[3 + i] / total;
+    }
+    l.state[3] = tone;
+    l.state[4] = c.lives != 0 ? share : -1.0f;
+    l.state[5] = fading;
+    return l;
 }
 // [glsl end]
 
@@ -2338,6 +2759,7 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     const double disc =
         lightprobe__solid_angle(m[0] - size[0], m[1] - size[1], m[0] + size[0], m[1] + size[1]);
     light->cos_alpha = (float)(1 - disc / 6.283185307179586);
+    memset(light->state, 0, sizeof light->state);
     return f - sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
@@ -2378,6 +2800,33 @@ static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings
     }
 }
 
+// Adds a leaf, or a part of it, to a region: second moments, or what comes before.
+static void lightprobe__give(lightprobe__work *w, const lightprobe_leaf *leaf, int k, float part, int second)
+{
+    const lightprobe_leaf given = lightprobe_part_of(*leaf, part);
+    lightprobe_region *r = w->regions + k;
+    *r = second ? lightprobe_add_second(*r, given) : lightprobe_add_region(*r, given);
+}
+
+static void lightprobe__give_all(lightprobe__work *w, int shared, int second)
+{
+    for (int i = 0; i < w->leaf_count; i++) {
+        const lightprobe_leaf *leaf = w->leaves + i;
+        const lightprobe__share *s = w->shares + i;
+        if (!shared) lightprobe__give(w, leaf, leaf->cluster, 1, second);
+        for (int j = 0; shared && j < s->count && s->count <= 4; j++)
+            lightprobe__give(w, leaf, s->cluster[j], s->part[j], second);
+        for (int k = 0; shared && k < w->cluster_count && s->count > 4; k++) {
+            const lightprobe_cluster *c = w->clusters + k;
+            if (!c->lives) continue;
+            const float d =
+                lightprobe_seed_distance(leaf->direction, leaf->tone, c->seed, c->seed_tone, c->seed_share);
+            const float part = lightprobe__takes(w, leaf, d) / leaf->parts;
+            if (part > 0) lightprobe__give(w, leaf, k, part, second);
+        }
+    }
+}
+
 // Lights of clusters that are not weak, brightest first unless they carry on from a previous frame.
 // Returns how many.
 static int lightprobe__write_lights(lightprobe__work *w, int animated,
@@ -2386,15 +2835,14 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
 {
     int count = 0, next_id = 0;
     for (int k = 0; k < w->cluster_count; k++) w->regions[k] = lightprobe_no_region();
-    for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe_region *region = w->regions + w->leaves[i].cluster;
-        *region = lightprobe_add_region(*region, w->leaves[i]);
+    lightprobe__give_all(w, animated, 0);
+    for (int k = 0; k < w->cluster_count; k++) {
+        lightprobe_cluster *c = w->clusters + k;
+        if (!w->jumps) w->regions[k] = lightprobe_add_late(w->regions[k], c->late, c->longest);
+        w->regions[k] = lightprobe_direct(w->regions[k]);
+        if (!w->jumps) w->regions[k] = lightprobe_add_late_second(w->regions[k], c->late);
     }
-    for (int k = 0; k < w->cluster_count; k++) w->regions[k] = lightprobe_direct(w->regions[k]);
-    for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe_region *region = w->regions + w->leaves[i].cluster;
-        *region = lightprobe_add_second(*region, w->leaves[i]);
-    }
+    lightprobe__give_all(w, animated, 1);
     lightprobe__find_weak(w, settings);
     for (int k = 0; k < w->cluster_count; k++) {
         if (!(w->regions[k].luminance > 0)) continue;
@@ -2414,11 +2862,19 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
         if (w->clusters[k].id >= next_id && w->clusters[k].id < INT_MAX - LIGHTPROBE_MAX_LIGHTS)
             next_id = w->clusters[k].id + 1;
     for (int i = 0; i < count; i++) {
-        out[i] = lightprobe_light_of(w->regions[w->order[i]]);
+        const float rate = w->jumps || w->clusters[w->order[i]].id < 0 ? 0 : LIGHTPROBE_RATE;
+        out[i] = lightprobe_carry_on(lightprobe_light_of(w->regions[w->order[i]]), w->clusters[w->order[i]], rate,
+                                     w->fading, w->total_luminance);
         out[i].id = w->clusters[w->order[i]].id;
         if (out[i].id < 0) out[i].id = next_id++;
     }
     return count;
+}
+
+// LIGHTPROBE_SOFT as the reach of a light with the mean share.
+static float lightprobe__unit(int max_lights)
+{
+    return LIGHTPROBE_SOFT * 0.70710678f * sqrtf(sqrtf(1 / (float)max_lights));
 }
 
 // Everything but the checks of arguments.
@@ -2426,6 +2882,8 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
                             lightprobe_light *lights, float *error, float residual_sh[9][3])
 {
     const int animated = settings->previous && settings->previous_count > 0;
+    w->jumps = !animated || settings->min_share > 0 || settings->min_shadow > 0; // then lights are left out
+    w->unit = lightprobe__unit(w->max_lights);
     lightprobe__make_leaves(w, total);
     lightprobe__start(w, settings->previous, animated ? settings->previous_count : 0);
     lightprobe__divide(w, settings->tolerance);
@@ -2442,6 +2900,10 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
     if (error) {
         *error = lightprobe_root_error(lightprobe__measure_all(w), total);
     }
+    lightprobe__plant(w);
+    if (animated && (w->jumps || lightprobe__is_changed(w))) lightprobe__share_out(w);
+    if (!w->jumps) lightprobe__fade(w);
+    if (!animated) w->fading = -1;
     return lightprobe__write_lights(w, animated, settings, lights, residual_sh);
 }
 
@@ -3165,6 +3627,7 @@ enum {
     LIGHTPROBE__GATHER,
     LIGHTPROBE__DIVIDE,
     LIGHTPROBE__RESPEND,
+    LIGHTPROBE__SETTLE,
     LIGHTPROBE__WRITE,
     LIGHTPROBE__PROGRAMS
 };
@@ -3192,7 +3655,7 @@ typedef struct lightprobe__gl_light {
     float direction[3], cos_alpha, axis_u[3], tan_half_u, axis_v[3], tan_half_v;
     float irradiance[3], solid_angle;
     int id;
-    float distance, unused[2];
+    float distance, state[18];
 } lightprobe__gl_light;
 
 typedef struct lightprobe__gl_header {
@@ -3224,6 +3687,7 @@ struct lightprobe_gl {
 // Quotes of the C above, in >>generated.
 static const char *lightprobe__quote_work(void);
 static const char *lightprobe__quote_cells(void);
+static const char *lightprobe__quote_moving(void);
 static const char *lightprobe__quote_splits(void);
 static const char *lightprobe__quote_lights(void);
 
@@ -3250,6 +3714,11 @@ static const char lightprobe__glsl_lights[] =
     "    vec3 axis_v; float tan_half_v;\n"
     "    vec3 irradiance; float solid_angle;\n"
     "    int id; float distance;\n"
+    "#ifdef LIGHTPROBE_UNIFORMS\n" // where an array's floats lie 16 bytes apart
+    "    vec2 state; vec4 more_state[4];\n"
+    "#else\n"
+    "    float state[18];\n"
+    "#endif\n"
     "};\n"
     "#ifdef LIGHTPROBE_UNIFORMS\n" // both lay it out the same way
     "#define LIGHTPROBE_ROOM LIGHTPROBE_UNIFORMS\n"
@@ -3341,6 +3810,8 @@ static const char lightprobe__glsl_shared[] =
     LIGHTPROBE__DEFINE(LIGHTPROBE_REACH)
     LIGHTPROBE__DEFINE(LIGHTPROBE_NEAR)
     LIGHTPROBE__DEFINE(LIGHTPROBE_TILE_LEVEL)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_RATE)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_FADE)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MAX_LIGHTS)
     "#define GROUP " LIGHTPROBE__TEXT(LIGHTPROBE__GROUP) "\n"
     "const int START = 0, START_AGAIN = 1, NEAR = 2, RELAX = 3, MEASURE = 1000000;\n"
@@ -3396,7 +3867,9 @@ static const char lightprobe__glsl_work[] =
     "    vec2 sum_of_all[3];\n"
     "    float bright[LIGHTS], total, mean, reach, gains[LIGHTS], errors[LIGHTS];\n"
     "    lightprobe_errors left;\n"
-    "    int leaf_count, cluster_count, going_on, rank[LIGHTS], order[LEAVES];\n"
+    "    int leaf_count, cluster_count, going_on, jumps;\n"
+    "    float fading;\n"
+    "    int rank[LIGHTS], order[LEAVES];\n"
     "};\n"
     "// Arrays without a length: of those with one Mesa lists every member of every element,\n"
     "// 18 s for 1000 lights.\n"
@@ -3695,37 +4168,84 @@ static const char lightprobe__glsl_leaves[] =
     "    if (!is_black()) make_leaves();\n"
     "}\n";
 
+static const char lightprobe__glsl_moving[] =
+    "// What a cluster takes of a leaf.\n"
+    "float takes(int leaf, int k)\n"
+    "{\n"
+    "    if (going_on == 0) return leaves[leaf].cluster == k ? 1.0 : 0.0;\n"
+    "    if (clusters[k].lives == 0) return 0.0;\n"
+    "    float d = lightprobe_seed_distance(leaves[leaf].direction, leaves[leaf].tone, clusters[k].seed,\n"
+    "                                       clusters[k].seed_tone, clusters[k].seed_share);\n"
+    "    float softness = lightprobe_softness(leaves[leaf].half_width, UNIT);\n"
+    "    precise float part = lightprobe_part(d, leaves[leaf].least, softness) / leaves[leaf].parts;\n"
+    "    return part;\n"
+    "}\n";
+
 // Which leaf belongs to which cluster, and sums over them: lightprobe__start, __find_near, __relax.
 static const char lightprobe__glsl_gather[] =
     "layout(local_size_x = GROUP) in;\n"
     "\n"
+    "// The cluster of a previous light, or none.\n"
+    "void recall(int k, int count, float scale)\n"
+    "{\n"
+    "    vec3 seed = vec3(0.0);\n"
+    "    lightprobe_moments late = lightprobe_no_moments(), past = late;\n"
+    "    clusters[k].centre = vec3(0.0);\n"
+    "    clusters[k].tone = clusters[k].sum.luminance = clusters[k].seed_tone = clusters[k].longest = 0.0;\n"
+    "    clusters[k].seed_share = clusters[k].distance = 0.0;\n"
+    "    clusters[k].id = -1;\n"
+    "    clusters[k].lives = 1;\n"
+    "    if (k < count) {\n"
+    "        lightprobe_light light = lightprobe_lights[k];\n"
+    "        seed = vec3(light.state[0], light.state[1], light.state[2]);\n"
+    "        lightprobe_normalize(seed);\n"
+    "        clusters[k].seed_tone = light.state[3];\n"
+    "        clusters[k].seed_share = light.state[4];\n"
+    "        clusters[k].lives = light.state[4] > 0.0 ? 1 : 0;\n"
+    "        clusters[k].id = light.id;\n"
+    "        clusters[k].distance = light.distance > 0.0 ? light.distance : 0.0;\n"
+    "        if (scale > 0.0) {\n"
+    "            late = lightprobe_late(light.state, total);\n"
+    "            past = lightprobe_past(light, late, scale);\n"
+    "            clusters[k].longest = lightprobe_evenness(lightprobe_more(past, late, 1.0));\n"
+    "        }\n"
+    "    }\n"
+    "    clusters[k].seed = seed;\n"
+    "    clusters[k].late = late;\n"
+    "    clusters[k].past = past;\n"
+    "}\n"
     "// One cluster of everything, or those of the previous lights.\n"
     "void start()\n"
     "{\n"
-    "    int count = stage == START_AGAIN ? min(lightprobe_count, LIGHTS) : 0;\n"
-    "    for (int k = lane; k < LIGHTS; k += GROUP) {\n"
-    "        vec3 centre = vec3(0.0);\n"
-    "        float tone = 0.0;\n"
-    "        int id = -1;\n"
-    "        float held = 0.0;\n"
-    "        if (k < count) {\n"
-    "            lightprobe_light light = lightprobe_lights[k];\n"
-    "            float luminance = lightprobe_luminance(light.irradiance) * LIGHTPROBE_SCALE;\n"
-    "            held = luminance >= 0.0 && luminance < total ? luminance : total;\n"
-    "            centre = light.direction;\n"
-    "            lightprobe_normalize(centre);\n"
-    "            tone = lightprobe_tone(luminance, light.solid_angle, mean);\n"
-    "            if (light.distance > 0.0) tone += lightprobe_parallax(1.0 / light.distance, reach);\n"
-    "            id = light.id;\n"
-    "        }\n"
-    "        clusters[k].centre = centre;\n"
-    "        clusters[k].tone = tone;\n"
-    "        clusters[k].sum.luminance = held;\n"
-    "        clusters[k].id = id;\n"
+    "    int count = stage == START_AGAIN ? min(lightprobe_count, LIGHTS) : 0, living = 0;\n"
+    "    vec2 all = vec2(0.0);\n"
+    "    for (int k = 0; k < count; k++) {\n"
+    "        lightprobe_add(all, lightprobe_luminance(lightprobe_lights[k].irradiance));\n"
+    "        living += lightprobe_lights[k].state[4] > 0.0 ? 1 : 0;\n"
     "    }\n"
+    "    float scale = count > 0 ? lightprobe_scale(LIGHTPROBE_VALUE(all), total) : 0.0;\n"
+    "    if (MIN_SHARE > 0.0 || MIN_SHADOW > 0.0 || living == 0) scale = 0.0;\n"
+    "    for (int k = lane; k < LIGHTS; k += GROUP) recall(k, living > 0 ? count : 0, scale);\n"
     "    if (lane == 0) {\n"
-    "        cluster_count = max(count, 1);\n"
+    "        cluster_count = living > 0 ? count : 1;\n"
     "        going_on = count;\n"
+    "        jumps = scale > 0.0 ? 0 : 1;\n"
+    "        fading = scale > 0.0 ? lightprobe_lights[0].state[5] : 0.0;\n"
+    "    }\n"
+    "    sync();\n"
+    "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
+    "        float best = FLT_MAX;\n"
+    "        int to = 0;\n"
+    "        if (count > 0) leaves[i].tone = lightprobe_own_tone(leaves[i], mean);\n"
+    "        for (int k = 0; k < cluster_count && count > 0; k++) {\n"
+    "            if (clusters[k].lives == 0) continue;\n"
+    "            float d = lightprobe_seed_distance(leaves[i].direction, leaves[i].tone, clusters[k].seed,\n"
+    "                                               clusters[k].seed_tone, clusters[k].seed_share);\n"
+    "            if (d >= best) continue;\n"
+    "            best = d;\n"
+    "            to = k;\n"
+    "        }\n"
+    "        leaves[i].cluster = to;\n"
     "    }\n"
     "    sync();\n"
     "}\n"
@@ -3736,16 +4256,16 @@ static const char lightprobe__glsl_gather[] =
     "    return lightprobe_distance(share, leaves[leaf].direction, leaves[leaf].tone,\n"
     "                               clusters[k].centre, clusters[k].tone);\n"
     "}\n"
-    "// Every leaf goes to the nearest cluster: of all, or of its own one's neighbours.\n"
-    "void move_leaves(bool of_all)\n"
+    "// Every leaf goes to the nearest cluster of its own one's neighbours.\n"
+    "void move_leaves()\n"
     "{\n"
     "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
     "        int own = leaves[i].cluster, to = own;\n"
-    "        if (!of_all && clusters[own].brightest == i) continue;\n"
-    "        int n = of_all ? cluster_count : clusters[own].near_count;\n"
-    "        float best = of_all ? FLT_MAX : distance_to(i, own, 0.0);\n"
+    "        if (clusters[own].brightest == i) continue;\n"
+    "        int n = clusters[own].near_count;\n"
+    "        float best = distance_to(i, own, 0.0);\n"
     "        for (int j = 0; j < n; j++) {\n"
-    "            int k = of_all ? j : clusters[own].nearby[j];\n"
+    "            int k = clusters[own].nearby[j];\n"
     "            float d = distance_to(i, k, leaves[i].luminance);\n"
     "            if (d >= best) continue;\n"
     "            best = d;\n"
@@ -3808,7 +4328,7 @@ static const char lightprobe__glsl_gather[] =
     "{\n"
     "    if (is_black() || (going_on > 0 && stage > RELAX)) return;\n"
     "    if (stage < NEAR) start();\n"
-    "    if (stage < NEAR || (stage > NEAR && going_on == 0)) move_leaves(stage < NEAR);\n"
+    "    if (stage > NEAR && going_on == 0) move_leaves();\n"
     "    sum_clusters();\n"
     "    for (int a = lane; stage == NEAR && a < cluster_count; a += GROUP) find_near(a);\n"
     "}\n";
@@ -4023,9 +4543,19 @@ static const char lightprobe__glsl_respend[] =
     "    gains[pair.x] = gains[pair.y] = gains[from] = 0.0;\n"
     "    clusters[pair.y].id = -1;\n"
     "}\n"
+    "void retire(ivec2 pair, int from)\n"
+    "{\n"
+    "    clusters[pair.x].changed = clusters[pair.y].changed = clusters[from].changed = 1;\n"
+    "    gains[pair.x] = gains[pair.y] = gains[from] = 0.0;\n"
+    "    clusters[pair.x].lives = 2;\n"
+    "    clusters[pair.y].lives = 0;\n"
+    "}\n"
     "void main()\n"
     "{\n"
     "    if (is_black() || going_on == 0) return;\n"
+    "    bool fades = fading < 0.0 || fading > 1.0;\n"
+    "    for (int k = 0; k < cluster_count; k++) fades = fades || clusters[k].lives == 0;\n"
+    "    if (fades && jumps == 0) return;\n"
     "    plan_all(cluster_count);\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
     "        clusters[k].changed = 0;\n"
@@ -4051,10 +4581,105 @@ static const char lightprobe__glsl_respend[] =
     "        sync();\n"
     "        if (lane == 0) {\n"
     "            if (pays == 2) clusters[most].sum.count = 0;\n"
-    "            swap_clusters(pair, most);\n"
+    "            if (jumps != 0) swap_clusters(pair, most);\n"
+    "            else retire(pair, most);\n"
     "        }\n"
     "        sync();\n"
     "    }\n"
+    "}\n";
+
+// lightprobe__plant, __share_out, __fade.
+static const char lightprobe__glsl_settle[] =
+    "layout(local_size_x = GROUP) in;\n"
+    "void plant(int k)\n"
+    "{\n"
+    "    lightprobe_moments now = lightprobe_no_moments();\n"
+    "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
+    "    for (int at = first; at < end; at++) {\n"
+    "        lightprobe_leaf leaf = leaves[order[at]];\n"
+    "        leaf.tone = lightprobe_own_tone(leaf, mean);\n"
+    "        now = lightprobe_add_moments(now, leaf, 1.0);\n"
+    "    }\n"
+    "    vec3 seed = now.resultant;\n"
+    "    if (!(lightprobe_normalize(seed) > 0.0)) seed.y = 1.0;\n"
+    "    float luminance = lightprobe_luminance(now.flux);\n"
+    "    precise float tone = luminance > LIGHTPROBE_BLACK ? now.tones / luminance : 0.0;\n"
+    "    precise float share = luminance / total + 1e-9;\n"
+    "    clusters[k].seed = seed;\n"
+    "    clusters[k].seed_tone = tone;\n"
+    "    clusters[k].seed_share = share;\n"
+    "    clusters[k].lives = luminance > 0.0 ? 1 : 0;\n"
+    "    clusters[k].now = now;\n"
+    "}\n"
+    "void share_out(int i)\n"
+    "{\n"
+    "    float least = FLT_MAX, softness = lightprobe_softness(leaves[i].half_width, UNIT);\n"
+    "    precise float parts = 0.0;\n"
+    "    for (int k = 0; k < 2 * cluster_count; k++) {\n"
+    "        int at = k % cluster_count;\n"
+    "        if (clusters[at].lives == 0) continue;\n"
+    "        float d = lightprobe_seed_distance(leaves[i].direction, leaves[i].tone, clusters[at].seed,\n"
+    "                                           clusters[at].seed_tone, clusters[at].seed_share);\n"
+    "        if (k < cluster_count) least = min(least, d);\n"
+    "        else parts += lightprobe_part(d, sqrt(sqrt(least)), softness);\n"
+    "    }\n"
+    "    leaves[i].least = sqrt(sqrt(least));\n"
+    "    leaves[i].parts = parts;\n"
+    "}\n"
+    "void fade()\n"
+    "{\n"
+    "    bool changes = fading < 0.0, some = false;\n"
+    "    for (int k = 0; k < cluster_count; k++)\n"
+    "        changes = changes || clusters[k].id < 0 || clusters[k].lives == 2;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
+    "        clusters[k].longest = max(clusters[k].longest, lightprobe_evenness(clusters[k].now));\n"
+    "        clusters[k].changed = 0;\n"
+    "        if (!changes) continue;\n"
+    "        lightprobe_moments now = clusters[k].now, past = clusters[k].past;\n"
+    "        if (!(fading < 0.0) && lightprobe_has_changed(past, now) == 0) continue;\n"
+    "        lightprobe_moments late = lightprobe_more(clusters[k].late, past, 1.0);\n"
+    "        clusters[k].late = lightprobe_more(late, now, -1.0);\n"
+    "        clusters[k].changed = 1;\n"
+    "    }\n"
+    "    sync();\n"
+    "    for (int k = 0; k < cluster_count; k++) some = some || clusters[k].changed != 0;\n"
+    "    float frames = some ? LIGHTPROBE_FADE : max(fading, 0.0);\n"
+    "    precise float rest = frames > 1.0 ? 1.0 - 1.0 / frames : 0.0;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP)\n"
+    "        clusters[k].late = lightprobe_faded(clusters[k].late, clusters[k].now, rest);\n"
+    "    sync();\n"
+    "    vec2 sum[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0));\n"
+    "    for (int k = 0; k < cluster_count; k++)\n"
+    "        for (int c = 0; c < 3; c++) lightprobe_add(sum[c], clusters[k].late.flux[c]);\n"
+    "    sync();\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP)\n"
+    "        for (int c = 0; c < 3; c++)\n"
+    "            clusters[k].late.flux[c] =\n"
+    "                lightprobe_balanced(clusters[k].late.flux[c], clusters[k].now.flux[c],\n"
+    "                                    LIGHTPROBE_VALUE(sum[c]), LIGHTPROBE_VALUE(sum_of_all[c]));\n"
+    "    if (lane == 0) fading = frames > 1.0 ? frames - 1.0 : 0.0;\n"
+    "    sync();\n"
+    "}\n"
+    "// Seeds, parts of leaves, what fades.\n"
+    "void main()\n"
+    "{\n"
+    "    if (is_black()) return;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP)\n"
+    "        if (jumps != 0 || clusters[k].id < 0) plant(k);\n"
+    "    sync();\n"
+    "    for (int i = lane; i < leaf_count && going_on > 0; i += GROUP) share_out(i);\n"
+    "    sync();\n"
+    "    for (int k = lane; k < cluster_count && going_on > 0; k += GROUP) {\n"
+    "        lightprobe_moments now = lightprobe_no_moments();\n"
+    "        for (int i = 0; i < leaf_count; i++) {\n"
+    "            float part = takes(i, k);\n"
+    "            if (part > 0.0) now = lightprobe_add_moments(now, leaves[i], part);\n"
+    "        }\n"
+    "        clusters[k].now = now;\n"
+    "    }\n"
+    "    sync();\n"
+    "    if (jumps == 0) fade();\n"
+    "    if (lane == 0 && going_on == 0) fading = -1.0;\n"
     "}\n";
 
 static const char lightprobe__glsl_write[] =
@@ -4075,13 +4700,22 @@ static const char lightprobe__glsl_write[] =
     "void write_light(int i, int k, int id)\n"
     "{\n"
     "    lightprobe_region region = lightprobe_no_region();\n"
-    "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
-    "    for (int at = first; at < end; at++)\n"
-    "        region = lightprobe_add_region(region, leaves[order[at]]);\n"
-    "    region = lightprobe_direct(region);\n"
-    "    for (int at = first; at < end; at++)\n"
-    "        region = lightprobe_add_second(region, leaves[order[at]]);\n"
+    "    for (int turn = 0; turn < 2; turn++) {\n"
+    "        for (int leaf = 0; leaf < leaf_count; leaf++) {\n"
+    "            float part = takes(leaf, k);\n"
+    "            if (!(part > 0.0)) continue;\n"
+    "            lightprobe_leaf given = lightprobe_part_of(leaves[leaf], part);\n"
+    "            if (turn == 0) region = lightprobe_add_region(region, given);\n"
+    "            else region = lightprobe_add_second(region, given);\n"
+    "        }\n"
+    "        if (turn == 1) break;\n"
+    "        if (jumps == 0) region = lightprobe_add_late(region, clusters[k].late, clusters[k].longest);\n"
+    "        region = lightprobe_direct(region);\n"
+    "        if (jumps == 0) region = lightprobe_add_late_second(region, clusters[k].late);\n"
+    "    }\n"
     "    lightprobe_light light = lightprobe_light_of(region);\n"
+    "    float rate = jumps != 0 || clusters[k].id < 0 ? 0.0 : LIGHTPROBE_RATE;\n"
+    "    light = lightprobe_carry_on(light, clusters[k], rate, fading, total);\n"
     "    light.id = id;\n"
     "    made.lights[i] = light;\n"
     "}\n"
@@ -4089,8 +4723,10 @@ static const char lightprobe__glsl_write[] =
     "void find_bright(int k)\n"
     "{\n"
     "    vec2 sum = vec2(0.0);\n"
-    "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
+    "    int first = clusters[k].first, end = going_on > 0 ? 0 : first + clusters[k].sum.count;\n"
     "    for (int at = first; at < end; at++) lightprobe_add(sum, leaves[order[at]].luminance);\n"
+    "    if (going_on > 0) lightprobe_add(sum, lightprobe_luminance(clusters[k].now.flux));\n"
+    "    if (jumps == 0) lightprobe_add(sum, lightprobe_luminance(clusters[k].late.flux));\n"
     "    float luminance = LIGHTPROBE_VALUE(sum);\n"
     "    bright[k] = luminance < MIN_SHARE * total ? -luminance : luminance;\n"
     "    gains[k] = luminance > 0.0 ? lightprobe_shadow(clusters[k].sum, total) : 0.0;\n"
@@ -4145,14 +4781,14 @@ static const char lightprobe__glsl_write[] =
     "            next_id = max(next_id, clusters[k].id + 1);\n"
     "    }\n"
     "    sync();\n"
-    "    for (int i = lane; i < count; i += GROUP) {\n"
-    "        int k = rank[i], fresh = 0;\n"
-    "        for (int j = 0; j < i; j++) fresh += clusters[rank[j]].id < 0 ? 1 : 0;\n"
-    "        write_light(i, k, clusters[k].id < 0 ? next_id + fresh : clusters[k].id);\n"
-    "    }\n"
     "    int weak = 0;\n"
     "    for (int k = 0; k < cluster_count; k++) weak += bright[k] < 0.0 ? 1 : 0;\n"
-    "    for (int i = LIGHTS - weak + lane; i < LIGHTS; i += GROUP) write_light(i, rank[i], -1);\n"
+    "    for (int i = lane; i < LIGHTS; i += GROUP) {\n"
+    "        if (i >= count && i < LIGHTS - weak) continue;\n"
+    "        int k = rank[i], id = clusters[k].id, fresh = next_id;\n"
+    "        for (int j = 0; j < i && j < count; j++) fresh += clusters[rank[j]].id < 0 ? 1 : 0;\n"
+    "        write_light(i, k, i >= count ? -1 : id < 0 ? fresh : id);\n"
+    "    }\n"
     "    if (lane == 0) made.count = count;\n"
     "    sync();\n"
     "    for (int n = lane; n < 9; n += GROUP) {\n"
@@ -4200,7 +4836,8 @@ static const char *lightprobe__program_name(int which)
 {
     static const char *const names[] = {"lightprobe tiles",   "lightprobe leaves",
                                         "lightprobe gather",  "lightprobe divide",
-                                        "lightprobe respend", "lightprobe write"};
+                                        "lightprobe respend", "lightprobe settle",
+                                        "lightprobe write"};
     return names[which];
 }
 
@@ -4325,7 +4962,8 @@ static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, c
 {
     static const char *const bodies[] = {lightprobe__glsl_tiles,   lightprobe__glsl_leaves,
                                          lightprobe__glsl_gather,  lightprobe__glsl_divide,
-                                         lightprobe__glsl_respend, lightprobe__glsl_write};
+                                         lightprobe__glsl_respend, lightprobe__glsl_settle,
+                                         lightprobe__glsl_write};
     const int plans = which == LIGHTPROBE__DIVIDE || which == LIGHTPROBE__RESPEND;
     const char *const text[] = {"#version 450 core\n",
                                 defines,
@@ -4336,11 +4974,11 @@ static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, c
                                 lightprobe__glsl_work,
                                 which <= LIGHTPROBE__DIVIDE_FACES ? lightprobe__quote_cells()
                                 : plans                           ? lightprobe__quote_splits()
-                                : which == LIGHTPROBE__WRITE      ? lightprobe__quote_lights()
-                                                                  : "",
+                                                                  : lightprobe__quote_moving(),
+                                which == LIGHTPROBE__WRITE ? lightprobe__quote_lights() : "",
                                 which <= LIGHTPROBE__DIVIDE_FACES ? lightprobe__glsl_cells
                                 : plans                           ? lightprobe__glsl_plan
-                                                                  : "",
+                                                                  : lightprobe__glsl_moving,
                                 bodies[which]};
     return lightprobe__build_program(gl, which, text, (int)(sizeof text / sizeof *text));
 }
@@ -4366,11 +5004,13 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
     snprintf(defines + at, sizeof defines - (size_t)at,
              "#define SIDE %d\n#define HALF %d\n#define TILES %d\n#define TOP %d\n"
              "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
+             "#define UNIT uintBitsToFloat(%uu)\n"
              "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
              "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
              "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n#define DISTANCES %d\n",
              d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
-             gl->top, d->max_lights, leaves, gl->splits, lightprobe__bits_of(d->tolerance),
+             gl->top, d->max_lights, leaves, gl->splits, lightprobe__bits_of(lightprobe__unit(d->max_lights)),
+             lightprobe__bits_of(d->tolerance),
              lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
              d->first_buffer_binding, d->first_texture_unit, d->distances);
     at = (int)strlen(defines);
@@ -4434,7 +5074,7 @@ static size_t lightprobe__size_parts(lightprobe_gl *gl)
     const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
     const size_t leaves = LIGHTPROBE__LEAVES(lights) + LIGHTPROBE_MORE_LEAVES;
     const size_t bytes[] = {128 + 8 * half * half + 4 * 4 * lights + 4 * leaves, 80 * leaves,
-                            176 * lights, 32 * (size_t)gl->cells};
+                            416 * lights, 32 * (size_t)gl->cells};
     size_t sum = 0;
     for (int i = 0; i < LIGHTPROBE__PARTS; i++)
         sum += gl->part_bytes[i] = lightprobe__aligned(bytes[i]);
@@ -4725,6 +5365,7 @@ static void lightprobe__run(const lightprobe_gl *gl, int mip)
         lightprobe__divide_all(gl);
     else
         lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE, LIGHTPROBE__MEASURE, 1, 1);
+    lightprobe__dispatch(gl, LIGHTPROBE__SETTLE, 0, 1, 1);
     lightprobe__dispatch(gl, LIGHTPROBE__WRITE, 0, 1, 1);
 }
 
@@ -4819,6 +5460,7 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
         to->cos_alpha = from.cos_alpha;
         to->id = from.id;
         to->distance = from.distance;
+        memcpy(to->state, from.state, sizeof to->state);
     }
     *light_count = h.count;
     if (!stats) return LIGHTPROBE_OK;
@@ -4848,7 +5490,7 @@ lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
         const lightprobe__gl_light to = {
             {l.direction[0], l.direction[1], l.direction[2]}, l.cos_alpha, {l.axis_u[0], l.axis_u[1], l.axis_u[2]},
             l.tan_half_u, {l.axis_v[0], l.axis_v[1], l.axis_v[2]}, l.tan_half_v,
-            {l.irradiance[0], l.irradiance[1], l.irradiance[2]}, l.solid_angle, l.id, {0, 0, 0}};
+            {l.irradiance[0], l.irradiance[1], l.irradiance[2]}, l.solid_angle, l.id, l.distance, {0}};
         memcpy((char *)block + head + (size_t)i * each, &to, each);
     }
     return LIGHTPROBE_OK;
@@ -5030,6 +5672,16 @@ static const char *lightprobe__quote_work(void)
     "    float inverse, parallax; // mean of 1 / distance; that times the reach of receivers, at most 1\n"
     "    float half_width; // of the square that it spreads its light over\n"
     "    int face, level, x, y, cluster;\n"
+    "    float least, parts; // reach of the nearest seed, sum of what all lights take\n"
+    "};\n"
+    "\n"
+    "// Sums over the leaves of a light, of RGB and of luminance times tone, direction, and the squares and\n"
+    "// products of it, xx yy zz xy yz zx.\n"
+    "struct lightprobe_moments {\n"
+    "    lightprobe_vec3 flux;\n"
+    "    float tones;\n"
+    "    lightprobe_vec3 resultant;\n"
+    "    float second[6];\n"
     "};\n"
     "\n"
     "// Sums over leaves: of luminance, of it times direction, tone and squared tone.\n"
@@ -5057,6 +5709,12 @@ static const char *lightprobe__quote_work(void)
     "    int brightest; // leaf: it adds most\n"
     "    int first;     // of sum.count leaves in order[]\n"
     "    int nearby[LIGHTPROBE_NEAR], near_count;\n"
+    "    lightprobe_vec3 seed; // on a moving probe leaves go to the nearest\n"
+    "    float seed_tone, seed_share;\n"
+    "    int lives;    // takes leaves, 2: and those of one that does no more; 0: fades out\n"
+    "    float longest, distance; // mean direction that the light may have; what it was when it had leaves\n"
+    "    // Of the leaves, now and in the last frame; what the light has besides, until it has faded.\n"
+    "    lightprobe_moments now, past, late;\n"
     "};\n"
     "\n"
     "LIGHTPROBE_SHARED float lightprobe_luminance(const lightprobe_vec3 rgb)\n"
@@ -5259,6 +5917,7 @@ static const char *lightprobe__quote_cells(void)
     "    leaf.parallax = lightprobe_parallax(inverse, reach);\n"
     "    LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far\n"
     "    leaf.tone = tone;\n"
+    "    leaf.least = leaf.parts = 0.0f;\n"
     "    return leaf;\n"
     "}\n"
     "\n"
@@ -5538,6 +6197,187 @@ static const char *lightprobe__quote_splits(void)
         ;
 }
 
+static const char *lightprobe__quote_moving(void)
+{
+    return
+    // [glsl text begin moving] made by "make glsl", do not edit
+    "// What a cluster holds against a leaf on a moving probe. It must not hang on how fine the leaves are.\n"
+    "LIGHTPROBE_SHARED float lightprobe_seed_distance(const lightprobe_vec3 direction, float tone,\n"
+    "                                                 const lightprobe_vec3 seed, float seed_tone, float share)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float all = share + 0.01f;\n"
+    "    return lightprobe_distance(all, direction, 0.5f * tone, seed, 0.5f * seed_tone);\n"
+    "}\n"
+    "\n"
+    "// Tone of what shines in a leaf, however dark the rest of it is.\n"
+    "LIGHTPROBE_SHARED float lightprobe_own_tone(lightprobe_leaf leaf, float mean)\n"
+    "{\n"
+    "    float all = leaf.solid_angle / LIGHTPROBE_SCALE;\n"
+    "    LIGHTPROBE_PRECISE float least = all / LIGHTPROBE_FLOAT(1 << (2 * leaf.level));\n"
+    "    LIGHTPROBE_PRECISE float lit = 4.0f * leaf.half_width * leaf.half_width;\n"
+    "    lit = lit < all ? (lit > least ? lit : least) : all;\n"
+    "    LIGHTPROBE_PRECISE float tone = lightprobe_tone(leaf.luminance, lit, mean) + leaf.parallax;\n"
+    "    return tone;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_softness(float half_width, float unit)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float softness = unit * (1.0f + 5.0f * half_width);\n"
+    "    return softness;\n"
+    "}\n"
+    "\n"
+    "// What a cluster takes of a leaf, to be divided by the sum of all. least: reach of the nearest; reach, the\n"
+    "// 4th root of distance, grows about as the angle does.\n"
+    "LIGHTPROBE_SHARED float lightprobe_part(float distance, float least, float softness)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float part = 1.0f - (sqrtf(sqrtf(distance)) - least) / softness;\n"
+    "    return part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_part_of(lightprobe_leaf leaf, float part)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_leaf p = leaf;\n"
+    "    for (int i = 0; i < 3; i++) p.flux[i] *= part;\n"
+    "    p.luminance *= part;\n"
+    "    p.strength *= part;\n"
+    "    p.solid_angle *= part;\n"
+    "    return p;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_no_moments(void)\n"
+    "{\n"
+    "    lightprobe_moments m;\n"
+    "    for (int i = 0; i < 3; i++) m.flux[i] = m.resultant[i] = m.second[i] = m.second[3 + i] = 0.0f;\n"
+    "    m.tones = 0.0f;\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_add_moments(lightprobe_moments sum, lightprobe_leaf leaf,\n"
+    "                                                            float part)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_moments m = sum;\n"
+    "    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float spread = 0.5f * part * (leaf.luminance - leaf.strength) * (1.0f + mean);\n"
+    "    LIGHTPROBE_PRECISE float strength = part * leaf.strength, along = strength * mean - spread;\n"
+    "    LIGHTPROBE_PRECISE float luminance = part * leaf.luminance, tones = luminance * leaf.tone;\n"
+    "    m.tones += tones;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3;\n"
+    "        LIGHTPROBE_PRECISE float flux = part * leaf.flux[i], vector = strength * leaf.direction[i];\n"
+    "        LIGHTPROBE_PRECISE float square = along * leaf.direction[i] * leaf.direction[i] + spread;\n"
+    "        LIGHTPROBE_PRECISE float product = along * leaf.direction[i] * leaf.direction[j];\n"
+    "        m.flux[i] += flux;\n"
+    "        m.resultant[i] += vector;\n"
+    "        m.second[i] += square;\n"
+    "        m.second[3 + i] += product;\n"
+    "    }\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_more(lightprobe_moments a, lightprobe_moments b, float times)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_moments m = a;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        m.flux[i] += times * b.flux[i];\n"
+    "        m.resultant[i] += times * b.resultant[i];\n"
+    "        m.second[i] += times * b.second[i];\n"
+    "        m.second[3 + i] += times * b.second[3 + i];\n"
+    "    }\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "// Length of the mean direction.\n"
+    "LIGHTPROBE_SHARED float lightprobe_evenness(lightprobe_moments m)\n"
+    "{\n"
+    "    float luminance = lightprobe_luminance(m.flux);\n"
+    "    return luminance > 0.0f ? lightprobe_length(m.resultant) / luminance : 0.0f;\n"
+    "}\n"
+    "\n"
+    "// state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9 resultant and\n"
+    "// 12 second moments, of the total's luminance.\n"
+    "\n"
+    "// From the previous lights' irradiance, in all, to this frame's flux; 0 if the map has jumped.\n"
+    "LIGHTPROBE_SHARED float lightprobe_scale(float all, float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float flux = all * LIGHTPROBE_SCALE, apart = fabsf(flux - total);\n"
+    "    return apart < 0.1f * total ? total / all : 0.0f;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_late(const float state[18], float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        m.flux[i] = total * state[6 + i];\n"
+    "        m.resultant[i] = total * state[9 + i];\n"
+    "        m.second[i] = total * state[12 + i];\n"
+    "        m.second[3 + i] = total * state[15 + i];\n"
+    "    }\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "// The variance of lightprobe_half_size.\n"
+    "LIGHTPROBE_SHARED float lightprobe_variance(float tangent)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float square = tangent * tangent, variance = square / (3.0f + 3.0f * square);\n"
+    "    return variance;\n"
+    "}\n"
+    "\n"
+    "// What a previous light had of its leaves.\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late, float scale)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();\n"
+    "    LIGHTPROBE_PRECISE float luminance = scale * lightprobe_luminance(l.irradiance);\n"
+    "    LIGHTPROBE_PRECISE float strength = luminance * (0.5f + 0.5f * l.cos_alpha);\n"
+    "    LIGHTPROBE_PRECISE float u = luminance * lightprobe_variance(l.tan_half_u);\n"
+    "    LIGHTPROBE_PRECISE float v = luminance * lightprobe_variance(l.tan_half_v), d = luminance - u - v;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3;\n"
+    "        LIGHTPROBE_PRECISE float flux = scale * l.irradiance[i], vector = strength * l.direction[i];\n"
+    "        LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i], dd = d * l.direction[i];\n"
+    "        m.flux[i] = flux - late.flux[i];\n"
+    "        m.resultant[i] = vector - late.resultant[i];\n"
+    "        m.second[i] = du * l.axis_u[i] + dv * l.axis_v[i] + dd * l.direction[i] - late.second[i];\n"
+    "        m.second[3 + i] = du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];\n"
+    "    }\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "// Whether a light has other leaves than before, rather than the same ones elsewhere.\n"
+    "LIGHTPROBE_SHARED int lightprobe_has_changed(lightprobe_moments past, lightprobe_moments now)\n"
+    "{\n"
+    "    float a = lightprobe_luminance(past.flux), b = lightprobe_luminance(now.flux), most = a > b ? a : b;\n"
+    "    LIGHTPROBE_PRECISE float wide_a = a - lightprobe_length(past.resultant);\n"
+    "    LIGHTPROBE_PRECISE float wide_b = b - lightprobe_length(now.resultant);\n"
+    "    LIGHTPROBE_PRECISE float width = 0.05f * (wide_a < wide_b ? wide_b : wide_a) + 1e-6f * most;\n"
+    "    return fabsf(a - b) > 0.01f * most || fabsf(wide_a - wide_b) > width ? 1 : 0;\n"
+    "}\n"
+    "\n"
+    "// What is left of it a frame later. No light becomes negative.\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late, lightprobe_moments now, float rest)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_moments m = late;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];\n"
+    "        m.flux[i] *= rest;\n"
+    "        m.resultant[i] *= rest;\n"
+    "        m.second[i] *= rest;\n"
+    "        m.second[3 + i] *= rest;\n"
+    "        if (m.flux[i] < least) m.flux[i] = least;\n"
+    "    }\n"
+    "    return m;\n"
+    "}\n"
+    "\n"
+    "// Late flux such that those of all lights sum to 0. sum: what they do sum to.\n"
+    "LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float part = total + sum > 0.0f ? total / (total + sum) : 1.0f;\n"
+    "    LIGHTPROBE_PRECISE float balanced = (late + now) * part - now;\n"
+    "    return balanced;\n"
+    "}\n"
+    // [glsl text end]
+        ;
+}
+
 static const char *lightprobe__quote_lights(void)
 {
     return
@@ -5642,6 +6482,49 @@ static const char *lightprobe__quote_lights(void)
     "    return r;\n"
     "}\n"
     "\n"
+    "// What a light has besides its leaves; before its direction is found. It may not become narrower than what\n"
+    "// it is made of.\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region, lightprobe_moments late,\n"
+    "                                                        float longest)\n"
+    "{\n"
+    "    lightprobe_region r = region;\n"
+    "    lightprobe_vec3 v;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_ADD(r.flux[i], late.flux[i]);\n"
+    "        LIGHTPROBE_ADD(r.resultant[i], late.resultant[i]);\n"
+    "        v[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
+    "    }\n"
+    "    // It lies as far as the leaves do.\n"
+    "    float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);\n"
+    "    LIGHTPROBE_PRECISE float inverse = leaves > 0.0f ? LIGHTPROBE_VALUE(r.inverse) * (more / leaves) : 0.0f;\n"
+    "    LIGHTPROBE_ADD(r.inverse, inverse);\n"
+    "    LIGHTPROBE_ADD(r.luminance, more);\n"
+    "    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance), size = lightprobe_length(v);\n"
+    "    for (int i = 0; i < 3 && size > most; i++) {\n"
+    "        LIGHTPROBE_PRECISE float off = v[i] * (most / size - 1.0f);\n"
+    "        LIGHTPROBE_ADD(r.resultant[i], off);\n"
+    "    }\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_product(const float m[6], const lightprobe_vec3 a, const lightprobe_vec3 b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float sum = m[0] * a[0] * b[0] + m[1] * a[1] * b[1] + m[2] * a[2] * b[2];\n"
+    "    LIGHTPROBE_PRECISE float xy = a[0] * b[1] + a[1] * b[0], yz = a[1] * b[2] + a[2] * b[1];\n"
+    "    LIGHTPROBE_PRECISE float zx = a[2] * b[0] + a[0] * b[2];\n"
+    "    sum = sum + m[3] * xy + m[4] * yz + m[5] * zx;\n"
+    "    return sum;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late_second(lightprobe_region region, lightprobe_moments late)\n"
+    "{\n"
+    "    lightprobe_region r = region;\n"
+    "    LIGHTPROBE_ADD(r.second[0], lightprobe_product(late.second, r.e, r.e));\n"
+    "    LIGHTPROBE_ADD(r.second[1], lightprobe_product(late.second, r.f, r.f));\n"
+    "    LIGHTPROBE_ADD(r.second[2], lightprobe_product(late.second, r.e, r.f));\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
     "// Of a sum over texels, which has been scaled so that it does not overflow; what it stands for may.\n"
     "LIGHTPROBE_SHARED float lightprobe_unscaled(float sum)\n"
     "{\n"
@@ -5701,7 +6584,40 @@ static const char *lightprobe__quote_lights(void)
     "    float inverse = LIGHTPROBE_VALUE(r.inverse);\n"
     "    LIGHTPROBE_PRECISE float distance = luminance / inverse;\n"
     "    light.distance = inverse > 0.0f && distance <= 1e9f ? distance : 0.0f;\n"
+    "    for (int i = 0; i < 18; i++) light.state[i] = 0.0f;\n"
     "    return light;\n"
+    "}\n"
+    "\n"
+    "// What the next frame goes on from. rate: how much of its way the seed goes; 0 where it is new.\n"
+    "LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, lightprobe_cluster c, float rate,\n"
+    "                                                       float fading, float total)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_light l = light;\n"
+    "    float luminance = lightprobe_luminance(c.now.flux);\n"
+    "    l.distance = luminance > 0.0f ? l.distance : c.distance; // it fades out where it was\n"
+    "    lightprobe_vec3 d, seed;\n"
+    "    for (int i = 0; i < 3; i++) d[i] = c.now.resultant[i];\n"
+    "    float go = luminance > 0.0f ? rate : 0.0f;\n"
+    "    lightprobe_normalize(d);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float moved = c.seed[i] + go * (d[i] - c.seed[i]);\n"
+    "        seed[i] = moved;\n"
+    "    }\n"
+    "    lightprobe_normalize(seed);\n"
+    "    LIGHTPROBE_PRECISE float tone = c.seed_tone, share = c.seed_share;\n"
+    "    if (go > 0.0f) tone = tone + go * (c.now.tones / luminance - tone);\n"
+    "    share = share + go * (luminance / total - share);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        l.state[i] = seed[i];\n"
+    "        l.state[6 + i] = c.late.flux[i] / total;\n"
+    "        l.state[9 + i] = c.late.resultant[i] / total;\n"
+    "        l.state[12 + i] = c.late.second[i] / total;\n"
+    "        l.state[15 + i] = c.late.second[3 + i] / total;\n"
+    "    }\n"
+    "    l.state[3] = tone;\n"
+    "    l.state[4] = c.lives != 0 ? share : -1.0f;\n"
+    "    l.state[5] = fading;\n"
+    "    return l;\n"
     "}\n"
     // [glsl text end]
         ;

@@ -1,0 +1,210 @@
+// Lights of a probe that moves: as steady as the map, whole in every frame, and at rest when it is.
+#include "../support/oracle_lightprobe.h"
+#include "../support/test.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+enum { EDGES = 16, COUNTS = 3, PROBES = 3 + SCENE_COUNT };
+static const char *const shared_names[3] = {"interior_128", "city_sun_128", "overcast_128"};
+
+static test_probe probe_of(int i)
+{
+    return i < 3 ? test_probe_load(shared_names[i]) : test_scene_probe((test_scene)(i - 3), 64);
+}
+
+static const char *name_of(int i)
+{
+    return i < 3 ? shared_names[i] : test_scene_names[i - 3];
+}
+
+// Half upright, half askew.
+static void edge_of(int i, float edge[3])
+{
+    const double a = (i & 7) * 2 * pi / 8 + 0.1, t = i < 8 ? 0 : (i & 1) ? 0.5 : -0.5;
+    edge[0] = (float)(cos(a) * cos(t));
+    edge[1] = (float)sin(t);
+    edge[2] = (float)(sin(a) * cos(t));
+}
+
+static double dot(const float *a, const float *b)
+{
+    return (double)a[0] * (double)b[0] + (double)a[1] * (double)b[1] + (double)a[2] * (double)b[2];
+}
+
+// What a floor gets behind half-spaces; a disc is hidden by the share of its area that lies behind.
+static void lights_behind(const lightprobe_light *lights, int count, double out[EDGES])
+{
+    for (int e = 0; e < EDGES; e++) {
+        float edge[3];
+        edge_of(e, edge);
+        out[e] = 0;
+        for (int i = 0; i < count; i++) {
+            const lightprobe_light *l = lights + i;
+            const double alpha = acos((double)l->cos_alpha) + 1e-6;
+            const double x = fmax(-1, fmin(1, asin(dot(l->direction, edge)) / alpha));
+            out[e] += (double)(lightprobe_disc_irradiance(l->cos_alpha, l->direction[1]) * l->irradiance[1]) *
+                      (0.5 + (x * sqrt(1 - x * x) + asin(x)) / pi);
+        }
+    }
+}
+
+static void map_behind(const test_probe *p, double out[EDGES])
+{
+    const int n = p->side;
+    float edge[EDGES][3];
+    for (int e = 0; e < EDGES; e++) {
+        edge_of(e, edge[e]);
+        out[e] = 0;
+    }
+    for (int i = 0; i < 6 * n * n; i++) {
+        float d[3];
+        const int x = i % n, y = i / n % n;
+        lightprobe_texel_direction(i / (n * n), -1 + (2 * (float)x + 1) / (float)n,
+                                   -1 + (2 * (float)y + 1) / (float)n, d);
+        if (!(d[1] > 0)) continue;
+        const double flux = (double)d[1] * (double)p->face[i / (n * n)][3 * (i % (n * n)) + 1] *
+                            (double)lightprobe_texel_solid_angle(n, x, y);
+        for (int e = 0; e < EDGES; e++) // the edge blurred over a texel
+            out[e] += flux * fmax(0, fmin(1, 0.5 + dot(d, edge[e]) * n / 2));
+    }
+}
+
+static void next(const test_probe *p, int most, lightprobe_light *lights, int *count, const char *name)
+{
+    static char scratch[2 << 20];
+    const lightprobe_cube cube = test_probe_cube(p);
+    lightprobe_settings s;
+    lightprobe_stats stats;
+    memset(&s, 0, sizeof s);
+    s.max_lights = most;
+    s.previous = lights;
+    s.previous_count = *count;
+    CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, lights, count, &stats), "%s fails", name);
+    for (int c = 0; c < 3; c++) {
+        double sum = 0;
+        for (int i = 0; i < *count; i++) {
+            CHECK(lights[i].irradiance[c] >= 0, "%s: light %d is negative", name, i);
+            sum += (double)lights[i].irradiance[c];
+        }
+        CHECK(fabs(sum - (double)stats.total[c]) < 1e-6 * (double)stats.total[c], "%s: %g of all", name,
+              sum / (double)stats.total[c]);
+    }
+    for (int i = 0; i < *count; i++)
+        for (int k = 0; k < i; k++) CHECK(lights[i].id != lights[k].id, "%s: id %d twice", name, lights[i].id);
+}
+
+static double largest_step(const double *a, const double *b)
+{
+    double most = 0;
+    for (int e = 0; e < EDGES; e++) most = fmax(most, fabs(a[e] - b[e]));
+    return most;
+}
+
+// Largest step a quarter degree, in parts of the map's, at 8, 16 and 32 lights. Frames lie between the texels'
+// places, so that all of them are blurred alike. In parentheses what it was when leaves just went to the
+// nearest light: every row is a step forward.
+static void lights_are_as_steady_as_the_map(void)
+{
+    static const double most[PROBES][COUNTS] = {
+        {1.2, 1.2, 1.2}, // interior
+        {1.2, 1.2, 1.2}, // city_sun
+        {1.6, 1.8, 1.9}, // overcast (12.5 8.6 5.3): the map's own step is 0.2% of the mean
+        {2.6, 1.7, 3.9}, // sky and sun (2.8 1.9 4.8): a sun of three texels
+        {1.2, 1.2, 1.2}, // window (1.7 5.7 3.4)
+        {1.2, 1.2, 1.2}, // lamps (7.2 3.3 5.1)
+        {3.0, 2.5, 1.2}, // gradient (8.7 21.8 10.0): 0.1%
+        {1.2, 1.3, 1.4}, // noise (0.8 4.9 2.6)
+    };
+    for (int i = 0; i < PROBES; i++) {
+        static lightprobe_light lights[COUNTS][32];
+        int count[COUNTS] = {0};
+        double now[COUNTS + 1][EDGES], last[COUNTS + 1][EDGES], step[COUNTS + 1] = {0};
+        test_probe p = probe_of(i);
+        const int frames = p.side ? test_trials(60) + 1 : 0;
+        for (int frame = 0; frame < frames; frame++) {
+            const double angle = (frame + 0.5) * 0.25 * pi / 180;
+            test_probe turned = test_probe_turned(&p, angle, 0.3 * angle);
+            for (int way = 0; way <= COUNTS; way++) {
+                if (way < COUNTS) {
+                    next(&turned, 8 << way, lights[way], &count[way], name_of(i));
+                    lights_behind(lights[way], count[way], now[way]);
+                } else {
+                    map_behind(&turned, now[way]);
+                }
+                if (frame > 0) step[way] = fmax(step[way], largest_step(now[way], last[way]));
+            }
+            memcpy(last, now, sizeof last);
+            test_probe_free(&turned);
+        }
+        if (frames) test_note("%-13s steps of 8, 16 and 32 lights: %.2f %.2f %.2f of the map's", name_of(i),
+                              step[0] / step[COUNTS], step[1] / step[COUNTS], step[2] / step[COUNTS]);
+        for (int way = 0; way < COUNTS && frames; way++)
+            CHECK(step[way] < most[i][way] * step[COUNTS], "%s, %d lights: %.2f of the map's step", name_of(i),
+                  8 << way, step[way] / step[COUNTS]);
+        test_probe_free(&p);
+    }
+}
+
+// What fades is gone after so many frames; then seeds rest on their lights.
+static void lights_of_a_still_probe_come_to_rest(void)
+{
+    for (int i = 0; i < PROBES; i++) {
+        static lightprobe_light lights[16];
+        int count = 0;
+        double first[EDGES], now[EDGES], last[EDGES], map[EDGES], errors[2] = {0}, mean = 0, step = 0, jump = 0;
+        test_probe p = probe_of(i);
+        for (int frame = 0; p.side && frame < 400; frame++) {
+            next(&p, 16, lights, &count, name_of(i));
+            lights_behind(lights, count, now);
+            if (frame == 0) memcpy(first, now, sizeof first);
+            if (frame > 0) step = largest_step(now, last);
+            jump = fmax(jump, step);
+            memcpy(last, now, sizeof last);
+        }
+        if (!p.side) continue;
+        map_behind(&p, map);
+        for (int e = 0; e < EDGES; e++) {
+            mean += map[e] / EDGES;
+            errors[0] += pow(first[e] - map[e], 2) / EDGES;
+            errors[1] += pow(now[e] - map[e], 2) / EDGES;
+        }
+        test_note("%-13s 16 lights, error behind edges %.2f%%, at rest %.2f%%, largest step %.2f%%, last %.1e",
+                  name_of(i), 100 * sqrt(errors[0]) / mean, 100 * sqrt(errors[1]) / mean, 100 * jump / mean,
+                  step / mean);
+        CHECK(jump < 0.015 * mean, "%s: a still probe jumps by %g", name_of(i), jump / mean);
+        CHECK(step < 2e-4 * mean, "%s: still moves by %g", name_of(i), step / mean);
+        CHECK(sqrt(errors[1]) < 1.02 * sqrt(errors[0]), "%s: worse at rest", name_of(i));
+        test_probe_free(&p);
+    }
+}
+
+// Lights of which the caller took some away, spoiled the state, or that all fade out.
+static void changed_lights_do_no_harm(void)
+{
+    static lightprobe_light lights[16];
+    test_probe p = test_scene_probe(SCENE_LAMPS, 32);
+    for (int kind = 0; kind < 5; kind++) {
+        int count = 0;
+        for (int frame = 0; frame < 6; frame++) {
+            for (int i = 0; i < count && frame == 3; i++) {
+                if (kind == 0) lights[i].state[7] = NAN;
+                if (kind == 1) lights[i].state[4] = -1;
+                if (kind == 2) memset(lights[i].state, 0, sizeof lights[i].state);
+                if (kind == 3) lights[i].state[6] = i % 2 ? 1e30f : -1e30f;
+            }
+            if (kind == 4 && frame == 3) count = 9;
+            next(&p, frame < 5 ? 16 : 4, lights, &count, "lamps");
+            CHECK(count == (frame < 5 ? 16 : 4), "kind %d, frame %d: %d lights", kind, frame, count);
+        }
+    }
+    test_probe_free(&p);
+}
+
+const test_case steady_tests[] = {
+    {"steady: lights are as steady as the map", lights_are_as_steady_as_the_map},
+    {"steady: lights of a still probe come to rest", lights_of_a_still_probe_come_to_rest},
+    {"steady: changed lights do no harm", changed_lights_do_no_harm},
+    {NULL, NULL}};
