@@ -198,6 +198,8 @@ static void umbras_stay_dark_whatever_the_frustum(void)
             for (int i = 0; i < 25; i++) {
                 const double at[3] = {0.3 * (i % 5 - 2), 0, 0.3 * (i / 5 - 2)};
                 lightest = fmax(lightest, visibility(&u, &s, at));
+                const float point[3] = {(float)at[0], 0, (float)at[2]};
+                lightest = fmax(lightest, (double)mssm_map_visibility_normal(u.map, &u.light, &s, point, up));
             }
             CHECK(lightest < 0.01, "%s %g, estimator %d, %d moments: %.4f", way < TALL ? "height" : "near plane",
                   (double)reach[way], e % 3, s.moments, lightest);
