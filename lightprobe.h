@@ -3714,8 +3714,8 @@ static const char lightprobe__glsl_lights[] =
     "    vec3 axis_v; float tan_half_v;\n"
     "    vec3 irradiance; float solid_angle;\n"
     "    int id; float distance;\n"
-    "#ifdef LIGHTPROBE_UNIFORMS\n" // where an array's floats lie 16 bytes apart
-    "    vec2 state; vec4 more_state[4];\n"
+    "#ifdef LIGHTPROBE_UNIFORMS\n" // which keep no state
+    "    vec2 unused;\n"
     "#else\n"
     "    float state[18];\n"
     "#endif\n"
@@ -5477,7 +5477,7 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
 lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count, const lightprobe_stats *stats,
                                       void *block, size_t bytes)
 {
-    const size_t head = sizeof(lightprobe__gl_header), each = sizeof(lightprobe__gl_light);
+    const size_t head = sizeof(lightprobe__gl_header), each = 80; // without the state
     if (!block || !stats || (!lights && count > 0)) return LIGHTPROBE_ERROR_NULL;
     if (count < 0 || bytes < head || (bytes - head) / each < (size_t)count) return LIGHTPROBE_ERROR_LIGHTS;
     lightprobe__gl_header h = {count, stats->repaired_texels, stats->error, 0, {0}, {0}, {{0}}};
