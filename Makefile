@@ -145,7 +145,7 @@ figures: $(out)/figures
 	$(out)/figures docs
 
 # The page is one file. Node of others than Debian does not find Debian's acorn by itself.
-page_sources = examples/page.c $(filter-out examples/common/gl%.c,$(wildcard examples/common/*.c))
+page_sources = examples/page.c $(filter-out examples/common/gl_%.c,$(wildcard examples/common/*.c))
 build/page/page.html: $(page_sources) examples/page.html $(headers) $(wildcard examples/common/*.h) Makefile
 	@mkdir -p $(@D)
 	NODE_PATH=/usr/share/nodejs emcc -std=gnu99 -O2 -Wall -Wextra -Werror -DNO_THREADS -I. $(page_sources) -o $@ \
