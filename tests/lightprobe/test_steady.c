@@ -121,7 +121,7 @@ static void lights_are_as_steady_as_the_map(void)
     for (int i = 0; i < PROBES; i++) {
         static lightprobe_light lights[COUNTS][32];
         int count[COUNTS] = {0};
-        double now[COUNTS + 1][EDGES], last[COUNTS + 1][EDGES], step[COUNTS + 1] = {0};
+        double now[COUNTS + 1][EDGES], last[COUNTS + 1][EDGES] = {{0}}, step[COUNTS + 1] = {0};
         test_probe p = probe_of(i);
         const int frames = p.side ? 61 : 0; // fewer would miss the largest step of the map
         for (int frame = 0; frame < frames; frame++) {
@@ -154,7 +154,7 @@ static void lights_of_a_still_probe_come_to_rest(void)
     for (int i = 0; i < PROBES; i++) {
         static lightprobe_light lights[16];
         int count = 0;
-        double first[EDGES], now[EDGES], last[EDGES], map[EDGES], errors[2] = {0}, mean = 0, step = 0, jump = 0;
+        double first[EDGES], now[EDGES], last[EDGES] = {0}, map[EDGES], errors[2] = {0}, mean = 0, step = 0, jump = 0;
         test_probe p = probe_of(i);
         for (int frame = 0; p.side && frame < 400; frame++) {
             next(&p, 16, lights, &count, name_of(i));
