@@ -229,9 +229,9 @@ typedef struct mssm_light {
 // may lie outside. Where casters go on beyond the box (a cascade, a camera's surroundings), what the map
 // holds at its rim stands for them; otherwise all is lit there. Keep the box close to the casters, or call
 // mssm_light_fit: past casters nearer to their receivers than .2% of the box's depth along the light, the
-// moment bias lightens penumbras (by 1%, at .05% by 15%); umbras stay dark. direction needs not be unit. axis_u
-// is made orthogonal to it; where that is impossible another axis is taken. Fails, with light untouched, on
-// numbers that are not finite, a zero direction or box_min > box_max.
+// moment bias lightens penumbras (by 1%, at .05% by 15%); umbras stay dark down to .005%. direction needs not
+// be unit. axis_u is made orthogonal to it; where that is impossible another axis is taken. Fails, with light
+// untouched, on numbers that are not finite, a zero direction or box_min > box_max.
 MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
                                             const float axis_u[3], float tan_half_u, float tan_half_v,
                                             const float box_min[3], const float box_max[3]);
@@ -371,7 +371,7 @@ typedef struct mssm_texels {
     size_t bytes;                            // of this level
 } mssm_texels;
 
-// which 0: moments 1 to 4 (RGBA32I); 1: moments 5 and 6 (RG32I); 2: least and greatest depths (RG32F). texels may be
+// which 0: moments 1 to 4 (RGBA32I); 1: moments 5 and 6 (RG32I); 2: least depths and least -depths (RG32F). texels may be
 // NULL, to ask for sizes. MSSM_ERROR_ARGUMENT, with all untouched, ends a loop over levels: there is no such
 // level or, with 4 moments, no texture 1; MSSM_ERROR_MEMORY if bytes are too few.
 MSSM_API mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texels *info, void *texels,
@@ -682,10 +682,10 @@ MSSM_API size_t mssm_glsl_shader(const mssm_gl_desc *desc, char *text, size_t by
 
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
 // levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments; 2:
-// least depths, and the least of -depth, from half the side down (RG32F). Filtered: 0 and 1 the maps (RGBA16, RG16); 3: the encoded
-// moments of the light just drawn, before the Gaussian until it is built and after it from then on: an
-// array of two layers (RGBA32F), moments 1 to 3 and 4 to 6. Before
-// reading them back: glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
+// least depths, and the least of -depth, from half the side down (RG32F). Filtered: 0 and 1 the maps (RGBA16,
+// RG16); 3: the encoded moments of the light just drawn, before the Gaussian until it is built and after it from
+// then on: an array of two layers (RGBA32F), moments 1 to 3 and 4 to 6. Before reading them back:
+// glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
 MSSM_API unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
 #ifndef MSSM_NO_FILTERED
@@ -2625,7 +2625,7 @@ MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance)
 // Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.
 MSSM_SHARED int mssm_may_leak(struct mssm_options o, struct mssm_receiver r, float visible)
 {
-    return visible > o.tolerance && visible < 0.5f ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;
+    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;
 }
 
 // Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.
@@ -3028,6 +3028,8 @@ mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texe
     }
     return MSSM_OK;
 }
+
+typedef char mssm__view_fits[sizeof(mssm_view) <= 28 * sizeof(int) ? 1 : -1];  // mssm_map_view, $view in GLSL
 
 static int mssm__is_light(const mssm_light *light)
 {
@@ -7583,7 +7585,7 @@ const char *mssm_glsl_shading(void)
     "// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.\n"
     "MSSM_SHARED int mssm_may_leak(mssm_options o, mssm_receiver r, float visible)\n"
     "{\n"
-    "    return visible > o.tolerance && visible < 0.5f ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;\n"
+    "    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;\n"
     "}\n"
     "\n"
     "// Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.\n"

@@ -176,10 +176,10 @@ static void penumbrae_only_brighten_outwards(void)
 // moment bias (1.3e-6 and 7e-7 of the square of the range of depth) would let light through.
 static void umbras_stay_dark_whatever_the_frustum(void)
 {
-    enum { TALL = 6, NEAR_PLANES = 7 };
+    enum { TALL = 8, NEAR_PLANES = 7 };
     // Heights of the box, and near planes.
-    static const float reach[TALL + NEAR_PLANES] = {1, 16, 64,   128, 256,   1024, 3,
-                                                    1, 0.3f, 0.1f, 0.02f, 0.01f, 0.001f};
+    static const float reach[TALL + NEAR_PLANES] = {1, 16, 64,   128,  256,  1024,  4096,  16384,
+                                                    3, 1,  0.3f, 0.1f, 0.02f, 0.01f, 0.001f};
     for (int way = 0; way < TALL + NEAR_PLANES; way++) {
         setup u;
         memset(&u.scene, 0, sizeof u.scene);
