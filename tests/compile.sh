@@ -63,11 +63,11 @@ static_units()
 # $3: what links objects.
 all_files()
 {
-    check "$1: mssm.h alone" builds $2 tests/compile/alone_mssm.c
-    check "$1: lightprobe.h alone" builds $2 tests/compile/alone_lightprobe.c
     check "$1: both" builds $2 tests/compile/together.c
     # What only the optimiser sees was seen above.
     check "$1: both, the other way round" builds $2 -O0 -DLIGHTPROBE_FIRST tests/compile/together.c
+    check "$1: mssm.h alone" builds $2 -O0 tests/compile/alone_mssm.c
+    check "$1: lightprobe.h alone" builds $2 -O0 tests/compile/alone_lightprobe.c
     check "$1: two source files" two_units "$2 -O0" "$2 -O0" "$3"
     check "$1: static" static_units "$2 -O0" "$3"
 }
@@ -80,8 +80,7 @@ family()
     mkdir "$lane"
     if have "$cc"; then
         all_files "$cc -std=c99" "$cc -std=c99 -O2 $warnings -I." $cc
-        # What only the optimiser sees was seen above.
-        all_files "$cc -std=c11" "$cc -std=c11 $warnings -I." $cc
+        check "$cc -std=c11: both" builds $cc -std=c11 $warnings -I. tests/compile/together.c
         no_gl="-std=c99 $warnings -I. -DMSSM_NO_GL -DLIGHTPROBE_NO_GL"
         check "$cc: without the GL halves" builds $cc $no_gl tests/compile/together.c
         check "$cc: without filtered shadows" builds $cc -std=c99 $warnings -I. -DMSSM_NO_FILTERED \
@@ -106,7 +105,7 @@ family()
     fi
 }
 
-# -m32 counts as present if it can compile and link a program that includes <math.h>.
+# -m32 counts as present if it can link a program that includes <math.h>, and this machine can run it.
 other_targets()
 {
     lane=$work/targets
@@ -114,18 +113,20 @@ other_targets()
     printf '#include <math.h>\nint main(void) { return 0; }\n' > "$lane/empty.c"
     if ! have gcc; then
         echo "skip 32 bits: no compiler, apt-get install gcc gcc-multilib"
-    elif gcc -m32 "$lane/empty.c" -o "$lane/program" -lm > /dev/null 2>&1; then
-        all_files "gcc -m32" "gcc -m32 -std=c99 -O2 $warnings -I." "gcc -m32"
-    else
+    elif ! gcc -m32 "$lane/empty.c" -o "$lane/program" -lm > /dev/null 2>&1; then
         echo "skip 32 bits: gcc -m32 cannot link, apt-get install gcc-multilib"
+    elif ! "$lane/program" 2> /dev/null; then
+        echo "skip 32 bits: this machine's kernel runs no 32-bit programs"
+    else
+        all_files "gcc -m32" "gcc -m32 -std=c99 -O2 $warnings -I." "gcc -m32"
     fi
     mingw=x86_64-w64-mingw32-gcc
     if have $mingw; then
         for file in alone_mssm alone_lightprobe together; do
-            check "$mingw: $file.c" $mingw -std=c99 -O2 $warnings -I. tests/compile/$file.c \
+            check "$mingw: $file.c" $mingw -std=c99 $warnings -I. tests/compile/$file.c \
                 -o "$lane/program.exe"
         done
-        check "$mingw: a DLL" $mingw -std=c99 -O2 $warnings -I. "-DMSSM_API=__declspec(dllexport)" \
+        check "$mingw: a DLL, optimised" $mingw -std=c99 -O2 $warnings -I. "-DMSSM_API=__declspec(dllexport)" \
             "-DLIGHTPROBE_API=__declspec(dllexport)" -shared tests/compile/together.c -o "$lane/program.dll"
     else
         echo "skip Windows: no $mingw, apt-get install gcc-mingw-w64-x86-64"
@@ -144,7 +145,7 @@ next_to()
     for compiler in "cc -std=c99" "c++ -x c++ -std=c++11"; do
         have "${compiler%% *}" || continue  # said elsewhere
         for order in FIRST LAST; do
-            check "${compiler%% *}: next to $1, which comes $order" builds $compiler $warnings -I. \
+            check "${compiler%% *}: next to $1, which comes $order" $compiler -fsyntax-only $warnings -I. \
                 -D$order -DOTHER="$1" -DGLFW_INCLUDE_GLCOREARB tests/compile/next_to.c
         done
     done
@@ -255,7 +256,13 @@ readme_blocks()
     done
 }
 
-# The README's command for one example, run where its output does not disturb.
+# The README's command for one example, run where its output does not disturb. Their common part is the
+# same in all: it is compiled once, and without the optimiser, as the tests and the demo were built with it.
+common_objects()
+{
+    (cd "$lane/tree" && mkdir -p objects && cd objects && cc -c -I.. ../examples/common/*.c)
+}
+
 example()
 {
     command=$(awk -v file="examples/$1" '
@@ -267,7 +274,8 @@ example()
         echo "README.md has no line \"cc ... examples/$1 ...\""
         return 1
     fi
-    command=$(printf '%s\n' "$command" | sed 's/ *&& .*//; s/ *#.*//')
+    command=$(printf '%s\n' "$command" |
+        sed 's/ *&& .*//; s/ *#.*//; s/ -O2 / /; s,examples/common/\*\.c,objects/*.o,')
     (cd "$lane/tree" && eval "$command")
 }
 
@@ -286,6 +294,7 @@ pages()
     fi
     readme_blocks
     [ -n "${quick-}" ] && return
+    check "examples/common" common_objects
     for file in examples/*.c; do
         [ -e "$file" ] && [ "$file" != examples/page.c ] || continue # that is for emscripten
         if [ "$file" = examples/viewer.c ] && ! pkg-config --exists glfw3 2>/dev/null; then

@@ -178,7 +178,7 @@ more()
     if can -m32; then
         section "tests, 32 bits" suite m32 env TEST_SCALE=10
     else
-        echo "skip  32 bits: apt-get install gcc-multilib" && skipped=$((skipped + 1))
+        echo "skip  32 bits: apt-get install gcc-multilib, and a kernel that runs 32-bit programs" && skipped=$((skipped + 1))
     fi
     # Contexts and drivers that engines have and the default is not: what differs there, in two minutes each.
     only="GL's tables|GL's spot lights|GL's visibility is|GL state|GL numbers|GL's transform|GL's names|GL works in two"
