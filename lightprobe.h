@@ -2552,6 +2552,7 @@ LIGHTPROBE_SHARED float lightprobe_half_size(float variance)
     return sqrtf(sine2 > 0.0f ? sine2 / rest : 0.0f);
 }
 
+// Long, as GLSL has no pointers to hand parts of a light on with.
 LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
 {
     float luminance = LIGHTPROBE_VALUE(r.luminance);
@@ -2709,13 +2710,12 @@ static int lightprobe__median_cut(const lightprobe__work *w, lightprobe__rectang
     return count;
 }
 
-// Eq. 9, 10 (with 4.1.2 mended: variance = d^2 / 3) and 11 of one rectangle; returns its error. The
-// size is also divided by the distance of the centroid from the origin, so that it is one at
-// distance 1.
-static double lightprobe__paper_light(const lightprobe__work *w, const lightprobe__rectangle *r,
-                                      lightprobe_light *light, double *luminance)
+// Sums over the texels of a rectangle: m gets the moments of s and t (times luminance: s, t, s^2, t^2),
+// v the resultant. Returns the luminance.
+static double lightprobe__rectangle_sums(const lightprobe__work *w, const lightprobe__rectangle *r,
+                                         double flux[4], double m[4], double v[3])
 {
-    double f = 0, m[4] = {0}, flux[4] = {0}, v[3] = {0}, size[2];
+    double f = 0;
     for (int y = r->y0; y < r->y1; y++) {
         for (int x = r->x0; x < r->x1; x++) {
             const double l = lightprobe__texel_flux(w, r->face, x, y, flux);
@@ -2732,6 +2732,17 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
             v[2] += d * t;
         }
     }
+    return f;
+}
+
+// Eq. 9, 10 (with 4.1.2 mended: variance = d^2 / 3) and 11 of one rectangle; returns its error. The
+// size is also divided by the distance of the centroid from the origin, so that it is one at
+// distance 1.
+static double lightprobe__paper_light(const lightprobe__work *w, const lightprobe__rectangle *r,
+                                      lightprobe_light *light, double *luminance)
+{
+    double m[4] = {0}, flux[4] = {0}, v[3] = {0}, size[2];
+    const double f = lightprobe__rectangle_sums(w, r, flux, m, v);
     *luminance = f;
     if (!(f > 0)) return 0;
     for (int i = 0; i < 4; i++) m[i] /= f;
@@ -2981,6 +2992,23 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube, const li
     return lightprobe__check_ranges(s, ranges, (int)(sizeof ranges / sizeof *ranges));
 }
 
+static void lightprobe__fill_stats(const lightprobe__work *w, const lightprobe_light *lights, int count,
+                                   float error, float residual_sh[9][3], lightprobe_stats *stats)
+{
+    for (int i = 0; i < 3; i++) {
+        const double all = w->total[i] / (double)LIGHTPROBE_SCALE;
+        double carried = 0;
+        for (int k = 0; k < count; k++) carried += (double)lights[k].irradiance[i];
+        stats->total[i] = lightprobe_clamp(all);
+        stats->residual[i] = lightprobe_clamp(all - carried);
+        residual_sh[0][i] = 0.25f * stats->residual[i]; // to the last digit
+    }
+    memcpy(stats->residual_sh, residual_sh, sizeof stats->residual_sh);
+    stats->error = error > 0 ? error : 0;
+    stats->lights = count;
+    stats->repaired_texels = w->repaired;
+}
+
 lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
                                      const lightprobe_settings *settings, void *scratch,
                                      size_t scratch_bytes, lightprobe_light *lights,
@@ -3023,19 +3051,7 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
             &work, &s, total, lights, stats ? &error : NULL, residual_sh);
     }
     *light_count = count;
-    if (!stats) return LIGHTPROBE_OK;
-    for (int i = 0; i < 3; i++) {
-        const double all = work.total[i] / (double)LIGHTPROBE_SCALE;
-        double carried = 0;
-        for (int k = 0; k < count; k++) carried += (double)lights[k].irradiance[i];
-        stats->total[i] = lightprobe_clamp(all);
-        stats->residual[i] = lightprobe_clamp(all - carried);
-        residual_sh[0][i] = 0.25f * stats->residual[i]; // to the last digit
-    }
-    memcpy(stats->residual_sh, residual_sh, sizeof residual_sh);
-    stats->error = error > 0 ? error : 0;
-    stats->lights = count;
-    stats->repaired_texels = work.repaired;
+    if (stats) lightprobe__fill_stats(&work, lights, count, error, residual_sh, stats);
     return LIGHTPROBE_OK;
 }
 
@@ -6541,6 +6557,7 @@ static const char *lightprobe__quote_lights(void)
     "    return sqrtf(sine2 > 0.0f ? sine2 / rest : 0.0f);\n"
     "}\n"
     "\n"
+    "// Long, as GLSL has no pointers to hand parts of a light on with.\n"
     "LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)\n"
     "{\n"
     "    float luminance = LIGHTPROBE_VALUE(r.luminance);\n"

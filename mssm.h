@@ -1129,8 +1129,8 @@ MSSM_SHARED struct mssm_split mssm_split4(struct mssm_kernel4 k)
 }
 
 // Three other depths. With one or two of them beyond the receiver, one depth stands alone on its
-// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d <
-// 0.
+// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d < 0.
+// Long: the selects between the cases use everything that was found before.
 MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
 {
     int falling = k.k1 < 0.0f ? 1 : 0;
@@ -1370,6 +1370,7 @@ MSSM_SHARED mssm_roots3 mssm_solve_quadratic(float c0, float c1, float c2)
     return r;
 }
 
+// Long, as each step goes by what the ones before it found: scale, leading term, unit, pair.
 mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
 {
     // An ulp below FLT_MAX: with that itself clang's -ffast-math leaves the comparison out.
@@ -1689,39 +1690,43 @@ static void mssm__set_row(float m[16], int row, const double axis[3], double sca
     m[12 + row] = (float)offset;
 }
 
+// Middle and half size of the box in the frame. A flat box, or a point, still needs a frustum with an
+// inside. Returns 0 where the box is none.
+static int mssm__box_in_frame(double frame[3][3], const float box_min[3], const float box_max[3],
+                              double centre[3], double half[3])
+{
+    double largest = 0;
+    for (int a = 0; a < 3; a++) {
+        if (box_min[a] > box_max[a]) return 0;
+        centre[a] = half[a] = 0;
+        for (int i = 0; i < 3; i++) {
+            centre[a] += 0.5 * frame[a][i] * ((double)box_max[i] + box_min[i]);
+            half[a] += 0.5 * fabs(frame[a][i]) * ((double)box_max[i] - box_min[i]);
+        }
+        if (half[a] > largest) largest = half[a];
+    }
+    const double least = largest > 0 ? 1e-3 * largest : 5e-4;
+    for (int a = 0; a < 3; a++) {
+        if (half[a] < least) half[a] = least;
+    }
+    return 1;
+}
+
 mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
                                    const float axis_u[3], float tan_half_u, float tan_half_v,
                                    const float box_min[3], const float box_max[3])
 {
-    double frame[3][3], low[3], high[3];
+    double frame[3][3], centre[3], half[3];
     if (!light || !direction || !axis_u || !box_min || !box_max ||
         !mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3) || !mssm__all_finite(box_min, 3) ||
         !mssm__all_finite(box_max, 3) || !mssm__is_finite(tan_half_u) ||
         !mssm__is_finite(tan_half_v) || tan_half_u < 0 || tan_half_v < 0 ||
-        !mssm__frame(direction, axis_u, frame)) {
+        !mssm__frame(direction, axis_u, frame) ||
+        !mssm__box_in_frame(frame, box_min, box_max, centre, half)) {
         return MSSM_ERROR_ARGUMENT;
     }
-    double largest = 0;
-    for (int a = 0; a < 3; a++) {
-        if (box_min[a] > box_max[a]) return MSSM_ERROR_ARGUMENT;
-        low[a] = high[a] = 0;
-        for (int i = 0; i < 3; i++) {
-            double p = frame[a][i] * box_min[i], q = frame[a][i] * box_max[i];
-            low[a] += p < q ? p : q;
-            high[a] += p < q ? q : p;
-        }
-        if (high[a] - low[a] > largest) largest = high[a] - low[a];
-    }
-    // A flat box, or a point, still needs a frustum with an inside.
-    double least = largest > 0 ? 1e-3 * largest : 1e-3;
-
     mssm_light r;
     memset(&r, 0, sizeof r);
-    double half[3], centre[3];
-    for (int a = 0; a < 3; a++) {
-        half[a] = 0.5 * (high[a] - low[a] > least ? high[a] - low[a] : least);
-        centre[a] = 0.5 * (high[a] + low[a]);
-    }
     // A rim without casters, two texels of 256: maps take what they hold there for what lies beyond.
     for (int a = 0; a < 2; a++) half[a] *= 1 + 1.0 / 64;
     // Casters get depths from -1 + 0.01 to MSSM_FAR_CASTER: see there.
@@ -2748,6 +2753,8 @@ MSSM_CALLED float mssm_rim(struct mssm_receiver r, mssm_points4 p, float half_wi
     return mssm_min(behind, adjacent) / (adjacent + 1e-9f);
 }
 
+// One loop over the other depths with four sums, which is what makes it long: split in four it would read
+// each of them four times.
 MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm_receiver r,
                                                         struct mssm_nested k, mssm_points4 p)
 {
@@ -2826,7 +2833,7 @@ MSSM_SHARED float mssm_next_distance(mssm_view v, struct mssm_receiver r, float 
 // blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its blockers
 // there is one layer, and what it does not block is lit but for blockers that only narrower kernels
 // show. So one layer is filtered by one kernel, nothing is counted twice or lost between two, and the
-// result changes continuously with all inputs.
+// result changes continuously with all inputs. Long: all that the loop changes is used in each of its steps.
 MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                struct mssm_receiver r)
 {
@@ -3493,31 +3500,15 @@ static void mssm__incline(const double p[3], const double q[3], double range[2])
     }
 }
 
-mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, const float eye[3],
-                                 const float corners[12], float extinction)
+// Angles to the axis, and around it from the azimuth of the picture's middle, between which the picture
+// with these corners lies, all in the light's frame.
+static void mssm__picture_angles(double c[4][3], const double middle[3], double along, double aside,
+                                 double range[2], double turn[2])
 {
     const double pi = 3.14159265358979;
-    double frame[3][3], scale[3], c[4][3], middle[3] = {0, 0, 0};
-    double range[2] = {pi, 0}, turn[2] = {0, 0};
     int left = 0, right = 0;
-    mssm_scattering r;
-    if (!s || !light || !eye || !corners || light->perspective || !mssm__all_finite(corners, 12) ||
-        !mssm__is_finite(extinction) || extinction < 0 || !mssm_light_project(light, eye, r.eye)) {
-        return MSSM_ERROR_ARGUMENT;
-    }
-    for (int a = 0; a < 3; a++) {
-        const float sign = a < 2 ? 1.0f : -1.0f;  // depth grows away from the light
-        for (int i = 0; i < 3; i++) frame[a][i] = sign * light->world_to_shadow[4 * i + a];
-        scale[a] = sqrt(mssm__dot(frame[a], frame[a]));
-        if (!mssm__normalise(frame[a])) return MSSM_ERROR_ARGUMENT;
-    }
-    for (int k = 0; k < 4; k++) {
-        const double d[3] = {corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]};
-        for (int a = 0; a < 3; a++) c[k][a] = mssm__dot(frame[a], d);
-        if (!mssm__normalise(c[k])) return MSSM_ERROR_ARGUMENT;
-        for (int a = 0; a < 3; a++) middle[a] += c[k][a];
-    }
-    const double azimuth = atan2(middle[1], middle[0]), along = cos(azimuth), aside = sin(azimuth);
+    range[0] = pi;
+    range[1] = turn[0] = turn[1] = 0;
     for (int k = 0; k < 4; k++) {
         const double *p = c[k], *q = c[(k + 1) % 4];
         const double angle = atan2(along * p[1] - aside * p[0], along * p[0] + aside * p[1]);
@@ -3532,6 +3523,39 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     if (left == 4) range[0] = 0;  // inside of all edges: the light is in the picture
     if (right == 4) range[1] = pi;  // or the point opposite
     if (left == 4 || right == 4) turn[0] = -pi, turn[1] = pi;
+}
+
+// Unit axes of a directional light, the third towards it, and what the matrix scales them by.
+static int mssm__light_axes(const mssm_light *light, double frame[3][3], double scale[3])
+{
+    for (int a = 0; a < 3; a++) {
+        const float sign = a < 2 ? 1.0f : -1.0f;  // depth grows away from the light
+        for (int i = 0; i < 3; i++) frame[a][i] = sign * light->world_to_shadow[4 * i + a];
+        scale[a] = sqrt(mssm__dot(frame[a], frame[a]));
+        if (!mssm__normalise(frame[a])) return 0;
+    }
+    return 1;
+}
+
+mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, const float eye[3],
+                                 const float corners[12], float extinction)
+{
+    double frame[3][3], scale[3], c[4][3], middle[3] = {0, 0, 0};
+    double range[2], turn[2];
+    mssm_scattering r;
+    if (!s || !light || !eye || !corners || light->perspective || !mssm__all_finite(corners, 12) ||
+        !mssm__is_finite(extinction) || extinction < 0 || !mssm_light_project(light, eye, r.eye) ||
+        !mssm__light_axes(light, frame, scale)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    for (int k = 0; k < 4; k++) {
+        const double d[3] = {corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]};
+        for (int a = 0; a < 3; a++) c[k][a] = mssm__dot(frame[a], d);
+        if (!mssm__normalise(c[k])) return MSSM_ERROR_ARGUMENT;
+        for (int a = 0; a < 3; a++) middle[a] += c[k][a];
+    }
+    const double azimuth = atan2(middle[1], middle[0]), along = cos(azimuth), aside = sin(azimuth);
+    mssm__picture_angles(c, middle, along, aside, range, turn);
     for (int i = 0; i < 3; i++) {
         r.axis[i] = (float)(along * frame[0][i] + aside * frame[1][i]);
         r.axis[3 + i] = (float)(along * frame[1][i] - aside * frame[0][i]);
@@ -4864,13 +4888,8 @@ static void mssm__set_sizes(mssm_gl *gl)
     gl->padded = mssm__padded(gl->desc.side, gl->levels);
 }
 
-static mssm_result mssm__create_storage(mssm_gl *gl)
+static mssm_result mssm__check_limits(mssm_gl *gl)
 {
-    static const char *const names[] = {"mssm tables, moments 1 to 4", "mssm tables, moments 5 and 6",
-                                        "mssm least depths"};
-    const mssm__gl_functions *f = &gl->f;
-    const size_t count = (size_t)gl->desc.lights;
-    mssm__set_sizes(gl);
     const int texels = mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE);
     const int layers = mssm__get(gl, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS);
     if (!mssm__in_range(gl, "this driver: lights", gl->desc.lights, 1, layers)) return MSSM_ERROR_ARGUMENT;
@@ -4879,6 +4898,31 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
                         mssm__get(gl, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES))) {
         return MSSM_ERROR_GL;
     }
+    return MSSM_OK;
+}
+
+static mssm_result mssm__create_views(mssm_gl *gl)
+{
+    const mssm__gl_functions *f = &gl->f;
+    const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+    f->CreateBuffers(1, &gl->views);
+    if (!gl->views) return MSSM_ERROR_GL;
+    f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
+    f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view),
+                     gl->view, MSSM__GL_DYNAMIC_STORAGE_BIT);
+    f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+    f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
+    return MSSM_OK;
+}
+
+static mssm_result mssm__create_storage(mssm_gl *gl)
+{
+    static const char *const names[] = {"mssm tables, moments 1 to 4", "mssm tables, moments 5 and 6",
+                                        "mssm least depths"};
+    const size_t count = (size_t)gl->desc.lights;
+    mssm__set_sizes(gl);
+    mssm_result r = mssm__check_limits(gl);
+    if (r) return r;
     gl->lights = (mssm__gl_light *)MSSM_MALLOC(count * sizeof *gl->lights);
     gl->view = (mssm_view *)MSSM_MALLOC(count * sizeof *gl->view);
     if (!gl->lights || !gl->view) {
@@ -4887,7 +4931,6 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     }
     memset(gl->lights, 0, count * sizeof *gl->lights);
     memset(gl->view, 0, count * sizeof *gl->view);
-    mssm_result r = MSSM_OK;
     for (int i = 0; i < (gl->filtered ? 1 : 2) && !r; i++) r = mssm__create_depth(gl, i);
     for (int i = 0; i < 3 && !r; i++) {
         if (!mssm__has_texture(gl, i)) continue;
@@ -4896,16 +4939,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
         gl->table[i] = mssm__create_array(gl, levels, side, gl->desc.lights, gl->format[i], names[i]);
         if (!gl->table[i]) r = MSSM_ERROR_GL;
     }
-    f->CreateBuffers(1, &gl->views);
-    if (!gl->views) r = MSSM_ERROR_GL;
-    if (!r) {
-        const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
-        f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
-        f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)(count * sizeof *gl->view), gl->view,
-                         MSSM__GL_DYNAMIC_STORAGE_BIT);
-        f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
-        f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
-    }
+    if (!r) r = mssm__create_views(gl);
 #ifndef MSSM_NO_FILTERED
     if (!r && gl->filtered) r = mssm__filtered_targets(gl);
 #endif
@@ -5940,32 +5974,15 @@ static mssm_result mssm__prepare_show(mssm_gl *gl)
     return r;
 }
 
-mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
+// caller: the state that is put back.
+static void mssm__draw_show(mssm_gl *gl, const mssm__gl_state *caller, const int show[3])
 {
-    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1) ||
-        !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, gl->filtered ? 0 : 1)) {
-        return MSSM_ERROR_ARGUMENT;
-    }
-    if (gl->drawing >= 0 || gl->framing || !gl->lights[index].built) {
-        mssm__log(gl, "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build", NULL);
-        return MSSM_ERROR_ORDER;
-    }
-    mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
-    if (!r) r = mssm__prepare_show(gl);
-    if (r) return r;
     const mssm__gl_functions *f = &gl->f;
-    const int show[3] = {index, (int)what, gl->desc.side}, blend = f->IsEnabledi(MSSM__GL_BLEND, 0);
+    const int blend = f->IsEnabledi(MSSM__GL_BLEND, 0);
     mssm__gl_bindings saved;
-    mssm__gl_state caller, s;
-    mssm__save_state(gl, &caller);
-    if (f->CheckNamedFramebufferStatus((unsigned)caller.framebuffer, MSSM__GL_DRAW_FRAMEBUFFER) !=
-        MSSM__GL_FRAMEBUFFER_COMPLETE) {
-        mssm__log(gl, "mssm_gl_show: the draw framebuffer is not complete", NULL);
-        return MSSM_ERROR_GL;
-    }
+    mssm__gl_state s = *caller;
     gl->targets |= 1 << 2;  // 2D arrays
     mssm__save_bindings(gl, &saved);
-    s = caller;
     memset(s.enabled, 0, sizeof s.enabled);
     memset(s.mask, 1, sizeof s.mask);
     s.enabled[2] = 1;
@@ -5980,8 +5997,32 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
     f->BindVertexArray(gl->array);
     f->DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
     if (blend) f->Enablei(MSSM__GL_BLEND, 0);
-    mssm__set_state(gl, &caller);
+    mssm__set_state(gl, caller);
     mssm__restore_bindings(gl, &saved);
+}
+
+mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
+{
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1) ||
+        !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, gl->filtered ? 0 : 1)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    if (gl->drawing >= 0 || gl->framing || !gl->lights[index].built) {
+        mssm__log(gl, "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build", NULL);
+        return MSSM_ERROR_ORDER;
+    }
+    mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
+    if (!r) r = mssm__prepare_show(gl);
+    if (r) return r;
+    const int show[3] = {index, (int)what, gl->desc.side};
+    mssm__gl_state caller;
+    mssm__save_state(gl, &caller);
+    if (gl->f.CheckNamedFramebufferStatus((unsigned)caller.framebuffer, MSSM__GL_DRAW_FRAMEBUFFER) !=
+        MSSM__GL_FRAMEBUFFER_COMPLETE) {
+        mssm__log(gl, "mssm_gl_show: the draw framebuffer is not complete", NULL);
+        return MSSM_ERROR_GL;
+    }
+    mssm__draw_show(gl, &caller, show);
     return MSSM_OK;
 }
 
@@ -6857,8 +6898,8 @@ const char *mssm_glsl_math(void)
     "}\n"
     "\n"
     "// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its\n"
-    "// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d <\n"
-    "// 0.\n"
+    "// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d < 0.\n"
+    "// Long: the selects between the cases use everything that was found before.\n"
     "MSSM_SHARED mssm_split mssm_split6(mssm_kernel6 k)\n"
     "{\n"
     "    int falling = k.k1 < 0.0f ? 1 : 0;\n"
@@ -7098,6 +7139,7 @@ const char *mssm_glsl_math(void)
     "    return r;\n"
     "}\n"
     "\n"
+    "// Long, as each step goes by what the ones before it found: scale, leading term, unit, pair.\n"
     "mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)\n"
     "{\n"
     "    // An ulp below FLT_MAX: with that itself clang's -ffast-math leaves the comparison out.\n"
@@ -7654,6 +7696,8 @@ const char *mssm_glsl_shading(void)
     "    return mssm_min(behind, adjacent) / (adjacent + 1e-9f);\n"
     "}\n"
     "\n"
+    "// One loop over the other depths with four sums, which is what makes it long: split in four it would read\n"
+    "// each of them four times.\n"
     "MSSM_CALLED mssm_occlusion mssm_kernel_occlusion(mssm_view v, mssm_receiver r,\n"
     "                                                        mssm_nested k, mssm_points4 p)\n"
     "{\n"
@@ -7791,7 +7835,7 @@ const char *mssm_glsl_shading(void)
     "// blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its blockers\n"
     "// there is one layer, and what it does not block is lit but for blockers that only narrower kernels\n"
     "// show. So one layer is filtered by one kernel, nothing is counted twice or lost between two, and the\n"
-    "// result changes continuously with all inputs.\n"
+    "// result changes continuously with all inputs. Long: all that the loop changes is used in each of its steps.\n"
     "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                               mssm_receiver r)\n"
     "{\n"
