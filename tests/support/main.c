@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 static int failures, skipped; // of the running test
 
@@ -83,7 +84,10 @@ int main(int argc, char **argv)
         for (const test_case *test = suites[s]; test->name; test++) {
             if (argc > 1 && !chosen(test->name, argv[1])) continue;
             failures = skipped = 0;
+            const clock_t start = clock();
             test->run();
+            if (getenv("TEST_TIMES"))
+                printf("    %.1f s of all cores\n", (double)(clock() - start) / CLOCKS_PER_SEC);
             printf("%s  %s\n", failures ? "FAIL" : skipped ? "skip" : "ok  ", test->name);
             if (failures)
                 failed++;

@@ -3,7 +3,8 @@
 //     build/release/test "enclose|GL"    runs the tests whose name contains one of the words
 //     build/release/test "-GL|layered"   runs those whose name contains neither
 // TEST_SCALE=10 divides the number of random trials by ten (used under valgrind and sanitizers).
-// TEST_STOP=1 ends the program at the first failed check (used for mutants).
+// TEST_STOP=1 ends the program at the first failed check (used for mutants); TEST_TIMES=1 says what each
+// test costs.
 #ifndef TEST_H
 #define TEST_H
 
