@@ -49,6 +49,11 @@ typedef struct renderer {
     GLuint depth, program, backdrop, cube, irradiance, photograph;
 } renderer;
 
+static camera where_from(void)
+{
+    return camera_look(vec(0.6f, 2.2f, 4.3f), vec(0.25f, 0.32f, 0.1f), 0.48f, (float)WIDTH / HEIGHT);
+}
+
 static bool create(renderer *r, const probe *p, const char *ratio_text, int width, int height, message *why)
 {
     const lightprobe_gl_desc from = {.load = gl_context_function, .side = p->side, .max_lights = LIGHTS};
@@ -61,7 +66,10 @@ static bool create(renderer *r, const probe *p, const char *ratio_text, int widt
     const char *const vertices[] = {gl_scene_vertex, NULL};
     const char *const fragments[] = {lightprobe_glsl_math(), lightprobe_glsl_lights(), mssm_gl_shader(r->shadows),
                                      ratio_text, shading, NULL};
-    if (!probe_irradiance_map(p, 16, &map) || !photograph_objects(&r->objects) || !photograph_ground(&s)) return false;
+    if (!probe_irradiance_map(p, 16, &map) || !photograph_scene(&r->objects, true, false) ||
+        !photograph_scene(&s, false, true)) {
+        return false;
+    }
     gl_probe_upload(&r->cube, p->face, p->side);
     gl_probe_upload(&r->irradiance, map.face, map.side);
     gl_mesh_triangle(&r->triangle);
@@ -135,7 +143,7 @@ static bool draw(renderer *r, const camera *eye, const image *photo, image *out,
 
 static bool run(const char *probe_file, const char *photo_file, const char *file, bool truth, message *why)
 {
-    const camera eye = camera_look(vec(0.6f, 2.2f, 4.3f), vec(0.25f, 0.32f, 0.1f), 0.48f, (float)WIDTH / HEIGHT);
+    const camera eye = where_from();
     renderer r = {0};
     probe p;
     image photo, picture, rays;

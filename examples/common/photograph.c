@@ -21,13 +21,12 @@ static void put_chair(scene *s, vec3 at, float turn)
     }
 }
 
-bool photograph_objects(scene *s)
+static void put_objects(scene *s)
 {
     const scene_frame large = scene_frame_at(vec(0.72f, 0.3f, 0.75f), 0, 0);
     const scene_frame small = scene_frame_at(vec(-0.4f, 0.14f, 1.0f), 0, 0);
     const scene_frame crate = scene_frame_at(vec(1.1f, 0.28f, -0.65f), 0.5f, 0);
     const scene_frame parcel = scene_frame_at(vec(1.1f, 0.68f, -0.65f), 0.1f, 0);
-    memset(s, 0, sizeof *s);
     scene_begin_object(s, 0.62f, 0.40f, 0.20f);
     put_chair(s, vec(-0.75f, 0, 0), 2.6f);
     scene_begin_object(s, 0.75f, 0.75f, 0.74f);
@@ -38,15 +37,14 @@ bool photograph_objects(scene *s)
     scene_put_box(s, &crate, vec(0.28f, 0.28f, 0.28f));
     scene_begin_object(s, 0.70f, 0.55f, 0.25f);
     scene_put_box(s, &parcel, vec(0.17f, 0.12f, 0.2f));
-    return scene_end(s);
 }
 
 enum { GROUND_HALF = 30 }; // metres
 
-static void put_ground(scene *s, float r, float g, float b)
+static void put_ground(scene *s)
 {
     int corner[4];
-    scene_begin_object(s, r, g, b);
+    scene_begin_object(s, 1, 1, 1);
     for (int i = 0; i < 4; i++) { // counter-clockwise from above
         const float x = i == 1 || i == 2 ? GROUND_HALF : -GROUND_HALF, z = i < 2 ? GROUND_HALF : -GROUND_HALF;
         corner[i] = scene_put_vertex(s, vec(x, 0, z), vec(0, 1, 0));
@@ -55,10 +53,11 @@ static void put_ground(scene *s, float r, float g, float b)
     scene_put_triangle(s, corner[0], corner[2], corner[3]);
 }
 
-bool photograph_ground(scene *s)
+bool photograph_scene(scene *s, bool objects, bool ground)
 {
     memset(s, 0, sizeof *s);
-    put_ground(s, 1, 1, 1);
+    if (objects) put_objects(s);
+    if (ground) put_ground(s);
     return scene_end(s);
 }
 
@@ -135,24 +134,24 @@ bool photograph_take(const probe *p, const camera *eye, int width, int height, i
 
 // ---- The truth
 
-// Objects, and a ground of this albedo, under the probe; a background of one radiance.
+// Both under the probe, with a ground of this albedo; a background of one radiance. Objects may be black.
 static bool trace(const light_source *rays, const camera *eye, vec3 ground, bool objects, float background, image *out)
 {
     scene s;
     probe around;
     view v;
-    if (!photograph_objects(&s)) return false;
-    for (int i = 0; i < s.objects && !objects; i++) s.albedo[i] = vec(0, 0, 0);
-    put_ground(&s, ground.x, ground.y, ground.z);
-    const bool created = probe_create(&around, 1), ended = scene_end(&s);
+    if (!photograph_scene(&s, true, true)) return false;
+    for (int i = 0; i < s.objects - 1 && !objects; i++) s.albedo[i] = vec(0, 0, 0);
+    s.albedo[s.objects - 1] = ground;
+    const bool created = probe_create(&around, 1);
     for (int i = 0; i < 18 && created; i++) around.texels[i] = background;
-    const bool viewed = created && ended && view_create(&v, &s, eye, out->width, out->height);
+    const bool viewed = created && view_create(&v, &s, eye, out->width, out->height);
     if (viewed) {
         lighting_render(&v, &s, &around, rays, out);
         view_free(&v);
     }
-    if (ended) scene_free(&s);
     if (created) probe_free(&around);
+    scene_free(&s);
     return viewed;
 }
 
@@ -163,7 +162,7 @@ bool photograph_truth(const probe *p, const camera *eye, const image *empty, int
     scene casters;
     probe_sampler sampler;
     image shadow = {0};
-    if (!photograph_objects(&casters)) return false;
+    if (!photograph_scene(&casters, true, false)) return false;
     bvh *tree = bvh_create(&casters);
     const light_source source = {NULL, tree, &sampler, rays, 1};
     scene_free(&casters);

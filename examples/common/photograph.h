@@ -6,10 +6,8 @@
 #include "probe.h"
 #include "raster.h"
 
-// Both wait for scene_free(). The ground is a square in y = 0, which lights from below shine through: the
-// probe has its light already.
-bool photograph_objects(scene *s);
-bool photograph_ground(scene *s);
+// The objects, and, as the last object, the ground: a square in y = 0. False when memory runs out.
+bool photograph_scene(scene *s, bool objects, bool ground);
 
 // The place without objects. False when memory runs out.
 bool photograph_take(const probe *p, const camera *eye, int width, int height, image *out);
