@@ -54,6 +54,14 @@ static camera where_from(void)
     return camera_look(vec(0.6f, 2.2f, 4.3f), vec(0.25f, 0.32f, 0.1f), 0.48f, (float)WIDTH / HEIGHT);
 }
 
+static GLuint program_with(const renderer *r, const char *ratio_text, message *why)
+{
+    const char *const vertices[] = {gl_scene_vertex, NULL};
+    const char *const fragments[] = {lightprobe_glsl_math(), lightprobe_glsl_lights(), mssm_gl_shader(r->shadows),
+                                     ratio_text, shading, NULL};
+    return gl_program("catcher", vertices, fragments, why);
+}
+
 static bool create(renderer *r, const probe *p, const char *ratio_text, int width, int height, message *why)
 {
     const lightprobe_gl_desc from = {.load = gl_context_function, .side = p->side, .max_lights = LIGHTS};
@@ -63,9 +71,6 @@ static bool create(renderer *r, const probe *p, const char *ratio_text, int widt
     scene s;
     if (lightprobe_gl_create(&r->probe, &from)) return fail(why, "no lights from probes");
     if (mssm_gl_create(&r->shadows, &desc)) return fail(why, "no shadow maps");
-    const char *const vertices[] = {gl_scene_vertex, NULL};
-    const char *const fragments[] = {lightprobe_glsl_math(), lightprobe_glsl_lights(), mssm_gl_shader(r->shadows),
-                                     ratio_text, shading, NULL};
     if (!probe_irradiance_map(p, 16, &map) || !photograph_scene(&r->objects, true, false) ||
         !photograph_scene(&s, false, true)) {
         return false;
@@ -79,7 +84,7 @@ static bool create(renderer *r, const probe *p, const char *ratio_text, int widt
     return uploaded && gl_target_create(&r->target, width, height, 4, formats, why) &&
            (r->depth = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
            (r->backdrop = gl_program_simple("backdrop", gl_triangle_vertex, backdrop, why)) &&
-           (r->program = gl_program("catcher", vertices, fragments, why));
+           (r->program = program_with(r, ratio_text, why));
 }
 
 static void destroy(renderer *r)
