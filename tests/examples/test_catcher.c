@@ -264,47 +264,75 @@ static void trace_lobes(const probe *p, const bvh *tree, vec3 point, vec3 normal
     }
 }
 
-static void lobes_too(void)
+enum { LOBE_UNSHADOWED, LOBE_DIFFUSE, LOBE_COSINE, LOBE_OWN, LOBE_WAYS };
+
+// By the ratios of the surface's irradiance, of that about the reflected ray, and of the lobe.
+static void shade_lobe(const lighting *l, const receivers *r, int i, vec3 ray, float p, vec3 own, vec3 *got)
+{
+    vec3 seen, all;
+    got[LOBE_UNSHADOWED] = own;
+    lights_at(l, r->point[i], r->normal[i], &seen, &all);
+    got[LOBE_DIFFUSE] = vec_mul(own, ratio_of(seen, all));
+    lights_at(l, r->point[i], ray, &seen, &all);
+    got[LOBE_COSINE] = vec_mul(own, ratio_of(seen, all));
+    lobe_at(l, r->point[i], r->normal[i], ray, p, &seen, &all);
+    const vec3 left = ratio_of(seen, all);
+    CHECK(is_share(left.x) && is_share(left.y) && is_share(left.z), "%g %g %g", (double)left.x, (double)left.y, (double)left.z);
+    got[LOBE_OWN] = vec_mul(own, left);
+}
+
+static void check_lobes(const char *name, float p, const double *e, bool built_in)
+{
+    const double limit = p < 10 ? 0.055 : p < 100 ? 0.15 : 0.175; // of the built-in probe: .046, .127, .146 were measured
+    test_note("%-13s cos^%-3g %6.2f %6.2f %6.2f %6.2f", name, (double)p, 100 * e[0], 100 * e[1], 100 * e[2], 100 * e[3]);
+    CHECK(e[LOBE_OWN] < e[LOBE_DIFFUSE] && e[LOBE_OWN] < e[LOBE_COSINE], "%s, %g: %.4f is not the best", name, (double)p, e[LOBE_OWN]);
+    CHECK(p > 100 || e[LOBE_OWN] < 0.7 * e[LOBE_UNSHADOWED], "%s, %g: %.4f", name, (double)p, e[LOBE_OWN]);
+    CHECK(!built_in || e[LOBE_OWN] < limit, "%g: %.4f", (double)p, e[LOBE_OWN]);
+}
+
+static void lobes_of_probe(const receivers *r, const vec3 *ray, const probe *p, const char *name, const scene *s, const bvh *tree)
+{
+    double squares[LOBES][LOBE_WAYS] = {{0}}, mean[LOBES] = {0};
+    lighting l;
+    light_scene(&l, p, s, 24);
+    for (int i = 0; i < r->count; i++) {
+        vec3 own[LOBES], truth[LOBES], got[LOBE_WAYS];
+        trace_lobes(p, tree, vec_mad(r->point[i], r->normal[i], 2e-3f), r->normal[i], ray[i], own, truth);
+        for (int k = 0; k < LOBES; k++) {
+            shade_lobe(&l, r, i, ray[i], exponents[k], own[k], got);
+            for (int way = 0; way < LOBE_WAYS; way++) {
+                const vec3 d = vec_sub(got[way], truth[k]);
+                squares[k][way] += (double)vec_dot(d, d) / 3 / r->count;
+            }
+            mean[k] += (double)(own[k].x + own[k].y + own[k].z) / 3 / r->count;
+        }
+    }
+    for (int k = 0; k < LOBES; k++) {
+        for (int way = 0; way < LOBE_WAYS; way++) squares[k][way] = sqrt(squares[k][way]) / mean[k];
+        if (r->count >= SHINY) check_lobes(name, exponents[k], squares[k], p->side == 128 && !strcmp(name, "built-in"));
+    }
+    lighting_free(&l);
+}
+
+static void lobes_are_near_to_rays(void)
 {
     static receivers r;
-    scene s;
+    static vec3 ray[RECEIVERS];
     const camera eye = where_from();
+    scene s;
     if (!photograph_scene(&s, true, false)) abort();
-    place(&r, test_trials(SHINY));
     bvh *tree = bvh_create(&s);
+    place(&r, test_trials(SHINY));
+    for (int i = 0; i < r.count; i++) {
+        const vec3 n = r.normal[i], to = vec_unit(vec_sub(r.point[i], eye.position));
+        ray[i] = vec_mad(to, n, -2 * vec_dot(to, n));
+    }
+    test_note("24 lights, error in %% of the mean: unshadowed, ratio of irradiance, of that about the reflected ray, of the lobe");
     for (int which = 0; which < PROBES; which++) {
-        static vec3 own[SHINY][LOBES], truth[SHINY][LOBES], ray[SHINY];
         probe p;
         const char *name;
-        lighting l;
         if (!probe_number(which, &p, &name)) continue;
-        light_scene(&l, &p, &s, 24);
-        for (int i = 0; i < r.count; i++) {
-            const vec3 n = r.normal[i], to = vec_unit(vec_sub(r.point[i], eye.position));
-            ray[i] = vec_mad(to, n, -2 * vec_dot(to, n));
-            trace_lobes(&p, tree, vec_mad(r.point[i], n, 2e-3f), n, ray[i], own[i], truth[i]);
-        }
-        for (int k = 0; k < LOBES; k++) {
-            double e[4] = {0}, mean = 0;
-            for (int i = 0; i < r.count; i++) {
-                vec3 seen, all, got[4];
-                got[0] = own[i][k];
-                lights_at(&l, r.point[i], r.normal[i], &seen, &all);
-                got[1] = vec_mul(own[i][k], ratio_of(seen, all));
-                lights_at(&l, r.point[i], ray[i], &seen, &all);
-                got[2] = vec_mul(own[i][k], ratio_of(seen, all));
-                lobe_at(&l, r.point[i], r.normal[i], ray[i], exponents[k], &seen, &all);
-                got[3] = vec_mul(own[i][k], ratio_of(seen, all));
-                for (int w = 0; w < 4; w++) {
-                    const vec3 d = vec_sub(got[w], truth[i][k]);
-                    e[w] += (double)vec_dot(d, d) / 3 / r.count;
-                }
-                mean += (double)(own[i][k].x + own[i][k].y + own[i][k].z) / 3 / r.count;
-            }
-            test_note("%-13s lobe %3g: unshadowed %6.2f, diffuse ratio %6.2f, at reflected %6.2f, of the lobe %6.2f", name, (double)exponents[k],
-                      100 * sqrt(e[0]) / mean, 100 * sqrt(e[1]) / mean, 100 * sqrt(e[2]) / mean, 100 * sqrt(e[3]) / mean);
-        }
-        lighting_free(&l);
+        lobes_of_probe(&r, ray, &p, name, &s, tree);
         probe_free(&p);
     }
     bvh_free(tree);
@@ -487,7 +515,7 @@ static void catcher_is_near_to_rays(void)
 
 const test_case catcher_tests[] = {
     {"light times the shadow ratio is near to rays", ratio_is_near_to_rays},
-    {"lobes", lobes_too},
+    {"a prefiltered map times the shadow ratio of its lobe is near to rays", lobes_are_near_to_rays},
     {"the shadow ratio without casters is 1", ratio_without_casters_is_one},
     {"irradiance maps hold irradiance", irradiance_maps_hold_irradiance},
     {"gl_catcher changes nothing where nothing is in between", nothing_in_between_changes_nothing},
