@@ -59,6 +59,9 @@ void gl_target_begin(const gl_target *t); // binds it, sets the viewport, clears
 // Of the first colour, where it is multisampled the mean of the samples.
 bool gl_target_read(const gl_target *t, image *out, message *why);
 
+// Draws a picture over all of the target that is bound, whatever the size of either.
+bool gl_image_draw(const image *picture, message *why);
+
 // ---- Camera, surfaces, probe
 
 void gl_camera_uniforms(const camera *c, GLuint program);

@@ -11,10 +11,12 @@ static void put_chair(scene *s, vec3 at, float turn)
 {
     // Centres and half-sizes: four legs, the seat, four slats and the rail of the back, a bar between the legs.
     static const float part[11][6] = {
-        {-.21f, .22f, -.2f, .02f, .22f, .02f}, {.21f, .22f, -.2f, .02f, .22f, .02f}, {-.21f, .46f, .2f, .02f, .46f, .02f},
-        {.21f, .46f, .2f, .02f, .46f, .02f},   {0, .45f, 0, .24f, .018f, .23f},      {-.13f, .67f, .2f, .02f, .2f, .01f},
-        {-.043f, .67f, .2f, .02f, .2f, .01f},  {.043f, .67f, .2f, .02f, .2f, .01f},  {.13f, .67f, .2f, .02f, .2f, .01f},
-        {0, .89f, .2f, .23f, .03f, .014f},     {0, .2f, -.2f, .2f, .012f, .012f}};
+        {-.21f, .22f, -.2f, .02f, .22f, .02f}, {.21f, .22f, -.2f, .02f, .22f, .02f},
+        {-.21f, .46f, .2f, .02f, .46f, .02f},  {.21f, .46f, .2f, .02f, .46f, .02f},
+        {0, .45f, 0, .24f, .018f, .23f},       {-.13f, .67f, .2f, .02f, .2f, .01f},
+        {-.043f, .67f, .2f, .02f, .2f, .01f},  {.043f, .67f, .2f, .02f, .2f, .01f},
+        {.13f, .67f, .2f, .02f, .2f, .01f},    {0, .89f, .2f, .23f, .03f, .014f},
+        {0, .2f, -.2f, .2f, .012f, .012f}};
     for (int i = 0; i < 11; i++) {
         const scene_frame f = scene_frame_at(vec_add(at, vec_turn(vec_of(part[i]), turn)), turn, 0);
         scene_put_box(s, &f, vec_of(part[i] + 3));
@@ -46,7 +48,8 @@ static void put_ground(scene *s)
     int corner[4];
     scene_begin_object(s, 1, 1, 1);
     for (int i = 0; i < 4; i++) { // counter-clockwise from above
-        const float x = i == 1 || i == 2 ? GROUND_HALF : -GROUND_HALF, z = i < 2 ? GROUND_HALF : -GROUND_HALF;
+        const float x = i == 1 || i == 2 ? GROUND_HALF : -GROUND_HALF,
+                    z = i < 2 ? GROUND_HALF : -GROUND_HALF;
         corner[i] = scene_put_vertex(s, vec(x, 0, z), vec(0, 1, 0));
     }
     scene_put_triangle(s, corner[0], corner[1], corner[2]);
@@ -62,6 +65,11 @@ bool photograph_scene(scene *s, bool objects, bool ground)
 }
 
 // ---- The photograph
+
+camera photograph_camera(float aspect)
+{
+    return camera_look(vec(0.6f, 2.2f, 4.3f), vec(0.25f, 0.32f, 0.1f), 0.48f, aspect);
+}
 
 // A number in [0,1) for each place of a grid.
 static float grain(int x, int z)
@@ -86,8 +94,10 @@ static vec3 paving(float x, float z)
     const float u = across - floorf(across), v = z / 0.45f - row;
     const float joint = fminf(0.7f * fminf(u, 1 - u), 0.45f * fminf(v, 1 - v)); // metres from it
     const float slab = grain((int)floorf(across) + 50, (int)row);
-    const float stains = 0.6f * noise(1.7f * x, 1.7f * z) + 0.4f * noise(6 * x, 6 * z), fine = noise(90 * x, 90 * z);
-    const float tone = (0.75f + 0.2f * slab + 0.25f * stains + 0.12f * fine) * (joint < 0.006f ? 0.45f : 1);
+    const float stains = 0.6f * noise(1.7f * x, 1.7f * z) + 0.4f * noise(6 * x, 6 * z),
+                fine = noise(90 * x, 90 * z);
+    const float tone =
+        (0.75f + 0.2f * slab + 0.25f * stains + 0.12f * fine) * (joint < 0.006f ? 0.45f : 1);
     return vec_scale(vec_mix(vec(0.36f, 0.34f, 0.31f), vec(0.40f, 0.36f, 0.30f), slab), tone);
 }
 
@@ -102,9 +112,11 @@ static vec3 seen_along(const exposure *e, vec3 ray)
 {
     const float far = ray.y < 0 ? -e->eye->position.y / ray.y : GROUND_HALF;
     const vec3 at = vec_mad(e->eye->position, ray, far), around = probe_sample(e->p, ray);
-    const float paved = fminf(fmaxf(3.5f - 0.5f * hypotf(at.x, at.z), 0), 1); // the paving ends at 5 to 7 m
+    const float paved =
+        fminf(fmaxf(3.5f - 0.5f * hypotf(at.x, at.z), 0), 1); // the paving ends at 5 to 7 m
     if (paved <= 0 || ray.y >= 0) return around;
-    return vec_mix(around, vec_scale(vec_mul(paving(at.x, at.z), e->irradiance), 1 / VEC_PI), paved);
+    return vec_mix(around, vec_scale(vec_mul(paving(at.x, at.z), e->irradiance), 1 / VEC_PI),
+                   paved);
 }
 
 static void expose_row(void *context, int y)
@@ -135,7 +147,8 @@ bool photograph_take(const probe *p, const camera *eye, int width, int height, i
 // ---- The truth
 
 // Both under the probe, with a ground of this albedo; a background of one radiance. Objects may be black.
-static bool trace(const light_source *rays, const camera *eye, vec3 ground, bool objects, float background, image *out)
+static bool trace(const light_source *rays, const camera *eye, vec3 ground, bool objects,
+                  float background, image *out)
 {
     scene s;
     probe around;
@@ -171,9 +184,12 @@ bool photograph_truth(const probe *p, const camera *eye, const image *empty, int
     bool done = tree && sampled && image_create(&shadow, empty->width, empty->height) &&
                 image_create(out, empty->width, empty->height);
     // What the ground reflects becomes the share of light that is left, 1 beside it; then the objects alone.
-    const vec3 share = vec(e.x > 0 ? VEC_PI / e.x : 0, e.y > 0 ? VEC_PI / e.y : 0, e.z > 0 ? VEC_PI / e.z : 0);
-    done = done && trace(&source, eye, share, false, 1, &shadow) && trace(&source, eye, vec(0, 0, 0), true, 0, out);
-    for (int i = 0; i < 3 * empty->width * empty->height && done; i++) out->rgb[i] += empty->rgb[i] * shadow.rgb[i];
+    const vec3 share =
+        vec(e.x > 0 ? VEC_PI / e.x : 0, e.y > 0 ? VEC_PI / e.y : 0, e.z > 0 ? VEC_PI / e.z : 0);
+    done = done && trace(&source, eye, share, false, 1, &shadow) &&
+           trace(&source, eye, vec(0, 0, 0), true, 0, out);
+    for (int i = 0; i < 3 * empty->width * empty->height && done; i++)
+        out->rgb[i] += empty->rgb[i] * shadow.rgb[i];
     image_free(&shadow);
     bvh_free(tree);
     if (sampled) probe_sampler_free(&sampler);

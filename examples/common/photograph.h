@@ -9,6 +9,8 @@
 // The objects, and, as the last object, the ground: a square in y = 0. False when memory runs out.
 bool photograph_scene(scene *s, bool objects, bool ground);
 
+camera photograph_camera(float aspect); // where it is taken from
+
 // The place without objects. False when memory runs out.
 bool photograph_take(const probe *p, const camera *eye, int width, int height, image *out);
 
