@@ -112,7 +112,6 @@ static bool draw_shadows(message *why)
 static bool draw(const camera *eye, const image *photo, image *out, message *why)
 {
     float world_to_clip[16];
-    if (!draw_shadows(why)) return false;
     gl_camera_matrix(eye, 0.1f, 100, world_to_clip);
     gl_target_begin(&target);
     if (!gl_image_draw(photo, why)) return false;
@@ -144,8 +143,8 @@ static bool run(const options *o, message *why)
     if (!photograph_take(&p, &eye, WIDTH, HEIGHT, &photo)) return false; // yours, from a camera
     const float exposure = 1.5f * image_exposure(&photo);
     report_name(name, sizeof name, o->out, "-truth");
-    return create(&p, WIDTH, HEIGHT, why) && draw(&eye, &photo, &picture, why) &&
-           image_save(&picture, exposure, o->out, why) &&
+    return create(&p, WIDTH, HEIGHT, why) && draw_shadows(why) &&
+           draw(&eye, &photo, &picture, why) && image_save(&picture, exposure, o->out, why) &&
            (o->truth == TRUTH_NONE || (photograph_truth(&p, &eye, &photo, RAYS, &rays) &&
                                        image_save(&rays, exposure, name, why)));
 }
