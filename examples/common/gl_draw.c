@@ -279,10 +279,11 @@ bool gl_target_read(const gl_target *t, image *out, message *why)
     return created || fail(why, "no memory for a picture of %d x %d", t->width, t->height);
 }
 
-static const char image_fragment[] = "layout(binding = 0) uniform sampler2D picture;\n"
-                                     "in vec2 place;\n"
-                                     "out vec4 color;\n"
-                                     "void main() { color = texture(picture, vec2(place.x, 1 - place.y)); }\n";
+static const char image_fragment[] =
+    "layout(binding = 0) uniform sampler2D picture;\n"
+    "in vec2 place;\n"
+    "out vec4 color;\n"
+    "void main() { color = texture(picture, vec2(place.x, 1 - place.y)); }\n";
 
 bool gl_image_draw(const image *picture, message *why)
 {
@@ -295,7 +296,8 @@ bool gl_image_draw(const image *picture, message *why)
     gl.TextureStorage2D(texture, 1, GL_RGBA32F, picture->width, picture->height);
     gl.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    gl.TextureSubImage2D(texture, 0, 0, 0, picture->width, picture->height, GL_RGB, GL_FLOAT, picture->rgb);
+    gl.TextureSubImage2D(texture, 0, 0, 0, picture->width, picture->height, GL_RGB, GL_FLOAT,
+                         picture->rgb);
     gl.BindTextureUnit(0, texture);
     gl.UseProgram(program);
     gl_mesh_draw(&triangle);

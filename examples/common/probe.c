@@ -246,7 +246,8 @@ void probe_irradiance(const probe *p, const vec3 *normal, int normals, vec3 *irr
     for (int i = 0; i < 6 * p->side * p->side; i++) {
         const int face = i / p->side / p->side, y = i / p->side % p->side, x = i % p->side;
         const float weight = lightprobe_texel_solid_angle(p->side, x, y), n = (float)p->side;
-        const vec3 d = vec_unit(probe_direction(face, (float)(2 * x + 1) / n - 1, (float)(2 * y + 1) / n - 1));
+        const vec3 d =
+            vec_unit(probe_direction(face, (float)(2 * x + 1) / n - 1, (float)(2 * y + 1) / n - 1));
         vec3 flux = vec_of(p->texels + 3 * (size_t)i);
         flux.x = flux.x > 0 && flux.x < HUGE_VALF ? flux.x * weight : 0;
         flux.y = flux.y > 0 && flux.y < HUGE_VALF ? flux.y * weight : 0;
@@ -261,10 +262,12 @@ void probe_irradiance(const probe *p, const vec3 *normal, int normals, vec3 *irr
 bool probe_irradiance_map(const probe *p, int side, probe *map)
 {
     const int texels = 6 * side * side;
-    vec3 *normal = malloc(2 * (size_t)texels * sizeof *normal), *sum = normal ? normal + texels : NULL;
+    vec3 *normal = malloc(2 * (size_t)texels * sizeof *normal),
+         *sum = normal ? normal + texels : NULL;
     const bool created = normal && probe_create(map, side);
     for (int i = 0; i < texels && created; i++) {
-        const float n = (float)side, s = (float)(2 * (i % side) + 1) / n - 1, t = (float)(2 * (i / side % side) + 1) / n - 1;
+        const float n = (float)side, s = (float)(2 * (i % side) + 1) / n - 1,
+                    t = (float)(2 * (i / side % side) + 1) / n - 1;
         normal[i] = vec_unit(probe_direction(i / side / side, s, t));
     }
     if (created) {
