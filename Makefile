@@ -162,6 +162,9 @@ $(out)/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h tests/*/*.h)
 	@mkdir -p $(@D)
 	$(CC) $(ALL_CFLAGS) -c $< -o $@
 
+# The test of an example that has it all in one file.
+$(out)/tests/examples/test_catcher.o: examples/gl_catcher.c
+
 $(common): $(common_objects)
 	@rm -f $@
 	$(AR) rcs $@ $^

@@ -17,22 +17,10 @@ trap 'exit 1' HUP INT TERM
 
 warnings="-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror"
 
-have() { command -v "$1" > /dev/null 2>&1; }
+silent=1
+. tests/check.sh
 
-# check NAME COMMAND...: passes if the command succeeds and is silent.
-check()
-{
-    name=$1
-    shift
-    if "$@" > "$lane/log" 2>&1 && [ ! -s "$lane/log" ]; then
-        echo "ok   $name"
-    else
-        echo "FAIL $name"
-        echo "     $*"
-        sed 's/^/     /' "$lane/log" | head -n 30
-        echo failed >> "$work/failed"
-    fi
-}
+have() { command -v "$1" > /dev/null 2>&1; }
 
 # builds COMPILER... -- SOURCES...: compiles, links and runs (unless the program is for elsewhere).
 builds()

@@ -6,7 +6,7 @@
 #
 # The texts of both headers in all dialects of GLSL on two compilers, glslangValidator and the driver's; their
 # values in OpenGL ES 3.0 and 3.3; the picture of gl_portable there; the page in a browser; and whether a name in them
-# is reserved in WGSL. One line a check: "ok    name", "FAIL  name" or "skip  name: what is missing".
+# is reserved in WGSL. One line a check: "ok   name", "FAIL name" or "skip name: what is missing".
 
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -14,21 +14,7 @@ MAKE=${MAKE:-make}
 out=build/release
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
-failed=0
-
-# check NAME COMMAND...: passes if the command succeeds; shows what it said if not.
-check()
-{
-    name=$1
-    shift
-    if "$@" >"$work/log" 2>&1; then
-        echo "ok    $name"
-    else
-        echo "FAIL  $name"
-        sed 's/^/     /' "$work/log" | head -n 20
-        failed=1
-    fi
-}
+. tests/check.sh
 
 # Keywords and reserved words of WGSL (W3C), less those that GLSL asks for.
 reserved="NULL Self abstract active alias alignas alignof as asm asm_fragment async attribute auto await become case
@@ -74,24 +60,25 @@ if command -v glslangValidator >/dev/null; then
         check "all texts compile as $version with glslangValidator" glslang "$version"
     done
 else
-    echo "skip  the second compiler: apt-get install glslang-tools"
+    echo "skip the second compiler: apt-get install glslang-tools"
 fi
-"$out/dialects" >"$work/driver" || failed=1
+"$out/dialects" >"$work/driver" || : >"$work/failed"
 cat "$work/driver"
 if grep -q '^skip' "$work/driver"; then
-    echo "skip  pictures: apt-get install libegl1 libgl1-mesa-dri"
+    echo "skip pictures: apt-get install libegl1 libgl1-mesa-dri"
 else
     check "gl_portable in OpenGL ES 3.0 draws gl_hello's picture, to one step of 255" pictures --es
     check "gl_portable in OpenGL 3.3 draws gl_hello's picture, to one step of 255" pictures --gl33
 fi
-[ "${1-}" = quick ] && exit $failed
-if ! command -v emcc >/dev/null; then
-    echo "skip  page: apt-get install emscripten"
+if [ "${1-}" = quick ]; then
+    :
+elif ! command -v emcc >/dev/null; then
+    echo "skip page: apt-get install emscripten"
 elif ! command -v chromium >/dev/null; then
-    echo "skip  page in a browser: apt-get install chromium"
+    echo "skip page in a browser: apt-get install chromium"
 elif ! grep -q '^skip' "$work/driver"; then
     check "make page" $MAKE -s page
     "$out/gl_portable" --es "$work/native.png" &&
-        node tests/dialects/browser.js "$(command -v chromium)" build/page/page.html "$work" || failed=1
+        node tests/dialects/browser.js "$(command -v chromium)" build/page/page.html "$work" || : >"$work/failed"
 fi
-exit $failed
+[ ! -e "$work/failed" ]

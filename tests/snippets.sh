@@ -6,7 +6,8 @@
 # ```c blocks go to the C compiler, each as a file of its own; ```glsl vertex | fragment | compute to
 # glslangValidator behind #version and declarations of mssm_visibility() and two of a name (for real shaders the drivers'
 # compiler sees the whole text, tests/gl). With "vulkan" in the first line the block comes
-# behind the whole text of mssm_glsl_math() and mssm_glsl_shading(), and must become SPIR-V.
+# behind the whole text of mssm_glsl_math() and mssm_glsl_shading(), and must become SPIR-V; with "probe" behind that of
+# lightprobe_glsl_math() and lightprobe_glsl_lights().
 # One line a check: "ok   name", "FAIL name" or "skip name: what is missing". Exit 1 if any failed.
 
 set -u
@@ -14,21 +15,7 @@ cd "$(dirname "$0")/.." || exit 1
 [ $# -gt 0 ] || set -- docs/integration.md
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
-failed=0
-
-# check NAME COMMAND...: passes if the command succeeds; shows what it said if not.
-check()
-{
-    name=$1
-    shift
-    if "$@" > "$work/log" 2>&1; then
-        echo "ok   $name"
-    else
-        echo "FAIL $name"
-        sed 's/^/     /' "$work/log" | head -n 20
-        failed=1
-    fi
-}
+. tests/check.sh
 
 # Blocks of a page: $work/NUMBER.LANGUAGE.STAGE, where STAGE is what follows the language, with dots.
 split_page()
@@ -43,26 +30,32 @@ split_page()
     file != "" && file != "-" { print > file }' "$1"
 }
 
-# The texts without bindings, from a program that the page itself could contain.
-vulkan_text()
+# text HEADER FUNCTIONS: the texts that these functions return, from a program that the page itself could contain.
+text()
 {
-    printf '#define MSSM_IMPLEMENTATION\n#include "mssm.h"\n#include <stdio.h>\nint main(void)\n{\n    %s\n}\n' \
-        'printf("%s%s", mssm_glsl_math(), mssm_glsl_shading()); return 0;' > "$work/text.c"
-    cc -I. "$work/text.c" -o "$work/text" -lm && "$work/text" > "$work/text.glsl"
+    upper=$(echo "$1" | tr a-z A-Z) format=$(echo "$2" | sed 's/[a-z_]*/%s/g; s/ //g')
+    printf '#define %s_IMPLEMENTATION\n#include "%s.h"\n#include <stdio.h>\nint main(void)\n{\n    %s\n}\n' "$upper" "$1" \
+        "printf(\"$format\", $(echo "$2" | sed 's/ /(), /')()); return 0;" > "$work/text.c"
+    cc -I. "$work/text.c" -o "$work/text" -lm && "$work/text" > "$work/text.$1"
 }
 
-# glsl_block FILE: its name ends in .glsl.STAGE or .glsl.STAGE.vulkan.
+# glsl_block FILE: its name ends in .glsl.STAGE, .glsl.STAGE.vulkan or .glsl.STAGE.probe.
 glsl_block()
 {
     stage=${1#*.glsl.}
-    vulkan=
-    case $stage in *.vulkan) vulkan=-V stage=${stage%.vulkan} ;; esac
+    vulkan= probe=
+    case $stage in
+    *.vulkan) vulkan=-V ;;
+    *.probe) probe=1 ;;
+    esac
+    stage=${stage%%.*}
     case $stage in vertex) end=vert ;; fragment) end=frag ;; compute) end=comp ;; *) echo "unknown stage $stage"; return 1 ;; esac
     {
         echo '#version 450 core'
         if [ -n "$vulkan" ]; then
-            cat "$work/text.glsl"
+            cat "$work/text.mssm"
         else
+            [ -z "$probe" ] || cat "$work/text.lightprobe"
             echo 'float mssm_visibility(int light, vec3 world_position);'
             echo 'float mssm_visibility(int light, vec3 world_position, vec3 normal);'
             echo 'float mssm_visibility_at(int light, vec3 shadow);'
@@ -90,9 +83,12 @@ for page in "$@"; do
                 echo "skip $page: block ${file%%.*}, GLSL: apt-get install glslang-tools"
                 continue
             fi
-            case $file in *.vulkan) [ -e "$work/text.glsl" ] || vulkan_text ;; esac
+            case $file in
+            *.vulkan) [ -e "$work/text.mssm" ] || text mssm "mssm_glsl_math mssm_glsl_shading" ;;
+            *.probe) [ -e "$work/text.lightprobe" ] || text lightprobe "lightprobe_glsl_math lightprobe_glsl_lights" ;;
+            esac
             check "$page: block ${file%%.*}, GLSL ${file#*.glsl.}" glsl_block "$work/$file" ;;
         esac
     done
 done
-exit $failed
+[ ! -e "$work/failed" ]

@@ -369,6 +369,7 @@ enum {
     GL_CCW = 0x0901,
     GL_ZERO = 0,
     GL_ONE = 1,
+    GL_SRC_COLOR = 0x0300,
     GL_SRC_ALPHA = 0x0302,
     GL_ONE_MINUS_SRC_ALPHA = 0x0303,
     GL_LOWER_LEFT = 0x8CA1,

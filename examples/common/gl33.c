@@ -30,19 +30,11 @@ bool gl33_load(void (*(*load)(const char *name))(void), const char **missing)
 
 // ---- Meshes
 
-typedef struct mesh_vertex {
-    vec3 position, normal, albedo;
-} mesh_vertex;
-
 bool gl33_mesh_upload(gl33_mesh *m, const scene *s, message *why)
 {
-    const size_t vertex_bytes = (size_t)s->vertices * sizeof(mesh_vertex);
-    mesh_vertex *v = malloc(vertex_bytes);
+    const size_t vertex_bytes = (size_t)s->vertices * sizeof(scene_vertex);
+    scene_vertex *v = scene_vertices(s);
     if (!v) return fail(why, "no memory for %d vertices", s->vertices);
-    for (int i = 0; i < s->vertices; i++) v[i] = (mesh_vertex){s->position[i], s->normal[i], vec(0, 0, 0)};
-    for (int i = 0; i < s->triangles; i++) { // objects share no vertices
-        for (int k = 0; k < 3; k++) v[s->triangle[i][k]].albedo = s->albedo[s->object[i]];
-    }
     if (!m->array) {
         gl33.GenVertexArrays(1, &m->array);
         gl33.GenBuffers(2, m->buffers);
@@ -84,21 +76,31 @@ const char gl33_scene_vertex[] =
     "    gl_Position = world_to_clip * vec4(position_in, 1.0);\n"
     "}\n";
 
-static bool attach(GLuint program, GLenum type, const char *version, const char *const *text, message *why)
+GLuint gl33_shader(GLenum type, const char *version, const char *const *text, char *log, GLsizei room)
 {
     const char *piece[16] = {version};
     GLsizei pieces = 1;
     GLint compiled = 0;
-    char log[200] = "";
     while (*text && pieces < 16) piece[pieces++] = *text++;
     const GLuint shader = gl33.CreateShader(type);
     gl33.ShaderSource(shader, pieces, piece, NULL);
     gl33.CompileShader(shader);
     gl33.GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
-    gl33.GetShaderInfoLog(shader, sizeof log, NULL, log);
-    if (compiled) gl33.AttachShader(program, shader);
+    log[0] = 0;
+    gl33.GetShaderInfoLog(shader, room, NULL, log);
+    if (compiled) return shader;
     gl33.DeleteShader(shader);
-    return compiled || fail(why, "%.13s: %s", version, log);
+    return 0;
+}
+
+static bool attach(GLuint program, GLenum type, const char *version, const char *const *text, message *why)
+{
+    char log[200];
+    const GLuint shader = gl33_shader(type, version, text, log, sizeof log);
+    if (!shader) return fail(why, "%.13s: %s", version, log);
+    gl33.AttachShader(program, shader);
+    gl33.DeleteShader(shader); // the program keeps it
+    return true;
 }
 
 GLuint gl33_program(const char *version, const char *vertex, const char *const *fragment, message *why)

@@ -95,6 +95,8 @@ void gl33_mesh_draw(const gl33_mesh *m);
 // Vertex shader of such meshes: uniform world_to_clip; out vec3 position, normal, albedo.
 extern const char gl33_scene_vertex[];
 
+// A shader of version and texts up to NULL; 0 on failure. The log is cut to its room.
+GLuint gl33_shader(GLenum type, const char *version, const char *const *text, char *log, GLsizei room);
 // Both begin with version, "#version 300 es\n" say; fragment ends in NULL. 0 on failure, with the log in *why.
 GLuint gl33_program(const char *version, const char *vertex, const char *const *fragment, message *why);
 

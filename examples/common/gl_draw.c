@@ -6,10 +6,6 @@
 
 // ---- Meshes
 
-typedef struct mesh_vertex {
-    vec3 position, normal, albedo;
-} mesh_vertex;
-
 static void attribute(GLuint array, GLuint index, size_t offset)
 {
     gl.EnableVertexArrayAttrib(array, index);
@@ -26,26 +22,20 @@ static void mesh_room(gl_mesh *m, GLsizeiptr vertices, GLsizeiptr indices)
     gl.CreateBuffers(1, &m->indices);
     gl.NamedBufferStorage(m->vertices, vertices, NULL, GL_DYNAMIC_STORAGE_BIT);
     gl.NamedBufferStorage(m->indices, indices, NULL, GL_DYNAMIC_STORAGE_BIT);
-    gl.VertexArrayVertexBuffer(m->array, 0, m->vertices, 0, sizeof(mesh_vertex));
+    gl.VertexArrayVertexBuffer(m->array, 0, m->vertices, 0, sizeof(scene_vertex));
     gl.VertexArrayElementBuffer(m->array, m->indices);
-    attribute(m->array, 0, offsetof(mesh_vertex, position));
-    attribute(m->array, 1, offsetof(mesh_vertex, normal));
-    attribute(m->array, 2, offsetof(mesh_vertex, albedo));
+    attribute(m->array, 0, offsetof(scene_vertex, position));
+    attribute(m->array, 1, offsetof(scene_vertex, normal));
+    attribute(m->array, 2, offsetof(scene_vertex, albedo));
     m->bytes = vertices + indices;
 }
 
 bool gl_mesh_upload(gl_mesh *m, const scene *s, message *why)
 {
-    const size_t vertex_bytes = (size_t)s->vertices * sizeof(mesh_vertex);
+    const size_t vertex_bytes = (size_t)s->vertices * sizeof(scene_vertex);
     const size_t index_bytes = (size_t)s->triangles * sizeof *s->triangle;
-    mesh_vertex *v = malloc(vertex_bytes);
+    scene_vertex *v = scene_vertices(s);
     if (!v) return fail(why, "no memory for %d vertices", s->vertices);
-    for (int i = 0; i < s->vertices; i++) {
-        v[i] = (mesh_vertex){s->position[i], s->normal[i], vec(0, 0, 0)};
-    }
-    for (int i = 0; i < s->triangles; i++) { // objects share no vertices
-        for (int k = 0; k < 3; k++) v[s->triangle[i][k]].albedo = s->albedo[s->object[i]];
-    }
     mesh_room(m, (GLsizeiptr)vertex_bytes, (GLsizeiptr)index_bytes);
     gl.NamedBufferSubData(m->vertices, 0, (GLsizeiptr)vertex_bytes, v);
     gl.NamedBufferSubData(m->indices, 0, (GLsizeiptr)index_bytes, s->triangle);
@@ -138,8 +128,7 @@ static bool report(const char *name, const char *log, message *why)
     return fail(why, "%s: %.*s", name, (int)strcspn(log, "\n"), log);
 }
 
-static bool attach(GLuint program, GLenum type, const char *name, const char *const *text,
-                   message *why)
+GLuint gl_shader(GLenum type, const char *const *text, char **log)
 {
     const char *piece[16] = {"#version 450 core\n"};
     GLsizei pieces = 1;
@@ -149,14 +138,27 @@ static bool attach(GLuint program, GLenum type, const char *name, const char *co
     gl.ShaderSource(shader, pieces, piece, NULL);
     gl.CompileShader(shader);
     gl.GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
-    if (compiled) gl.AttachShader(program, shader);
     gl.GetShaderiv(shader, GL_INFO_LOG_LENGTH, &length);
-    char *log = calloc((size_t)length + 1, 1);
-    if (log) gl.GetShaderInfoLog(shader, length, NULL, log);
-    gl.DeleteShader(shader); // the program keeps it
-    if (!compiled) report(name, log ? log : "(no memory for the log)", why);
+    *log = calloc((size_t)length + 1, 1);
+    if (*log) gl.GetShaderInfoLog(shader, length, NULL, *log);
+    if (compiled) return shader;
+    gl.DeleteShader(shader);
+    return 0;
+}
+
+static bool attach(GLuint program, GLenum type, const char *name, const char *const *text,
+                   message *why)
+{
+    char *log;
+    const GLuint shader = gl_shader(type, text, &log);
+    if (shader) {
+        gl.AttachShader(program, shader);
+        gl.DeleteShader(shader); // the program keeps it
+    } else {
+        report(name, log ? log : "(no memory for the log)", why);
+    }
     free(log);
-    return compiled != 0;
+    return shader != 0;
 }
 
 static bool link(GLuint program, const char *name, message *why)
@@ -275,6 +277,34 @@ bool gl_target_read(const gl_target *t, image *out, message *why)
     }
     free(pixels);
     return created || fail(why, "no memory for a picture of %d x %d", t->width, t->height);
+}
+
+static const char image_fragment[] =
+    "layout(binding = 0) uniform sampler2D picture;\n"
+    "in vec2 place;\n"
+    "out vec4 color;\n"
+    "void main() { color = texture(picture, vec2(place.x, 1 - place.y)); }\n";
+
+bool gl_image_draw(const image *picture, message *why)
+{
+    gl_mesh triangle;
+    GLuint texture;
+    const GLuint program = gl_program_simple("picture", gl_triangle_vertex, image_fragment, why);
+    if (!program) return false;
+    gl_mesh_triangle(&triangle);
+    gl.CreateTextures(GL_TEXTURE_2D, 1, &texture);
+    gl.TextureStorage2D(texture, 1, GL_RGBA32F, picture->width, picture->height);
+    gl.TextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    gl.TextureSubImage2D(texture, 0, 0, 0, picture->width, picture->height, GL_RGB, GL_FLOAT,
+                         picture->rgb);
+    gl.BindTextureUnit(0, texture);
+    gl.UseProgram(program);
+    gl_mesh_draw(&triangle);
+    gl.DeleteTextures(1, &texture);
+    gl.DeleteProgram(program);
+    gl_mesh_free(&triangle);
+    return true;
 }
 
 // ---- Camera, surfaces, probe

@@ -37,6 +37,8 @@ extern const char gl_scene_fragment[];
 // program that writes depth alone. 0 on failure, with the compiler's whole log on stderr.
 GLuint gl_program(const char *name, const char *const *vertex, const char *const *fragment,
                   message *why);
+// One shader of them; 0 on failure. The log, NULL when memory ran out, is the caller's to free.
+GLuint gl_shader(GLenum type, const char *const *text, char **log);
 // The usual case of one text each; fragment may be NULL.
 GLuint gl_program_simple(const char *name, const char *vertex, const char *fragment, message *why);
 
@@ -56,6 +58,9 @@ void gl_target_free(gl_target *t);
 void gl_target_begin(const gl_target *t); // binds it, sets the viewport, clears it to zero
 // Of the first colour, where it is multisampled the mean of the samples.
 bool gl_target_read(const gl_target *t, image *out, message *why);
+
+// Draws a picture over all of the target that is bound, whatever the size of either.
+bool gl_image_draw(const image *picture, message *why);
 
 // ---- Camera, surfaces, probe
 

@@ -238,6 +238,46 @@ bool probe_rotate(probe *out, const probe *in, float angle)
     return true;
 }
 
+// ---- Irradiance
+
+void probe_irradiance(const probe *p, const vec3 *normal, int normals, vec3 *irradiance)
+{
+    for (int k = 0; k < normals; k++) irradiance[k] = vec(0, 0, 0);
+    for (int i = 0; i < 6 * p->side * p->side; i++) {
+        const int face = i / p->side / p->side, y = i / p->side % p->side, x = i % p->side;
+        const float weight = lightprobe_texel_solid_angle(p->side, x, y), n = (float)p->side;
+        const vec3 d =
+            vec_unit(probe_direction(face, (float)(2 * x + 1) / n - 1, (float)(2 * y + 1) / n - 1));
+        vec3 flux = vec_of(p->texels + 3 * (size_t)i);
+        flux.x = flux.x > 0 && flux.x < HUGE_VALF ? flux.x * weight : 0;
+        flux.y = flux.y > 0 && flux.y < HUGE_VALF ? flux.y * weight : 0;
+        flux.z = flux.z > 0 && flux.z < HUGE_VALF ? flux.z * weight : 0;
+        for (int k = 0; k < normals; k++) {
+            const float cosine = vec_dot(d, normal[k]);
+            if (cosine > 0) irradiance[k] = vec_mad(irradiance[k], flux, cosine);
+        }
+    }
+}
+
+bool probe_irradiance_map(const probe *p, int side, probe *map)
+{
+    const int texels = 6 * side * side;
+    vec3 *normal = malloc(2 * (size_t)texels * sizeof *normal),
+         *sum = normal ? normal + texels : NULL;
+    const bool created = normal && probe_create(map, side);
+    for (int i = 0; i < texels && created; i++) {
+        const float n = (float)side, s = (float)(2 * (i % side) + 1) / n - 1,
+                    t = (float)(2 * (i / side % side) + 1) / n - 1;
+        normal[i] = vec_unit(probe_direction(i / side / side, s, t));
+    }
+    if (created) {
+        probe_irradiance(p, normal, texels, sum);
+        for (int i = 0; i < texels; i++) memcpy(map->texels + 3 * (size_t)i, &sum[i], sizeof *sum);
+    }
+    free(normal);
+    return created;
+}
+
 // ---- From pictures
 
 bool probe_from_image(probe *p, const image *im, int side, message *why)

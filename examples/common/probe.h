@@ -44,4 +44,10 @@ int probe_locate(vec3 direction, float *s, float *t);
 // Radiance along a direction, interpolated between texels, also across the edges of faces.
 vec3 probe_sample(const probe *p, vec3 direction);
 
+// Irradiance of surfaces with these unit normals, nothing standing in between: sums over all texels, of
+// which those with a negative, NaN or infinite channel count as 0 there.
+void probe_irradiance(const probe *p, const vec3 *normal, int normals, vec3 *irradiance);
+// The same for the normals of all texels of a new probe: an irradiance map. False when memory runs out.
+bool probe_irradiance_map(const probe *p, int side, probe *map);
+
 #endif

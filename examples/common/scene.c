@@ -407,6 +407,17 @@ bool scene_create(scene *s, float time, const mesh *centre)
     return scene_end(s);
 }
 
+scene_vertex *scene_vertices(const scene *s)
+{
+    scene_vertex *v = malloc((size_t)s->vertices * sizeof *v);
+    for (int i = 0; i < s->vertices && v; i++)
+        v[i] = (scene_vertex){s->position[i], s->normal[i], vec(0, 0, 0)};
+    for (int i = 0; i < s->triangles && v; i++) { // objects share no vertices
+        for (int k = 0; k < 3; k++) v[s->triangle[i][k]].albedo = s->albedo[s->object[i]];
+    }
+    return v;
+}
+
 void scene_free(scene *s)
 {
     free(s->position);

@@ -2,7 +2,7 @@
 // to FOLDER and compares hello.png with FOLDER/native.png, gl_portable's. One line a check: "ok    name" or "FAIL  name".
 'use strict';
 const { spawn } = require('child_process');
-const { readFileSync, writeFileSync } = require('fs');
+const { readFileSync, rmSync, writeFileSync } = require('fs');
 const { inflateSync } = require('zlib');
 const path = require('path');
 
@@ -46,9 +46,10 @@ function different(a, b, steps, width, height) {
 // ---- The browser, by its protocol over pipes
 
 // WebGL by the driver that the other tests run on: SwiftShader works for minutes on these shaders.
+const profile = path.join(folder, 'profile');
 const browser = spawn(chromium, ['--headless=new', '--no-sandbox', '--ignore-gpu-blocklist', '--use-angle=gl-egl',
     '--remote-debugging-pipe', '--window-size=1024,1000', '--hide-scrollbars',
-    '--force-device-scale-factor=1', '--user-data-dir=' + path.join(folder, 'profile'), 'about:blank'],
+    '--force-device-scale-factor=1', '--user-data-dir=' + profile, 'about:blank'],
     { stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'] });
 const waiting = new Map();
 let number = 0, received = '', session;
@@ -121,5 +122,10 @@ async function run() {
     check(!(await value('failed')), 'page: nothing fails');
 }
 
-const limit = setTimeout(() => { check(false, 'page: the browser does not answer'); browser.kill(); process.exit(1); }, 240000);
-run().catch(e => check(false, 'page: ' + e)).finally(() => { clearTimeout(limit); browser.kill(); process.exit(failures ? 1 : 0); });
+// Its processes may go on writing for a moment.
+browser.on('exit', () => {
+    rmSync(profile, { recursive: true, force: true, maxRetries: 20, retryDelay: 100 });
+    process.exit(failures ? 1 : 0);
+});
+const limit = setTimeout(() => { check(false, 'page: the browser does not answer'); browser.kill('SIGKILL'); }, 240000);
+run().catch(e => check(false, 'page: ' + e)).finally(() => { clearTimeout(limit); browser.kill(); });

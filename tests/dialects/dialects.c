@@ -62,7 +62,7 @@ static const char everything[] =
     "}\n";
 
 // Two shadow maps, all else of both headers.
-static void all_texts(const char *text[8])
+static void all_texts(const char *text[9])
 {
     text[0] = "#define LIGHTPROBE_UNIFORMS 16\n";
     text[1] = shadow_text(6, 16, NULL, 0);
@@ -72,30 +72,23 @@ static void all_texts(const char *text[8])
     text[5] = lightprobe_glsl_math();
     text[6] = lightprobe_glsl_lights();
     text[7] = everything;
+    text[8] = NULL;
 }
 
-static bool compiles(const char *version, const char *const *text, int count, char log[2000])
+static bool compiles(const char *version, const char *const *text, char log[2000])
 {
-    const char *piece[16] = {version};
-    GLint good = 0;
-    for (int i = 0; i < count; i++) piece[i + 1] = text[i];
-    const GLuint shader = gl33.CreateShader(GL_FRAGMENT_SHADER);
-    gl33.ShaderSource(shader, count + 1, piece, NULL);
-    gl33.CompileShader(shader);
-    gl33.GetShaderiv(shader, GL_COMPILE_STATUS, &good);
-    log[0] = 0;
-    gl33.GetShaderInfoLog(shader, 2000, NULL, log);
+    const GLuint shader = gl33_shader(GL_FRAGMENT_SHADER, version, text, log, 2000);
     gl33.DeleteShader(shader);
-    return good != 0;
+    return shader != 0;
 }
 
 static void texts_compile(const char *version)
 {
-    const char *text[8];
+    const char *text[9];
     char line[40], log[2000];
     all_texts(text);
     snprintf(line, sizeof line, "#version %s\n", version);
-    const bool good = compiles(line, text, 8, log);
+    const bool good = compiles(line, text, log);
     check(good && !log[0], "all texts compile as %s on the driver%s%s", version, good ? "" : ": ", log);
 }
 
@@ -392,10 +385,10 @@ static void compute_in(bool es)
     shadows_are_the_cpus(version, 100, 6, 1);
     shadows_are_the_cpus(version, 100, 4, 2);
     probe_lights_are_the_cpus(version);
-    const char *text[8];
+    const char *text[9];
     char log[2000];
     all_texts(text);
-    check(!compiles(es ? "#version 100\n" : "#version 150\n", text + 1, 7, log) && strstr(log, "#version 330"),
+    check(!compiles(es ? "#version 100\n" : "#version 150\n", text + 1, log) && strstr(log, "#version 330"),
           "a #version that will not do is named");
     gl_context_destroy(&context);
 }
@@ -403,7 +396,7 @@ static void compute_in(bool es)
 static void print_every_text(void)
 {
     gl_context context = {0};
-    const char *missing, *text[8];
+    const char *missing, *text[9];
     all_texts(text);
     for (int i = 1; i < 7; i++) puts(text[i]);
     puts(mssm_glsl_translucent());
@@ -428,7 +421,7 @@ static void print_every_text(void)
 int main(int argc, char **argv)
 {
     gl_context context = {0};
-    const char *missing, *text[8];
+    const char *missing, *text[9];
     if (argc > 1 && !strcmp(argv[1], "words")) {
         print_every_text();
         return failures;

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../../examples/common/gl_draw.h"
 #include "test.h"
 
 static bool made_by_egl; // the context of gl_test_begin
@@ -65,20 +66,11 @@ void gl_test_unshare(gl_context *shared)
 
 GLuint gl_test_shader(GLenum type, const char *name, const char *const *text)
 {
-    const char *piece[8] = {"#version 450 core\n"};
-    GLsizei pieces = 1;
-    GLint compiled = 0;
-    char log[2000] = "";
-    while (*text && pieces < 8) piece[pieces++] = *text++;
-    const GLuint shader = gl.CreateShader(type);
-    gl.ShaderSource(shader, pieces, piece, NULL);
-    gl.CompileShader(shader);
-    gl.GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
-    gl.GetShaderInfoLog(shader, sizeof log, NULL, log);
-    CHECK(compiled && gl_test_quiet(log), "%s: %s%s", name, compiled ? "warning: " : "", log);
-    if (compiled) return shader;
-    gl.DeleteShader(shader);
-    return 0;
+    char *log;
+    const GLuint shader = gl_shader(type, text, &log);
+    CHECK(shader && log && gl_test_quiet(log), "%s: %s%s", name, shader ? "warning: " : "", log ? log : "no memory");
+    free(log);
+    return shader;
 }
 
 GLuint gl_test_compute(const char *name, const char *const *text)
