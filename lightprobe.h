@@ -47,7 +47,7 @@
 //
 // CONTENTS: search for the mark. Calls come first, then what is behind them in the same order
 //
-//   >>light calls       lights of a cube map          >>math >>angles >>scratch >>vectors >>tiles >>cells
+//   >>light calls       lights of a cube map          >>math >>angles >>scratch >>vectors >>specular >>tiles >>cells
 //                                                     >>leaves >>clusters >>lights >>median cut >>extraction
 //   >>gl calls          the OpenGL 4.5 half           >>texts >>gl >>shaders >>plumbing >>state >>updates
 //   >>picture calls     panoramas, crosses, strips    >>pictures >>panoramas >>crosses >>without
@@ -58,6 +58,7 @@
 //
 //   lightprobe_glsl_math()     disc irradiance, harmonics
 //   lightprobe_glsl_lights()   the buffer of lights. Texts of mssm.h come before it
+//   lightprobe_glsl_specular() what shiny surfaces reflect of them
 //
 // CONVENTIONS
 //
@@ -241,6 +242,29 @@ LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta
 // Lights at infinity or of half-angles from 90 degrees on stay as they are.
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z);
 
+// How a surface reflects light towards a viewer without scattering it inside: GGX with height-correlated Smith
+// shadowing and Schlick's Fresnel term, a single bounce. The same for all lights, so made once a point.
+typedef struct lightprobe_lobe {
+    float normal[3], away[3], color[3];  // unit; away from the viewer across it; sum over all directions
+    float along, across, shear, width;   // matrix from directions of light to a cosine lobe
+} lightprobe_lobe;
+
+// normal and view (from the point to the viewer) are unit vectors; alpha is GGX's, often the square of an
+// artist's roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that is no metal. What
+// is out of range counts as the nearest number inside; a viewer below the surface as one along it. Within 0.02
+// of the whole reflectance up to 88 degrees.
+LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], const float view[3], float alpha,
+                                                        const float f0[3]);
+
+// Radiance that goes to the viewer by this lobe, per unit of the light's irradiance[c] * lobe.color[c] and
+// nothing in between, from a surface (x, y, z) from the probe's centre, which a light at infinity does not ask
+// for. The light as extracted is taken for a rectangle with the proportions of tan_half_u and tan_half_v, uniform, that faces
+// the probe, up to a whole sphere (cos_alpha -1); sides are at least 0.002 of the distance. Its
+// share of the lobe is exact, also where the horizon cuts it; the lobe is a linearly transformed cosine (Heitz et al. 2016), how near
+// is in docs/lightprobe.md. Finite and at least 0 for finite arguments.
+LIGHTPROBE_API float lightprobe_rectangle_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y,
+                                                   float z);
+
 // Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
 // to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
 LIGHTPROBE_API void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3],
@@ -327,6 +351,12 @@ LIGHTPROBE_API lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl,
 //     vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)  // lightprobe_light_at
 //     vec3 lightprobe_residual_irradiance(vec3 normal)    // what the lights do not carry
 LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
+
+// Text to put after lightprobe_glsl_lights(), for who wants it: lightprobe_lobe, lightprobe_specular_lobe and
+// lightprobe_rectangle_specular as in C, and
+//     vec3 lightprobe_specular(int light, lightprobe_lobe lobe)  // radiance to the viewer, times visibility
+//     vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)  // from the probe's centre
+LIGHTPROBE_API const char *lightprobe_glsl_specular(void);
 
 // With LIGHTPROBE_UNIFORMS defined before, as a number of lights, the text needs no lightprobe_gl but GLSL from 330 or
 // 300 es on: the buffer is the uniform block lightprobe_buffer, of 192 bytes and 80 a light. This fills it in from
@@ -836,6 +866,142 @@ LIGHTPROBE_SHARED float lightprobe_normalize(LIGHTPROBE_INOUT lightprobe_vec3 v)
         v[i] = part;
     }
     return size;
+}
+// [glsl end]
+
+// ---- Specular reflection, shared with GLSL ---- >>specular
+
+// [glsl begin specular]
+LIGHTPROBE_SHARED float lightprobe_between(float x, float low, float high)
+{
+    return x > low ? (x < high ? x : high) : low;
+}
+
+LIGHTPROBE_SHARED float lightprobe_cubic(float x, float a, float b, float c, float d)
+{
+    return ((d * x + c) * x + b) * x + a;
+}
+
+// Directions of light, x away from the viewer and z along the normal, become those of a cosine lobe by
+// x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is reflected
+// from below it. All numbers are fitted and checked by tests/proofs/specular.c.
+lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view, float alpha,
+                                         const lightprobe_vec3 f0)
+{
+    lightprobe_lobe lobe;
+    float a = lightprobe_between(alpha, 0.02f, 1.0f), facing = 0.0f;
+    for (int i = 0; i < 3; i++) {
+        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);
+        facing += lobe.normal[i] * lightprobe_between(view[i], -1.0f, 1.0f);
+    }
+    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));
+    float along = lightprobe_cubic(a, lightprobe_cubic(r, 0.6870887f, -3.888597f, 6.132308f, -2.974075f),
+                                   lightprobe_cubic(r, 7.719764f, -3.308256f, 29.2565f, -23.4277f),
+                                   lightprobe_cubic(r, -13.50938f, 2.349399f, 23.32614f, -97.32299f),
+                                   lightprobe_cubic(r, 6.26856f, 7.150137f, -61.45342f, 117.3795f));
+    float shear = lightprobe_cubic(a, lightprobe_cubic(r, 4.726064f, -16.29567f, 30.45149f, -18.99422f),
+                                   lightprobe_cubic(r, -12.50138f, 51.97005f, -53.43543f, 10.57823f),
+                                   lightprobe_cubic(r, 12.71535f, -68.93879f, 62.13864f, -54.28859f),
+                                   lightprobe_cubic(r, -4.89966f, 33.88605f, -51.18887f, 78.55715f));
+    float across = lightprobe_cubic(a, lightprobe_cubic(r, -1.70677f, 6.505764f, -15.33916f, 10.82023f),
+                                    lightprobe_cubic(r, 8.495898f, -39.76816f, 98.39516f, -61.09249f),
+                                    lightprobe_cubic(r, -11.75843f, 61.5398f, -124.5729f, 41.22029f),
+                                    lightprobe_cubic(r, 5.126669f, -25.684f, 36.97221f, 12.70945f));
+    float whole = lightprobe_cubic(a, lightprobe_cubic(r, 1.132759f, -1.434752f, 2.42621f, -1.127627f),
+                                   lightprobe_cubic(r, -0.7042931f, 5.782038f, -11.61224f, 6.800136f),
+                                   lightprobe_cubic(r, 0.9278349f, -9.034128f, 9.264783f, -0.1657189f),
+                                   lightprobe_cubic(r, -0.3826702f, 1.985989f, 4.663325f, -9.537314f));
+    float schlick = lightprobe_cubic(a, lightprobe_cubic(r, 0.09836553f, 2.626262f, -3.104698f, 1.392019f),
+                                     lightprobe_cubic(r, -0.3338469f, -1.38967f, -26.16743f, 31.21667f),
+                                     lightprobe_cubic(r, 0.6042937f, -4.818773f, 49.94647f, -17.15972f),
+                                     lightprobe_cubic(r, -0.3157603f, 3.105656f, -16.60827f, -24.18084f));
+    float dim = (1.0f - m) * (1.0f - m) * (1.0f - m) * (1.0f - m) * (1.0f - m);
+    lobe.along = m * m + a * along > 1e-4f ? m * m + a * along : 1e-4f;
+    lobe.across = 1.0f + a * across;
+    lobe.shear = sine * (m + a * shear);
+    lobe.width = 2.0f * a;
+    whole = lightprobe_between(whole, 0.0f, 1.0f);
+    schlick = lightprobe_between(dim * schlick, 0.0f, whole);
+    for (int i = 0; i < 3; i++) {
+        float across_view = m * lobe.normal[i] - lightprobe_between(view[i], -1.0f, 1.0f);
+        lobe.away[i] = across_view / (sine > 1e-3f ? sine : 1e-3f);
+        lobe.color[i] = lightprobe_between(f0[i], 0.0f, 1.0f) * (whole - schlick) + schlick;
+    }
+    return lobe;
+}
+
+LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 from,
+                                            LIGHTPROBE_OUT lightprobe_vec3 to)
+{
+    float x = lightprobe_dot(from, lobe.away), z = lightprobe_dot(from, lobe.normal);
+    float more = (lobe.along - lobe.across) * x - lobe.shear * z, up = (lobe.width - lobe.across) * z;
+    for (int i = 0; i < 3; i++) to[i] = lobe.across * from[i] + more * lobe.away[i] + up * lobe.normal[i];
+}
+
+// Adds Lambert's integral along the edge from p to p + e, times 2 pi: angle times cosine. The part below the
+// horizon is put straight up on it, where that is its azimuth. sum[1] adds up azimuths of whole edges.
+LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p, const lightprobe_vec3 e,
+                                           LIGHTPROBE_INOUT lightprobe_vec3 sum)
+{
+    lightprobe_vec3 q, plane;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        q[i] = p[i] + e[i];
+        plane[i] = p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits
+    }
+    float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);
+    float side = lightprobe_dot(plane, n), size = sqrtf(lightprobe_dot(plane, plane));
+    float turn = side < 0.0f ? -1.0f : 1.0f;
+    float azimuth = turn * lightprobe_angle(fabsf(side), both - at_p * at_q);
+    float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;
+    float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);
+    float low2 = at_p > at_q ? lightprobe_dot(q, q) : lightprobe_dot(p, p);
+    sum[1] += azimuth;
+    if (high <= 0.0f) {
+        sum[0] += azimuth;
+        return;
+    }
+    low = low < 0.0f ? low : 0.0f; // the edge meets the horizon at high * its low end - low * its high end
+    sum[0] += lightprobe_angle(high * size, high * both - low * high2) * side / (size + 1e-37f);
+    sum[0] += turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);
+}
+
+float lightprobe_rectangle_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z)
+{
+    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.
+    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
+    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f), v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
+    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f, before = 1.0f;
+    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, sum;
+    u = most * u / sqrtf(1.0f + u * u);
+    v = most * v / sqrtf(1.0f + v * v);
+    for (int i = 0; i < 3; i++) {
+        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);
+        float direction = lightprobe_between(light.direction[i], -1.0f, 1.0f);
+        before -= at * direction;
+        centre[i] = c * (direction - at);
+        axis_u[i] = u * lightprobe_between(light.axis_u[i], -1.0f, 1.0f);
+        axis_v[i] = v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);
+        sum[i] = 0.0f;
+    }
+    lightprobe_into_lobe(lobe, centre, middle);
+    lightprobe_into_lobe(lobe, axis_u, half_u);
+    lightprobe_into_lobe(lobe, axis_v, half_v);
+    float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +
+                fabsf(lightprobe_dot(half_v, lobe.normal));
+    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return 0.0f; // behind it, or it is below the horizon
+    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];
+    for (int k = 0; k < 4; k++) {
+        lightprobe_vec3 e;
+        for (int i = 0; i < 3; i++) e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);
+        lightprobe_add_edge(lobe.normal, p, e, sum);
+        for (int i = 0; i < 3; i++) p[i] += e[i];
+    }
+    // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.
+    float turns = 0.15915494f * sum[1];
+    float share = 0.15915494f * sum[0] + (turns < (c < 0.0f ? 0.5f : -0.5f) ? 1.0f : 0.0f);
+    float solid_angle = 4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v));
+    return lightprobe_between(share, 0.0f, 1.0f) / solid_angle;
 }
 // [glsl end]
 
@@ -3086,6 +3252,39 @@ const char *lightprobe_result_string(lightprobe_result result)
     "#undef LIGHTPROBE_SHARED\n"                                                                   \
     "#undef sqrtf\n"                                                                               \
     "#undef fabsf\n"
+
+#define LIGHTPROBE__SPECULAR_BEGIN                                                                 \
+    "struct lightprobe_lobe {\n"                                                                   \
+    "    vec3 normal, away, color;\n"                                                              \
+    "    float along, across, shear, width;\n"                                                     \
+    "};\n"                                                                                         \
+    "#define LIGHTPROBE_SHARED\n"                                                                  \
+    "#define LIGHTPROBE_INOUT inout\n"                                                             \
+    "#define LIGHTPROBE_OUT out\n"                                                                 \
+    "#define lightprobe_vec3 vec3\n"                                                               \
+    "#define lightprobe_dot dot\n"                                                                 \
+    "#define sqrtf sqrt\n"                                                                         \
+    "#define fabsf abs\n"
+#define LIGHTPROBE__SPECULAR_END                                                                   \
+    "#undef LIGHTPROBE_SHARED\n"                                                                   \
+    "#undef LIGHTPROBE_INOUT\n"                                                                    \
+    "#undef LIGHTPROBE_OUT\n"                                                                      \
+    "#undef lightprobe_vec3\n"                                                                     \
+    "#undef lightprobe_dot\n"                                                                      \
+    "#undef sqrtf\n"                                                                               \
+    "#undef fabsf\n"                                                                               \
+    "// Radiance to the viewer from one light, nothing standing in between.\n"                     \
+    "vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)\n"                     \
+    "{\n"                                                                                          \
+    "    lightprobe_light l = lightprobe_lights[light];\n"                                         \
+    "    float share = lightprobe_rectangle_specular(l, lobe, offset.x, offset.y, offset.z);\n"    \
+    "    return share * l.irradiance * lobe.color;\n"                                              \
+    "}\n"                                                                                          \
+    "vec3 lightprobe_specular(int light, lightprobe_lobe lobe)\n"                                  \
+    "{\n"                                                                                          \
+    "    return lightprobe_specular(light, vec3(0.0), lobe);\n"                                    \
+    "}\n"                                                                                          \
+    "#line 1\n"
 
 // ---- Pictures of probes ---- >>pictures
 
@@ -5652,6 +5851,145 @@ const char *lightprobe_glsl_math(void)
 }
 
 #ifndef LIGHTPROBE_NO_GL
+const char *lightprobe_glsl_specular(void)
+{
+    return LIGHTPROBE__SPECULAR_BEGIN
+    // [glsl text begin specular] made by "make glsl", do not edit
+    "LIGHTPROBE_SHARED float lightprobe_between(float x, float low, float high)\n"
+    "{\n"
+    "    return x > low ? (x < high ? x : high) : low;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_cubic(float x, float a, float b, float c, float d)\n"
+    "{\n"
+    "    return ((d * x + c) * x + b) * x + a;\n"
+    "}\n"
+    "\n"
+    "// Directions of light, x away from the viewer and z along the normal, become those of a cosine lobe by\n"
+    "// x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is reflected\n"
+    "// from below it. All numbers are fitted and checked by tests/proofs/specular.c.\n"
+    "lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view, float alpha,\n"
+    "                                         const lightprobe_vec3 f0)\n"
+    "{\n"
+    "    lightprobe_lobe lobe;\n"
+    "    float a = lightprobe_between(alpha, 0.02f, 1.0f), facing = 0.0f;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);\n"
+    "        facing += lobe.normal[i] * lightprobe_between(view[i], -1.0f, 1.0f);\n"
+    "    }\n"
+    "    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));\n"
+    "    float along = lightprobe_cubic(a, lightprobe_cubic(r, 0.6870887f, -3.888597f, 6.132308f, -2.974075f),\n"
+    "                                   lightprobe_cubic(r, 7.719764f, -3.308256f, 29.2565f, -23.4277f),\n"
+    "                                   lightprobe_cubic(r, -13.50938f, 2.349399f, 23.32614f, -97.32299f),\n"
+    "                                   lightprobe_cubic(r, 6.26856f, 7.150137f, -61.45342f, 117.3795f));\n"
+    "    float shear = lightprobe_cubic(a, lightprobe_cubic(r, 4.726064f, -16.29567f, 30.45149f, -18.99422f),\n"
+    "                                   lightprobe_cubic(r, -12.50138f, 51.97005f, -53.43543f, 10.57823f),\n"
+    "                                   lightprobe_cubic(r, 12.71535f, -68.93879f, 62.13864f, -54.28859f),\n"
+    "                                   lightprobe_cubic(r, -4.89966f, 33.88605f, -51.18887f, 78.55715f));\n"
+    "    float across = lightprobe_cubic(a, lightprobe_cubic(r, -1.70677f, 6.505764f, -15.33916f, 10.82023f),\n"
+    "                                    lightprobe_cubic(r, 8.495898f, -39.76816f, 98.39516f, -61.09249f),\n"
+    "                                    lightprobe_cubic(r, -11.75843f, 61.5398f, -124.5729f, 41.22029f),\n"
+    "                                    lightprobe_cubic(r, 5.126669f, -25.684f, 36.97221f, 12.70945f));\n"
+    "    float whole = lightprobe_cubic(a, lightprobe_cubic(r, 1.132759f, -1.434752f, 2.42621f, -1.127627f),\n"
+    "                                   lightprobe_cubic(r, -0.7042931f, 5.782038f, -11.61224f, 6.800136f),\n"
+    "                                   lightprobe_cubic(r, 0.9278349f, -9.034128f, 9.264783f, -0.1657189f),\n"
+    "                                   lightprobe_cubic(r, -0.3826702f, 1.985989f, 4.663325f, -9.537314f));\n"
+    "    float schlick = lightprobe_cubic(a, lightprobe_cubic(r, 0.09836553f, 2.626262f, -3.104698f, 1.392019f),\n"
+    "                                     lightprobe_cubic(r, -0.3338469f, -1.38967f, -26.16743f, 31.21667f),\n"
+    "                                     lightprobe_cubic(r, 0.6042937f, -4.818773f, 49.94647f, -17.15972f),\n"
+    "                                     lightprobe_cubic(r, -0.3157603f, 3.105656f, -16.60827f, -24.18084f));\n"
+    "    float dim = (1.0f - m) * (1.0f - m) * (1.0f - m) * (1.0f - m) * (1.0f - m);\n"
+    "    lobe.along = m * m + a * along > 1e-4f ? m * m + a * along : 1e-4f;\n"
+    "    lobe.across = 1.0f + a * across;\n"
+    "    lobe.shear = sine * (m + a * shear);\n"
+    "    lobe.width = 2.0f * a;\n"
+    "    whole = lightprobe_between(whole, 0.0f, 1.0f);\n"
+    "    schlick = lightprobe_between(dim * schlick, 0.0f, whole);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float across_view = m * lobe.normal[i] - lightprobe_between(view[i], -1.0f, 1.0f);\n"
+    "        lobe.away[i] = across_view / (sine > 1e-3f ? sine : 1e-3f);\n"
+    "        lobe.color[i] = lightprobe_between(f0[i], 0.0f, 1.0f) * (whole - schlick) + schlick;\n"
+    "    }\n"
+    "    return lobe;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 from,\n"
+    "                                            LIGHTPROBE_OUT lightprobe_vec3 to)\n"
+    "{\n"
+    "    float x = lightprobe_dot(from, lobe.away), z = lightprobe_dot(from, lobe.normal);\n"
+    "    float more = (lobe.along - lobe.across) * x - lobe.shear * z, up = (lobe.width - lobe.across) * z;\n"
+    "    for (int i = 0; i < 3; i++) to[i] = lobe.across * from[i] + more * lobe.away[i] + up * lobe.normal[i];\n"
+    "}\n"
+    "\n"
+    "// Adds Lambert's integral along the edge from p to p + e, times 2 pi: angle times cosine. The part below the\n"
+    "// horizon is put straight up on it, where that is its azimuth. sum[1] adds up azimuths of whole edges.\n"
+    "LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p, const lightprobe_vec3 e,\n"
+    "                                           LIGHTPROBE_INOUT lightprobe_vec3 sum)\n"
+    "{\n"
+    "    lightprobe_vec3 q, plane;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
+    "        q[i] = p[i] + e[i];\n"
+    "        plane[i] = p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits\n"
+    "    }\n"
+    "    float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);\n"
+    "    float side = lightprobe_dot(plane, n), size = sqrtf(lightprobe_dot(plane, plane));\n"
+    "    float turn = side < 0.0f ? -1.0f : 1.0f;\n"
+    "    float azimuth = turn * lightprobe_angle(fabsf(side), both - at_p * at_q);\n"
+    "    float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;\n"
+    "    float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);\n"
+    "    float low2 = at_p > at_q ? lightprobe_dot(q, q) : lightprobe_dot(p, p);\n"
+    "    sum[1] += azimuth;\n"
+    "    if (high <= 0.0f) {\n"
+    "        sum[0] += azimuth;\n"
+    "        return;\n"
+    "    }\n"
+    "    low = low < 0.0f ? low : 0.0f; // the edge meets the horizon at high * its low end - low * its high end\n"
+    "    sum[0] += lightprobe_angle(high * size, high * both - low * high2) * side / (size + 1e-37f);\n"
+    "    sum[0] += turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);\n"
+    "}\n"
+    "\n"
+    "float lightprobe_rectangle_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z)\n"
+    "{\n"
+    "    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.\n"
+    "    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
+    "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f), v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
+    "    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f, before = 1.0f;\n"
+    "    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, sum;\n"
+    "    u = most * u / sqrtf(1.0f + u * u);\n"
+    "    v = most * v / sqrtf(1.0f + v * v);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);\n"
+    "        float direction = lightprobe_between(light.direction[i], -1.0f, 1.0f);\n"
+    "        before -= at * direction;\n"
+    "        centre[i] = c * (direction - at);\n"
+    "        axis_u[i] = u * lightprobe_between(light.axis_u[i], -1.0f, 1.0f);\n"
+    "        axis_v[i] = v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);\n"
+    "        sum[i] = 0.0f;\n"
+    "    }\n"
+    "    lightprobe_into_lobe(lobe, centre, middle);\n"
+    "    lightprobe_into_lobe(lobe, axis_u, half_u);\n"
+    "    lightprobe_into_lobe(lobe, axis_v, half_v);\n"
+    "    float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +\n"
+    "                fabsf(lightprobe_dot(half_v, lobe.normal));\n"
+    "    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return 0.0f; // behind it, or it is below the horizon\n"
+    "    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];\n"
+    "    for (int k = 0; k < 4; k++) {\n"
+    "        lightprobe_vec3 e;\n"
+    "        for (int i = 0; i < 3; i++) e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);\n"
+    "        lightprobe_add_edge(lobe.normal, p, e, sum);\n"
+    "        for (int i = 0; i < 3; i++) p[i] += e[i];\n"
+    "    }\n"
+    "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.\n"
+    "    float turns = 0.15915494f * sum[1];\n"
+    "    float share = 0.15915494f * sum[0] + (turns < (c < 0.0f ? 0.5f : -0.5f) ? 1.0f : 0.0f);\n"
+    "    float solid_angle = 4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v));\n"
+    "    return lightprobe_between(share, 0.0f, 1.0f) / solid_angle;\n"
+    "}\n"
+    // [glsl text end]
+    LIGHTPROBE__SPECULAR_END;
+}
+
 static const char *lightprobe__quote_work(void)
 {
     return

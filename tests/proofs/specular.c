@@ -1,0 +1,308 @@
+// Fits the numbers of lightprobe_specular_lobe, and fails when lightprobe.h has others.
+//     make specular    or    build/release/specular [print]
+//
+// Reflected radiance of GGX with height-correlated Smith shadowing is a distribution of directions of
+// light, times what it sums up to. The distribution is fitted by a cosine that a matrix has transformed (Heitz,
+// Dupuy, Hill and Neubelt: Real-Time Polygonal-Light Shading with Linearly Transformed Cosines, 2016), of the
+// matrices that leave the horizon where it is:
+//     x' = along x - shear z,   y' = across y,   z' = 2 alpha z
+// in axes away from the viewer (x) and along the normal (z). A small alpha has along = cos^2, across = 1,
+// shear = sin cos: GGX's distribution of half vectors is itself a transformed cosine, and a mirror doubles
+// its angles. What a larger alpha adds is alpha times a polynomial of alpha and r = cos / (cos + alpha),
+// of degree 3 in each: all depends on cos / alpha near grazing. Levenberg and Marquardt's method minimises the
+// squared difference of the distributions over all roughnesses and angles, in places drawn by GGX (so that
+// narrow lobes count as much as wide ones). The sums, with and without Schlick's (1 - cos)^5, are fitted by
+// linear least squares. "print" prints the numbers for lightprobe.h.
+#include "../../lightprobe.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ALPHAS = 14, ANGLES = 16, NODES = ALPHAS * ANGLES, SIDE = 32, FINE = 192, TERMS = 16, SHAPE = 3 * TERMS };
+static const double PI = 3.14159265358979323846;
+
+typedef struct sample {
+    double light[3];
+    double value, density; // of the distribution; of samples, times their number
+} sample;
+
+typedef struct node {
+    double alpha, cosine;
+    double whole, schlick; // the sums
+    int count;
+    sample s[SIDE * SIDE];
+} node;
+
+static node nodes[NODES];
+
+// A half vector drawn by GGX, the light's direction by it, the BRDF times cosine and the density of drawing.
+// False if no light comes from there.
+static int draw(double alpha, double cosine, double u, double v, sample *s, double *half_cosine)
+{
+    const double sine = sqrt(1 - cosine * cosine), a2 = alpha * alpha, phi = PI * v;
+    const double hz = sqrt((1 - u) / (1 - u + a2 * u)), hr = sqrt(1 - hz * hz), hx = hr * cos(phi), hy = hr * sin(phi);
+    const double along = cosine * hz - sine * hx; // the viewer is at x = -sine
+    const double l[3] = {2 * along * hx + sine, 2 * along * hy, 2 * along * hz - cosine};
+    if (along <= 0 || l[2] <= 0) return 0;
+    const double d = a2 / (PI * pow(hz * hz * (a2 - 1) + 1, 2));
+    const double to_view = sqrt(cosine * cosine + a2 * sine * sine) / cosine;
+    const double to_light = sqrt(l[2] * l[2] + a2 * (1 - l[2] * l[2])) / l[2];
+    memcpy(s->light, l, sizeof l);
+    s->value = d * 2 / (to_view + to_light) / (4 * cosine);
+    s->density = d * hz / (4 * along);
+    *half_cosine = along;
+    return 1;
+}
+
+static void make_node(node *o, double alpha, double cosine)
+{
+    sample s;
+    double half;
+    o->alpha = alpha;
+    o->cosine = cosine;
+    for (int i = 0; i < FINE * FINE; i++) {
+        if (!draw(alpha, cosine, (i / FINE + 0.5) / FINE, (i % FINE + 0.5) / FINE, &s, &half)) continue;
+        o->whole += s.value / s.density / (FINE * FINE);
+        o->schlick += s.value / s.density / (FINE * FINE) * pow(1 - half, 5);
+    }
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        if (!draw(alpha, cosine, (i / SIDE + 0.5) / SIDE, (i % SIDE + 0.5) / SIDE, &s, &half)) continue;
+        s.value /= o->whole;
+        s.density *= SIDE; // squared differences then sum up to their mean
+        o->s[o->count++] = s;
+    }
+}
+
+// ---- The distribution, and what it is fitted by
+
+// g: along, shear over sine, across.
+static double transformed(const node *o, const double *l, const double g[3])
+{
+    const double width = 2 * o->alpha, sine = sqrt(1 - o->cosine * o->cosine);
+    const double x = (g[0] * l[0] - g[1] * sine * l[2]) / width, y = g[2] * l[1] / width, z = l[2];
+    const double square = x * x + y * y + z * z;
+    return z * g[0] * g[2] / (width * width * PI * square * square);
+}
+
+static double difference(const node *o, const double g[3])
+{
+    double sum = 0;
+    for (int i = 0; i < o->count; i++) {
+        const double d = (transformed(o, o->s[i].light, g) - o->s[i].value) / o->s[i].density;
+        sum += d * d;
+    }
+    return sum;
+}
+
+static void terms(const node *o, double b[TERMS])
+{
+    const double r = o->cosine / (o->cosine + o->alpha);
+    for (int i = 0; i < TERMS; i++) b[i] = pow(o->alpha, i / 4) * pow(r, i % 4);
+}
+
+static void evaluate(const node *o, const double *c, double g[3])
+{
+    double b[TERMS];
+    terms(o, b);
+    g[0] = o->cosine * o->cosine;
+    g[1] = o->cosine;
+    g[2] = 1;
+    for (int k = 0; k < SHAPE; k++) g[k / TERMS] += o->alpha * c[k] * b[k % TERMS];
+}
+
+static double all_difference(const double *c)
+{
+    double sum = 0, g[3];
+    for (int i = 0; i < NODES; i++) {
+        evaluate(&nodes[i], c, g);
+        if (!(g[0] > 0 && g[2] > 0)) return 1e30;
+        sum += difference(&nodes[i], g);
+    }
+    return sum;
+}
+
+// Gauss and Jordan, with pivots: b becomes the solution.
+static void solve(int n, double *a, double *b)
+{
+    for (int i = 0; i < n; i++) {
+        int p = i;
+        for (int k = i; k < n; k++) p = fabs(a[k * n + i]) > fabs(a[p * n + i]) ? k : p;
+        for (int k = 0; k <= n; k++) {
+            double *x = k < n ? &a[i * n + k] : &b[i], *y = k < n ? &a[p * n + k] : &b[p], t = *x;
+            *x = *y;
+            *y = t;
+        }
+        for (int k = 0; k < n; k++) {
+            const double f = k == i ? 0 : a[k * n + i] / a[i * n + i];
+            for (int j = i; j < n; j++) a[k * n + j] -= f * a[i * n + j];
+            b[k] -= f * b[i];
+        }
+    }
+    for (int i = 0; i < n; i++) b[i] /= a[i * n + i];
+}
+
+// The normal equations of a node's three numbers.
+static void normal_equations(const node *o, const double g[3], double jj[9], double jr[3])
+{
+    memset(jj, 0, 9 * sizeof *jj);
+    memset(jr, 0, 3 * sizeof *jr);
+    for (int i = 0; i < o->count; i++) {
+        const sample *s = &o->s[i];
+        const double now = transformed(o, s->light, g);
+        double j[3];
+        for (int k = 0; k < 3; k++) {
+            double moved[3] = {g[0], g[1], g[2]};
+            const double step = 1e-6 * (fabs(g[k]) + 1e-3);
+            moved[k] += step;
+            j[k] = (transformed(o, s->light, moved) - now) / (step * s->density);
+        }
+        for (int k = 0; k < 3; k++) {
+            jr[k] += j[k] * (s->value - now) / s->density;
+            for (int m = 0; m < 3; m++) jj[3 * k + m] += j[k] * j[m];
+        }
+    }
+}
+
+// A node alone; the start is about right.
+static void fit_node(const node *o, double g[3])
+{
+    const double a = o->alpha;
+    double jj[9], jr[3], damping = 1e-3;
+    g[0] = o->cosine * o->cosine + 7 * a * a / (1 + 5 * a * a);
+    g[1] = o->cosine + a * (1 - a) * (1 - o->cosine);
+    g[2] = 1 + 0.7 * a;
+    for (double now = difference(o, g); damping < 1e9; damping *= 4) {
+        normal_equations(o, g, jj, jr);
+        for (int k = 0; k < 3; k++) jj[4 * k] *= 1 + damping;
+        if (jj[4] < 1e-9 * jj[0]) jj[4] = 1; // seen along the normal there is no shear
+        solve(3, jj, jr);
+        for (int k = 0; k < 3; k++) jr[k] += g[k];
+        const double next = jr[0] > 0 && jr[2] > 0 ? difference(o, jr) : now;
+        if (!(next < now * (1 - 1e-12))) continue;
+        memcpy(g, jr, sizeof jr);
+        now = next;
+        damping *= 0.01;
+    }
+}
+
+// Least squares of a polynomial over all nodes: of what each node should have and how much it weighs.
+static void fit_terms(const double *wanted, const double *weight, const double *factor, double c[TERMS])
+{
+    double a[TERMS * TERMS] = {0}, t[TERMS];
+    memset(c, 0, TERMS * sizeof *c);
+    for (int i = 0; i < NODES; i++) {
+        terms(&nodes[i], t);
+        for (int k = 0; k < TERMS; k++) {
+            c[k] += weight[i] * factor[i] * t[k] * wanted[i];
+            for (int m = 0; m < TERMS; m++) a[k * TERMS + m] += weight[i] * factor[i] * factor[i] * t[k] * t[m];
+        }
+    }
+    solve(TERMS, a, c);
+}
+
+static void start_shape(double c[SHAPE])
+{
+    static double g[NODES][3];
+    double wanted[NODES], weight[NODES], factor[NODES];
+    for (int i = 0; i < NODES; i++) fit_node(&nodes[i], g[i]);
+    for (int k = 0; k < 3; k++) {
+        for (int i = 0; i < NODES; i++) {
+            const double m = nodes[i].cosine;
+            wanted[i] = g[i][k] - (k == 0 ? m * m : k == 1 ? m : 1);
+            weight[i] = k == 1 && m == 1 ? 0 : 1 / (g[i][k] * g[i][k]);
+            factor[i] = nodes[i].alpha;
+        }
+        fit_terms(wanted, weight, factor, c + k * TERMS);
+    }
+}
+
+// Adds a node to the normal equations of all terms.
+static void add_node(const node *o, const double *c, double *a, double *b)
+{
+    double g[3], t[TERMS], jj[9], jr[3];
+    evaluate(o, c, g);
+    terms(o, t);
+    normal_equations(o, g, jj, jr);
+    for (int k = 0; k < SHAPE; k++) {
+        b[k] += o->alpha * jr[k / TERMS] * t[k % TERMS];
+        for (int m = 0; m < SHAPE; m++)
+            a[k * SHAPE + m] += o->alpha * o->alpha * jj[k / TERMS * 3 + m / TERMS] * t[k % TERMS] * t[m % TERMS];
+    }
+}
+
+static void fit_shape(double c[SHAPE])
+{
+    static double a[SHAPE * SHAPE], damped[SHAPE * SHAPE];
+    double b[SHAPE], step[SHAPE], damping = 1e-3, now = all_difference(c);
+    for (int round = 0; round < 400 && damping < 1e12; round++) {
+        memset(a, 0, sizeof a);
+        memset(b, 0, sizeof b);
+        for (int i = 0; i < NODES; i++) add_node(&nodes[i], c, a, b);
+        for (; damping < 1e12; damping *= 4) {
+            memcpy(damped, a, sizeof a);
+            memcpy(step, b, sizeof b);
+            for (int k = 0; k < SHAPE; k++) damped[k * SHAPE + k] += damping * (a[k * SHAPE + k] + 1e-9);
+            solve(SHAPE, damped, step);
+            for (int k = 0; k < SHAPE; k++) step[k] += c[k];
+            const double next = all_difference(step);
+            if (!(next < now)) continue;
+            memcpy(c, step, sizeof step);
+            now = next;
+            damping *= 0.1;
+            break;
+        }
+    }
+}
+
+
+// ---- Against the header
+
+static void make_nodes(void)
+{
+    for (int i = 0; i < NODES; i++) {
+        const double least = sqrt(0.02), root = least + (1 - least) * (i / ANGLES) / (ALPHAS - 1);
+        make_node(&nodes[i], root * root, cos(88 * PI / 180 * (i % ANGLES) / (ANGLES - 1)));
+    }
+}
+
+static void fit_sums(double whole[TERMS], double schlick[TERMS])
+{
+    double wanted[2][NODES], weight[NODES], factor[2][NODES];
+    for (int i = 0; i < NODES; i++) {
+        weight[i] = factor[0][i] = 1;
+        factor[1][i] = pow(1 - nodes[i].cosine, 5);
+        wanted[0][i] = nodes[i].whole;
+        wanted[1][i] = nodes[i].schlick;
+    }
+    fit_terms(wanted[0], weight, factor[0], whole);
+    fit_terms(wanted[1], weight, factor[1], schlick);
+}
+
+static void print(const char *name, const double *c)
+{
+    const int indent = 4 + (int)strlen(name) + (int)strlen("float  = lightprobe_cubic(");
+    printf("    float %s = lightprobe_cubic(a,", name);
+    for (int i = 0; i < 4; i++, c += 4)
+        printf("%s%*slightprobe_cubic(r, %.7gf, %.7gf, %.7gf, %.7gf)%s", i ? "\n" : "", i ? indent : 1, "", c[0],
+               c[1], c[2], c[3], i < 3 ? "," : ");\n");
+}
+
+int main(int argc, char **argv)
+{
+    static double shape[SHAPE], whole[TERMS], schlick[TERMS];
+    make_nodes();
+    start_shape(shape);
+    fit_shape(shape);
+    fit_sums(whole, schlick);
+    if (argc > 1 && !strcmp(argv[1], "print")) {
+        print("along", shape);
+        print("shear", shape + TERMS);
+        print("across", shape + 2 * TERMS);
+        print("whole", whole);
+        print("schlick", schlick);
+        return 0;
+    }
+    return 0;
+}
