@@ -245,25 +245,26 @@ LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, floa
 // How a surface reflects light towards a viewer without scattering it inside: GGX with height-correlated Smith
 // shadowing and Schlick's Fresnel term, a single bounce. The same for all lights, so made once a point.
 typedef struct lightprobe_lobe {
-    float normal[3], away[3], color[3];  // unit; away from the viewer across it; sum over all directions
-    float along, across, shear, width;   // matrix from directions of light to a cosine lobe
+    float normal[3], view[3], away[3], f0[3]; // away: unit, across the normal and away from the viewer
+    float along, across, shear, width;        // matrix from directions of light to a cosine lobe
+    float whole, fresnel; // sum over all directions for f0 1; Fresnel term of all less that of the middle
 } lightprobe_lobe;
 
 // normal and view (from the point to the viewer) are unit vectors; alpha is GGX's, often the square of an
-// artist's roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that is no metal. What
-// is out of range counts as the nearest number inside; a viewer below the surface as one along it. Within 0.02
-// of the whole reflectance up to 88 degrees.
+// artist's roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that is no metal.
+// What is out of range counts as the nearest number inside, a viewer below the surface as one along it.
 LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], const float view[3], float alpha,
                                                         const float f0[3]);
 
-// Radiance that goes to the viewer by this lobe, per unit of the light's irradiance[c] * lobe.color[c] and
-// nothing in between, from a surface (x, y, z) from the probe's centre, which a light at infinity does not ask
-// for. The light as extracted is taken for a rectangle with the proportions of tan_half_u and tan_half_v, uniform, that faces
-// the probe, up to a whole sphere (cos_alpha -1); sides are at least 0.002 of the distance. Its
-// share of the lobe is exact, also where the horizon cuts it; the lobe is a linearly transformed cosine (Heitz et al. 2016), how near
-// is in docs/lightprobe.md. Finite and at least 0 for finite arguments.
-LIGHTPROBE_API float lightprobe_rectangle_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y,
-                                                   float z);
+// Radiance that goes to the viewer from one light, nothing in between, at a surface that is (x, y, z) from the
+// probe's centre (of no matter where the light is infinitely far). The light, as extracted and not as
+// lightprobe_light_at gives it, is a uniform rectangle that faces the probe: in a plane at cos_alpha, its
+// half-sizes the sines of those of tan_half_u and tan_half_v, at least 0.001; up to the whole sphere. Its part
+// of the lobe is exact, also where the horizon cuts it; the lobe is a linearly transformed cosine (Heitz,
+// Dupuy, Hill and Neubelt 2016), how good a one is in docs/lightprobe.md. For finite arguments finite and at
+// least 0, at most the light's radiance.
+LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,
+                                        float rgb[3]);
 
 // Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
 // to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
@@ -352,9 +353,9 @@ LIGHTPROBE_API lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl,
 //     vec3 lightprobe_residual_irradiance(vec3 normal)    // what the lights do not carry
 LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
 
-// Text to put after lightprobe_glsl_lights(), for who wants it: lightprobe_lobe, lightprobe_specular_lobe and
-// lightprobe_rectangle_specular as in C, and
-//     vec3 lightprobe_specular(int light, lightprobe_lobe lobe)  // radiance to the viewer, times visibility
+// Text to put after lightprobe_glsl_lights(), for shaders that want it: lightprobe_lobe and
+//     lightprobe_lobe lightprobe_specular_lobe(vec3 normal, vec3 view, float alpha, vec3 f0)
+//     vec3 lightprobe_specular(int light, lightprobe_lobe lobe)  // times visibility
 //     vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)  // from the probe's centre
 LIGHTPROBE_API const char *lightprobe_glsl_specular(void);
 
@@ -882,6 +883,13 @@ LIGHTPROBE_SHARED float lightprobe_cubic(float x, float a, float b, float c, flo
     return ((d * x + c) * x + b) * x + a;
 }
 
+// Schlick's term of the half vector for the cosine between light and viewer.
+LIGHTPROBE_SHARED float lightprobe_fresnel(float cosine)
+{
+    float t = 1.0f - sqrtf(0.5f + 0.5f * lightprobe_between(cosine, -1.0f, 1.0f));
+    return t * t * t * t * t;
+}
+
 // Directions of light, x away from the viewer and z along the normal, become those of a cosine lobe by
 // x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is reflected
 // from below it. All numbers are fitted and checked by tests/proofs/specular.c.
@@ -892,7 +900,8 @@ lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lig
     float a = lightprobe_between(alpha, 0.02f, 1.0f), facing = 0.0f;
     for (int i = 0; i < 3; i++) {
         lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);
-        facing += lobe.normal[i] * lightprobe_between(view[i], -1.0f, 1.0f);
+        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);
+        facing += lobe.normal[i] * lobe.view[i];
     }
     float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));
     float along = lightprobe_cubic(a, lightprobe_cubic(r, 0.6870887f, -3.888597f, 6.132308f, -2.974075f),
@@ -915,17 +924,19 @@ lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lig
                                      lightprobe_cubic(r, -0.3338469f, -1.38967f, -26.16743f, 31.21667f),
                                      lightprobe_cubic(r, 0.6042937f, -4.818773f, 49.94647f, -17.15972f),
                                      lightprobe_cubic(r, -0.3157603f, 3.105656f, -16.60827f, -24.18084f));
-    float dim = (1.0f - m) * (1.0f - m) * (1.0f - m) * (1.0f - m) * (1.0f - m);
     lobe.along = m * m + a * along > 1e-4f ? m * m + a * along : 1e-4f;
     lobe.across = 1.0f + a * across;
     lobe.shear = sine * (m + a * shear);
     lobe.width = 2.0f * a;
-    whole = lightprobe_between(whole, 0.0f, 1.0f);
-    schlick = lightprobe_between(dim * schlick, 0.0f, whole);
+    lobe.whole = lightprobe_between(whole, 0.0f, 1.0f);
+    // Fresnel's term is taken where the light is, but falls off across the lobe: the more, the more light fills.
+    float x = lobe.shear / lobe.along, dim = (1.0f - m) * (1.0f - m);
+    float middle = lightprobe_fresnel((m - sine * x) / sqrtf(1.0f + x * x));
+    lobe.fresnel = dim * dim * (1.0f - m) * schlick / (lobe.whole + 1e-3f) - middle;
     for (int i = 0; i < 3; i++) {
-        float across_view = m * lobe.normal[i] - lightprobe_between(view[i], -1.0f, 1.0f);
-        lobe.away[i] = across_view / (sine > 1e-3f ? sine : 1e-3f);
-        lobe.color[i] = lightprobe_between(f0[i], 0.0f, 1.0f) * (whole - schlick) + schlick;
+        float away = (m * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);
+        lobe.away[i] = lightprobe_between(away, -1.0f, 1.0f);
+        lobe.f0[i] = lightprobe_between(f0[i], 0.0f, 1.0f);
     }
     return lobe;
 }
@@ -938,10 +949,21 @@ LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightpro
     for (int i = 0; i < 3; i++) to[i] = lobe.across * from[i] + more * lobe.away[i] + up * lobe.normal[i];
 }
 
-// Adds Lambert's integral along the edge from p to p + e, times 2 pi: angle times cosine. The part below the
-// horizon is put straight up on it, where that is its azimuth. sum[1] adds up azimuths of whole edges.
+// The cosine between the viewer and the direction that went into the lobe as this one.
+LIGHTPROBE_SHARED float lightprobe_to_viewer(lightprobe_lobe lobe, const lightprobe_vec3 into)
+{
+    lightprobe_vec3 d;
+    float x = lightprobe_dot(into, lobe.away), z = lightprobe_dot(into, lobe.normal), up = z / lobe.width;
+    float forth = (x + lobe.shear * up) / lobe.along - x / lobe.across;
+    up -= z / lobe.across;
+    for (int i = 0; i < 3; i++) d[i] = into[i] / lobe.across + forth * lobe.away[i] + up * lobe.normal[i];
+    return lightprobe_dot(d, lobe.view) / sqrtf(lightprobe_dot(d, d) + 1e-30f);
+}
+
+// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the horizon is put
+// straight up on it, where it is its azimuth along n. sum[3] adds up azimuths of whole edges.
 LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p, const lightprobe_vec3 e,
-                                           LIGHTPROBE_INOUT lightprobe_vec3 sum)
+                                           LIGHTPROBE_INOUT lightprobe_vec4 sum)
 {
     lightprobe_vec3 q, plane;
     for (int i = 0; i < 3; i++) {
@@ -956,23 +978,25 @@ LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightp
     float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;
     float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);
     float low2 = at_p > at_q ? lightprobe_dot(q, q) : lightprobe_dot(p, p);
-    sum[1] += azimuth;
-    if (high <= 0.0f) {
-        sum[0] += azimuth;
-        return;
+    float below = azimuth, above = 0.0f;
+    if (high > 0.0f) { // the edge meets the horizon at high times its low end less low times its high end
+        low = low < 0.0f ? low : 0.0f;
+        above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);
+        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);
     }
-    low = low < 0.0f ? low : 0.0f; // the edge meets the horizon at high * its low end - low * its high end
-    sum[0] += lightprobe_angle(high * size, high * both - low * high2) * side / (size + 1e-37f);
-    sum[0] += turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);
+    for (int i = 0; i < 3; i++) sum[i] += above * plane[i] + below * n[i];
+    sum[3] += azimuth;
 }
 
-float lightprobe_rectangle_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z)
+void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,
+                         LIGHTPROBE_OUT lightprobe_vec3 rgb)
 {
     // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.
     float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
     float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f), v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
     float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f, before = 1.0f;
-    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, sum;
+    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, flux;
+    lightprobe_vec4 sum;
     u = most * u / sqrtf(1.0f + u * u);
     v = most * v / sqrtf(1.0f + v * v);
     for (int i = 0; i < 3; i++) {
@@ -982,14 +1006,14 @@ float lightprobe_rectangle_specular(lightprobe_light light, lightprobe_lobe lobe
         centre[i] = c * (direction - at);
         axis_u[i] = u * lightprobe_between(light.axis_u[i], -1.0f, 1.0f);
         axis_v[i] = v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);
-        sum[i] = 0.0f;
+        sum[i] = sum[3] = rgb[i] = 0.0f;
     }
     lightprobe_into_lobe(lobe, centre, middle);
     lightprobe_into_lobe(lobe, axis_u, half_u);
     lightprobe_into_lobe(lobe, axis_v, half_v);
     float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +
                 fabsf(lightprobe_dot(half_v, lobe.normal));
-    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return 0.0f; // behind it, or it is below the horizon
+    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return; // behind it, or it is below the horizon
     for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];
     for (int k = 0; k < 4; k++) {
         lightprobe_vec3 e;
@@ -998,10 +1022,14 @@ float lightprobe_rectangle_specular(lightprobe_light light, lightprobe_lobe lobe
         for (int i = 0; i < 3; i++) p[i] += e[i];
     }
     // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.
-    float turns = 0.15915494f * sum[1];
-    float share = 0.15915494f * sum[0] + (turns < (c < 0.0f ? 0.5f : -0.5f) ? 1.0f : 0.0f);
+    float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;
+    for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];
+    float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);
     float solid_angle = 4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v));
-    return lightprobe_between(share, 0.0f, 1.0f) / solid_angle;
+    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux)) + share * share * lobe.fresnel;
+    fresnel = lightprobe_between(fresnel, 0.0f, 1.0f);
+    for (int i = 0; i < 3; i++)
+        rgb[i] = light.irradiance[i] * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel) * lobe.whole * share / solid_angle;
 }
 // [glsl end]
 
@@ -3255,13 +3283,14 @@ const char *lightprobe_result_string(lightprobe_result result)
 
 #define LIGHTPROBE__SPECULAR_BEGIN                                                                 \
     "struct lightprobe_lobe {\n"                                                                   \
-    "    vec3 normal, away, color;\n"                                                              \
-    "    float along, across, shear, width;\n"                                                     \
+    "    vec3 normal, view, away, f0;\n"                                                           \
+    "    float along, across, shear, width, whole, fresnel;\n"                                     \
     "};\n"                                                                                         \
     "#define LIGHTPROBE_SHARED\n"                                                                  \
     "#define LIGHTPROBE_INOUT inout\n"                                                             \
     "#define LIGHTPROBE_OUT out\n"                                                                 \
     "#define lightprobe_vec3 vec3\n"                                                               \
+    "#define lightprobe_vec4 vec4\n"                                                               \
     "#define lightprobe_dot dot\n"                                                                 \
     "#define sqrtf sqrt\n"                                                                         \
     "#define fabsf abs\n"
@@ -3270,15 +3299,16 @@ const char *lightprobe_result_string(lightprobe_result result)
     "#undef LIGHTPROBE_INOUT\n"                                                                    \
     "#undef LIGHTPROBE_OUT\n"                                                                      \
     "#undef lightprobe_vec3\n"                                                                     \
+    "#undef lightprobe_vec4\n"                                                                     \
     "#undef lightprobe_dot\n"                                                                      \
     "#undef sqrtf\n"                                                                               \
     "#undef fabsf\n"                                                                               \
     "// Radiance to the viewer from one light, nothing standing in between.\n"                     \
     "vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)\n"                     \
     "{\n"                                                                                          \
-    "    lightprobe_light l = lightprobe_lights[light];\n"                                         \
-    "    float share = lightprobe_rectangle_specular(l, lobe, offset.x, offset.y, offset.z);\n"    \
-    "    return share * l.irradiance * lobe.color;\n"                                              \
+    "    vec3 rgb;\n"                                                                              \
+    "    lightprobe_specular(lightprobe_lights[light], lobe, offset.x, offset.y, offset.z, rgb);\n"\
+    "    return rgb;\n"                                                                            \
     "}\n"                                                                                          \
     "vec3 lightprobe_specular(int light, lightprobe_lobe lobe)\n"                                  \
     "{\n"                                                                                          \
@@ -5865,6 +5895,13 @@ const char *lightprobe_glsl_specular(void)
     "    return ((d * x + c) * x + b) * x + a;\n"
     "}\n"
     "\n"
+    "// Schlick's term of the half vector for the cosine between light and viewer.\n"
+    "LIGHTPROBE_SHARED float lightprobe_fresnel(float cosine)\n"
+    "{\n"
+    "    float t = 1.0f - sqrtf(0.5f + 0.5f * lightprobe_between(cosine, -1.0f, 1.0f));\n"
+    "    return t * t * t * t * t;\n"
+    "}\n"
+    "\n"
     "// Directions of light, x away from the viewer and z along the normal, become those of a cosine lobe by\n"
     "// x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is reflected\n"
     "// from below it. All numbers are fitted and checked by tests/proofs/specular.c.\n"
@@ -5875,7 +5912,8 @@ const char *lightprobe_glsl_specular(void)
     "    float a = lightprobe_between(alpha, 0.02f, 1.0f), facing = 0.0f;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);\n"
-    "        facing += lobe.normal[i] * lightprobe_between(view[i], -1.0f, 1.0f);\n"
+    "        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);\n"
+    "        facing += lobe.normal[i] * lobe.view[i];\n"
     "    }\n"
     "    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));\n"
     "    float along = lightprobe_cubic(a, lightprobe_cubic(r, 0.6870887f, -3.888597f, 6.132308f, -2.974075f),\n"
@@ -5898,17 +5936,19 @@ const char *lightprobe_glsl_specular(void)
     "                                     lightprobe_cubic(r, -0.3338469f, -1.38967f, -26.16743f, 31.21667f),\n"
     "                                     lightprobe_cubic(r, 0.6042937f, -4.818773f, 49.94647f, -17.15972f),\n"
     "                                     lightprobe_cubic(r, -0.3157603f, 3.105656f, -16.60827f, -24.18084f));\n"
-    "    float dim = (1.0f - m) * (1.0f - m) * (1.0f - m) * (1.0f - m) * (1.0f - m);\n"
     "    lobe.along = m * m + a * along > 1e-4f ? m * m + a * along : 1e-4f;\n"
     "    lobe.across = 1.0f + a * across;\n"
     "    lobe.shear = sine * (m + a * shear);\n"
     "    lobe.width = 2.0f * a;\n"
-    "    whole = lightprobe_between(whole, 0.0f, 1.0f);\n"
-    "    schlick = lightprobe_between(dim * schlick, 0.0f, whole);\n"
+    "    lobe.whole = lightprobe_between(whole, 0.0f, 1.0f);\n"
+    "    // Fresnel's term is taken where the light is, but falls off across the lobe: the more, the more light fills.\n"
+    "    float x = lobe.shear / lobe.along, dim = (1.0f - m) * (1.0f - m);\n"
+    "    float middle = lightprobe_fresnel((m - sine * x) / sqrtf(1.0f + x * x));\n"
+    "    lobe.fresnel = dim * dim * (1.0f - m) * schlick / (lobe.whole + 1e-3f) - middle;\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        float across_view = m * lobe.normal[i] - lightprobe_between(view[i], -1.0f, 1.0f);\n"
-    "        lobe.away[i] = across_view / (sine > 1e-3f ? sine : 1e-3f);\n"
-    "        lobe.color[i] = lightprobe_between(f0[i], 0.0f, 1.0f) * (whole - schlick) + schlick;\n"
+    "        float away = (m * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);\n"
+    "        lobe.away[i] = lightprobe_between(away, -1.0f, 1.0f);\n"
+    "        lobe.f0[i] = lightprobe_between(f0[i], 0.0f, 1.0f);\n"
     "    }\n"
     "    return lobe;\n"
     "}\n"
@@ -5921,10 +5961,21 @@ const char *lightprobe_glsl_specular(void)
     "    for (int i = 0; i < 3; i++) to[i] = lobe.across * from[i] + more * lobe.away[i] + up * lobe.normal[i];\n"
     "}\n"
     "\n"
-    "// Adds Lambert's integral along the edge from p to p + e, times 2 pi: angle times cosine. The part below the\n"
-    "// horizon is put straight up on it, where that is its azimuth. sum[1] adds up azimuths of whole edges.\n"
+    "// The cosine between the viewer and the direction that went into the lobe as this one.\n"
+    "LIGHTPROBE_SHARED float lightprobe_to_viewer(lightprobe_lobe lobe, const lightprobe_vec3 into)\n"
+    "{\n"
+    "    lightprobe_vec3 d;\n"
+    "    float x = lightprobe_dot(into, lobe.away), z = lightprobe_dot(into, lobe.normal), up = z / lobe.width;\n"
+    "    float forth = (x + lobe.shear * up) / lobe.along - x / lobe.across;\n"
+    "    up -= z / lobe.across;\n"
+    "    for (int i = 0; i < 3; i++) d[i] = into[i] / lobe.across + forth * lobe.away[i] + up * lobe.normal[i];\n"
+    "    return lightprobe_dot(d, lobe.view) / sqrtf(lightprobe_dot(d, d) + 1e-30f);\n"
+    "}\n"
+    "\n"
+    "// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the horizon is put\n"
+    "// straight up on it, where it is its azimuth along n. sum[3] adds up azimuths of whole edges.\n"
     "LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p, const lightprobe_vec3 e,\n"
-    "                                           LIGHTPROBE_INOUT lightprobe_vec3 sum)\n"
+    "                                           LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
     "{\n"
     "    lightprobe_vec3 q, plane;\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -5939,23 +5990,25 @@ const char *lightprobe_glsl_specular(void)
     "    float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;\n"
     "    float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);\n"
     "    float low2 = at_p > at_q ? lightprobe_dot(q, q) : lightprobe_dot(p, p);\n"
-    "    sum[1] += azimuth;\n"
-    "    if (high <= 0.0f) {\n"
-    "        sum[0] += azimuth;\n"
-    "        return;\n"
+    "    float below = azimuth, above = 0.0f;\n"
+    "    if (high > 0.0f) { // the edge meets the horizon at high times its low end less low times its high end\n"
+    "        low = low < 0.0f ? low : 0.0f;\n"
+    "        above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);\n"
+    "        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);\n"
     "    }\n"
-    "    low = low < 0.0f ? low : 0.0f; // the edge meets the horizon at high * its low end - low * its high end\n"
-    "    sum[0] += lightprobe_angle(high * size, high * both - low * high2) * side / (size + 1e-37f);\n"
-    "    sum[0] += turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);\n"
+    "    for (int i = 0; i < 3; i++) sum[i] += above * plane[i] + below * n[i];\n"
+    "    sum[3] += azimuth;\n"
     "}\n"
     "\n"
-    "float lightprobe_rectangle_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z)\n"
+    "void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,\n"
+    "                         LIGHTPROBE_OUT lightprobe_vec3 rgb)\n"
     "{\n"
     "    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.\n"
     "    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
     "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f), v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
     "    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f, before = 1.0f;\n"
-    "    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, sum;\n"
+    "    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, flux;\n"
+    "    lightprobe_vec4 sum;\n"
     "    u = most * u / sqrtf(1.0f + u * u);\n"
     "    v = most * v / sqrtf(1.0f + v * v);\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -5965,14 +6018,14 @@ const char *lightprobe_glsl_specular(void)
     "        centre[i] = c * (direction - at);\n"
     "        axis_u[i] = u * lightprobe_between(light.axis_u[i], -1.0f, 1.0f);\n"
     "        axis_v[i] = v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);\n"
-    "        sum[i] = 0.0f;\n"
+    "        sum[i] = sum[3] = rgb[i] = 0.0f;\n"
     "    }\n"
     "    lightprobe_into_lobe(lobe, centre, middle);\n"
     "    lightprobe_into_lobe(lobe, axis_u, half_u);\n"
     "    lightprobe_into_lobe(lobe, axis_v, half_v);\n"
     "    float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +\n"
     "                fabsf(lightprobe_dot(half_v, lobe.normal));\n"
-    "    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return 0.0f; // behind it, or it is below the horizon\n"
+    "    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return; // behind it, or it is below the horizon\n"
     "    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];\n"
     "    for (int k = 0; k < 4; k++) {\n"
     "        lightprobe_vec3 e;\n"
@@ -5981,10 +6034,14 @@ const char *lightprobe_glsl_specular(void)
     "        for (int i = 0; i < 3; i++) p[i] += e[i];\n"
     "    }\n"
     "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.\n"
-    "    float turns = 0.15915494f * sum[1];\n"
-    "    float share = 0.15915494f * sum[0] + (turns < (c < 0.0f ? 0.5f : -0.5f) ? 1.0f : 0.0f);\n"
+    "    float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;\n"
+    "    for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];\n"
+    "    float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);\n"
     "    float solid_angle = 4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v));\n"
-    "    return lightprobe_between(share, 0.0f, 1.0f) / solid_angle;\n"
+    "    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux)) + share * share * lobe.fresnel;\n"
+    "    fresnel = lightprobe_between(fresnel, 0.0f, 1.0f);\n"
+    "    for (int i = 0; i < 3; i++)\n"
+    "        rgb[i] = light.irradiance[i] * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel) * lobe.whole * share / solid_angle;\n"
     "}\n"
     // [glsl text end]
     LIGHTPROBE__SPECULAR_END;

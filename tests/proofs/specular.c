@@ -14,6 +14,7 @@
 // narrow lobes count as much as wide ones). The sums, with and without Schlick's (1 - cos)^5, are fitted by
 // linear least squares. "print" prints the numbers for lightprobe.h.
 #include "../../lightprobe.h"
+#include "../support/test.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -289,6 +290,133 @@ static void print(const char *name, const double *c)
                c[1], c[2], c[3], i < 3 ? "," : ");\n");
 }
 
+// How far the header is from the fit: in parts of the fit, of the whole reflectance for sums.
+static int check_header(const double *shape, const double *whole, const double *schlick)
+{
+    const float up[3] = {0, 0, 1};
+    double worst = 0, sums = 0;
+    for (int i = 0; i < NODES; i++) {
+        const node *o = &nodes[i];
+        const double m = o->cosine, sine = sqrt(1 - m * m);
+        const float view[3] = {(float)-sine, 0, (float)m};
+        const lightprobe_lobe lobe = lightprobe_specular_lobe(up, view, (float)o->alpha, up);
+        double g[3], t[TERMS], e = 0, b = 0;
+        evaluate(o, shape, g);
+        terms(o, t);
+        for (int k = 0; k < TERMS; k++) {
+            e += whole[k] * t[k];
+            b += pow(1 - m, 5) * schlick[k] * t[k];
+        }
+        const double x = lobe.shear / lobe.along, to_viewer = (m - sine * x) / sqrt(1 + x * x);
+        const double fresnel = lobe.fresnel + pow(1 - sqrt(0.5 + 0.5 * to_viewer), 5);
+        worst = fmax(worst, fmax(fabs(lobe.along / g[0] - 1), fabs(lobe.across / g[2] - 1)));
+        worst = fmax(worst, fabs(lobe.shear - sine * g[1]) / (g[1] + sine));
+        sums = fmax(sums, fmax(fabs(lobe.whole - fmin(e, 1)), fabs(fresnel * (lobe.whole + 1e-3) - b)));
+    }
+    printf("lightprobe.h against the fit: matrix %.1e, sums %.1e\n", worst, sums);
+    return worst < 1e-3 && sums < 1e-4;
+}
+
+// ---- Against rays, on area lights
+
+// A rectangle of tangent t about where a mirror would show one, the normal being z and the viewer at x < 0.
+static lightprobe_light random_light(uint64_t *seed, double alpha, double angle, double t)
+{
+    lightprobe_light l;
+    const double off = 2 * alpha + t, phi = angle + test_range(seed, -1, 1) * off;
+    const double aside = test_range(seed, -1, 1) * off, turn = test_range(seed, 0, PI);
+    const double d[3] = {sin(phi) * cos(aside), sin(aside), cos(phi) * cos(aside)};
+    const double e[3] = {cos(phi), 0, -sin(phi)};
+    const double f[3] = {d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]};
+    memset(&l, 0, sizeof l);
+    for (int i = 0; i < 3; i++) {
+        l.direction[i] = (float)d[i];
+        l.axis_u[i] = (float)(cos(turn) * e[i] + sin(turn) * f[i]);
+        l.axis_v[i] = (float)(cos(turn) * f[i] - sin(turn) * e[i]);
+    }
+    l.tan_half_u = (float)t;
+    l.tan_half_v = (float)(t * test_range(seed, 0.3, 1));
+    l.cos_alpha = (float)(1 / sqrt(1 + t * t));
+    return l;
+}
+
+// Sines of the half-sizes; the solid angle of the rectangle by four right triangles' corners.
+static double solid_angle(const lightprobe_light *l, double *u, double *v)
+{
+    const double c = l->cos_alpha, tu = l->tan_half_u, tv = l->tan_half_v;
+    *u = tu / sqrt(1 + tu * tu);
+    *v = tv / sqrt(1 + tv * tv);
+    return 4 * atan2(*u * *v, c * sqrt(c * c + *u * *u + *v * *v));
+}
+
+static double inner(const float *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// Radiance to the viewer of a light of radiance 1 by rays drawn by GGX, for f0 1 and 0.04.
+static void trace(const lightprobe_light *l, double alpha, double cosine, int rays, double out[2])
+{
+    double u, v;
+    solid_angle(l, &u, &v);
+    out[0] = out[1] = 0;
+    for (int i = 0; i < rays * rays; i++) {
+        sample s;
+        double half;
+        const double part = (i % rays + 0.5) / rays * 2; // both halves: light need not be symmetrical
+        if (!draw(alpha, cosine, (i / rays + 0.5) / rays, part > 1 ? 2 - part : part, &s, &half)) continue;
+        if (part > 1) s.light[1] = -s.light[1];
+        const double away = inner(l->direction, s.light) / l->cos_alpha;
+        if (away <= 0 || fabs(inner(l->axis_u, s.light)) > u * away || fabs(inner(l->axis_v, s.light)) > v * away) continue;
+        const double part_of = s.value / s.density / (rays * rays), fresnel = pow(1 - half, 5);
+        out[0] += part_of;
+        out[1] += part_of * (0.04 + 0.96 * fresnel);
+    }
+}
+
+static void measure(double alpha, double low, double high, int lights, double rms[2], double *worst)
+{
+    const float up[3] = {0, 0, 1}, f0[3] = {1, 0.04f, 0.04f};
+    double wrong[2] = {0}, right[2] = {0};
+    uint64_t seed = 1;
+    for (int i = 0; i < lights; i++) {
+        const double angle = test_range(&seed, low, high) * PI / 180, cosine = cos(angle);
+        const double t = pow(10, test_range(&seed, -1.5, 0));
+        lightprobe_light l = random_light(&seed, alpha, angle, t);
+        const float view[3] = {(float)-sin(angle), 0, (float)cosine};
+        const lightprobe_lobe lobe = lightprobe_specular_lobe(up, view, (float)alpha, f0);
+        double truth[2], u, v;
+        trace(&l, alpha, cosine, 256, truth);
+        float rgb[3];
+        for (int k = 0; k < 3; k++) l.irradiance[k] = (float)solid_angle(&l, &u, &v);
+        lightprobe_specular(l, lobe, 0, 0, 0, rgb);
+        for (int k = 0; k < 2; k++) {
+            const double off = rgb[k] - truth[k];
+            wrong[k] += off * off;
+            right[k] += truth[k] * truth[k];
+            if (k == 0) *worst = fmax(*worst, fabs(off));
+        }
+    }
+    for (int k = 0; k < 2; k++) rms[k] = sqrt(wrong[k] / right[k]);
+}
+
+// Rms error in % of the rms radiance, and the largest in % of the light's radiance.
+static void table(int lights)
+{
+    static const double alphas[] = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1}, angles[] = {0, 40, 70, 85};
+    printf("| alpha | 0 to 40 degrees | 40 to 70 | 70 to 85 | f0 0.04 | largest |\n|---|---|---|---|---|---|\n");
+    for (int i = 0; i < 8; i++) {
+        double rms[2], worst = 0;
+        printf("| %g |", alphas[i]);
+        for (int k = 0; k < 3; k++) {
+            measure(alphas[i], angles[k], angles[k + 1], lights, rms, &worst);
+            printf(" %.1f |", 100 * rms[0]);
+        }
+        measure(alphas[i], 0, 85, lights, rms, &worst);
+        printf(" %.1f | %.0f |\n", 100 * rms[1], 100 * worst);
+    }
+}
+
 int main(int argc, char **argv)
 {
     static double shape[SHAPE], whole[TERMS], schlick[TERMS];
@@ -296,13 +424,13 @@ int main(int argc, char **argv)
     start_shape(shape);
     fit_shape(shape);
     fit_sums(whole, schlick);
+    if (argc > 1 && !strcmp(argv[1], "table")) table(argc > 2 ? atoi(argv[2]) : 400);
     if (argc > 1 && !strcmp(argv[1], "print")) {
         print("along", shape);
         print("shear", shape + TERMS);
         print("across", shape + 2 * TERMS);
         print("whole", whole);
         print("schlick", schlick);
-        return 0;
     }
-    return 0;
+    return !check_header(shape, whole, schlick);
 }
