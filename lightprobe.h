@@ -47,8 +47,9 @@
 //
 // CONTENTS: search for the mark. Calls come first, then what is behind them in the same order
 //
-//   >>light calls       lights of a cube map          >>math >>angles >>scratch >>vectors >>specular >>tiles >>cells
-//                                                     >>leaves >>clusters >>lights >>median cut >>extraction
+//   >>light calls       lights of a cube map          >>math >>angles >>scratch >>vectors >>specular
+//                                                     >>tiles >>cells >>leaves >>clusters >>lights
+//                                                     >>median cut >>extraction
 //   >>gl calls          the OpenGL 4.5 half           >>texts >>gl >>shaders >>plumbing >>state >>updates
 //   >>picture calls     panoramas, crosses, strips    >>pictures >>panoramas >>crosses >>without
 //   >>licence           references, changelog, licence
@@ -242,29 +243,30 @@ LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta
 // Lights at infinity or of half-angles from 90 degrees on stay as they are.
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z);
 
-// How a surface reflects light towards a viewer without scattering it inside: GGX with height-correlated Smith
-// shadowing and Schlick's Fresnel term, a single bounce. The same for all lights, so made once a point.
+// How a surface reflects light towards a viewer without scattering it inside: GGX with height-correlated
+// Smith shadowing and Schlick's Fresnel term, a single bounce. One for all lights, so made once a point.
 typedef struct lightprobe_lobe {
-    float normal[3], view[3], away[3], f0[3]; // away: unit, across the normal and away from the viewer
+    float normal[3], view[3], away[3], f0[3]; // away: unit, along the surface, from the viewer
     float along, across, shear, width;        // matrix from directions of light to a cosine lobe
-    float whole, fresnel; // sum over all directions for f0 1; Fresnel term of all less that of the middle
+    float whole, fresnel; // sum over all directions where f0 is 1; Fresnel term, mean less middle
 } lightprobe_lobe;
 
-// normal and view (from the point to the viewer) are unit vectors; alpha is GGX's, often the square of an
-// artist's roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that is no metal.
-// What is out of range counts as the nearest number inside, a viewer below the surface as one along it.
-LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], const float view[3], float alpha,
-                                                        const float f0[3]);
+// normal and view (from the point to the viewer) are unit vectors; alpha is GGX's, often the square of
+// an artist's roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that is no
+// metal. What is out of range counts as the nearest number inside, a viewer below the surface as one
+// along it.
+LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], const float view[3],
+                                                        float alpha, const float f0[3]);
 
-// Radiance that goes to the viewer from one light, nothing in between, at a surface that is (x, y, z) from the
-// probe's centre (of no matter where the light is infinitely far). The light, as extracted and not as
-// lightprobe_light_at gives it, is a uniform rectangle that faces the probe: in a plane at cos_alpha, its
-// half-sizes the sines of those of tan_half_u and tan_half_v, at least 0.001; up to the whole sphere. Its part
-// of the lobe is exact, also where the horizon cuts it; the lobe is a linearly transformed cosine (Heitz,
-// Dupuy, Hill and Neubelt 2016), how good a one is in docs/lightprobe.md. For finite arguments finite and at
-// least 0, at most the light's radiance.
-LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,
-                                        float rgb[3]);
+// Radiance that goes to the viewer from one light, nothing in between, at a surface (x, y, z) from the
+// probe's centre, which matters where the light has a distance. The light, as extracted and not as
+// lightprobe_light_at gives it, is a uniform rectangle that faces the probe, in a plane at cos_alpha,
+// its half-sizes the sines for tan_half_u and tan_half_v (0.001 to 4); up to the whole sphere. Its part
+// of the lobe is exact, also where the horizon cuts it; the lobe is a linearly transformed cosine
+// (Heitz, Dupuy, Hill, Neubelt 2016): docs/lightprobe.md has its errors. At least 0, and at most the
+// light's radiance, for any finite arguments.
+LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y,
+                                        float z, float rgb[3]);
 
 // Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
 // to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
@@ -891,10 +893,10 @@ LIGHTPROBE_SHARED float lightprobe_fresnel(float cosine)
 }
 
 // Directions of light, x away from the viewer and z along the normal, become those of a cosine lobe by
-// x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is reflected
-// from below it. All numbers are fitted and checked by tests/proofs/specular.c.
-lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view, float alpha,
-                                         const lightprobe_vec3 f0)
+// x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is
+// reflected from below it. All numbers are fitted and checked by tests/proofs/specular.c.
+lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view,
+                                         float alpha, const lightprobe_vec3 f0)
 {
     lightprobe_lobe lobe;
     float a = lightprobe_between(alpha, 0.02f, 1.0f), facing = 0.0f;
@@ -903,33 +905,39 @@ lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lig
         lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);
         facing += lobe.normal[i] * lobe.view[i];
     }
-    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));
-    float along = lightprobe_cubic(a, lightprobe_cubic(r, 0.6870887f, -3.888597f, 6.132308f, -2.974075f),
-                                   lightprobe_cubic(r, 7.719764f, -3.308256f, 29.2565f, -23.4277f),
-                                   lightprobe_cubic(r, -13.50938f, 2.349399f, 23.32614f, -97.32299f),
-                                   lightprobe_cubic(r, 6.26856f, 7.150137f, -61.45342f, 117.3795f));
-    float shear = lightprobe_cubic(a, lightprobe_cubic(r, 4.726064f, -16.29567f, 30.45149f, -18.99422f),
-                                   lightprobe_cubic(r, -12.50138f, 51.97005f, -53.43543f, 10.57823f),
-                                   lightprobe_cubic(r, 12.71535f, -68.93879f, 62.13864f, -54.28859f),
-                                   lightprobe_cubic(r, -4.89966f, 33.88605f, -51.18887f, 78.55715f));
-    float across = lightprobe_cubic(a, lightprobe_cubic(r, -1.70677f, 6.505764f, -15.33916f, 10.82023f),
-                                    lightprobe_cubic(r, 8.495898f, -39.76816f, 98.39516f, -61.09249f),
-                                    lightprobe_cubic(r, -11.75843f, 61.5398f, -124.5729f, 41.22029f),
-                                    lightprobe_cubic(r, 5.126669f, -25.684f, 36.97221f, 12.70945f));
-    float whole = lightprobe_cubic(a, lightprobe_cubic(r, 1.132759f, -1.434752f, 2.42621f, -1.127627f),
-                                   lightprobe_cubic(r, -0.7042931f, 5.782038f, -11.61224f, 6.800136f),
-                                   lightprobe_cubic(r, 0.9278349f, -9.034128f, 9.264783f, -0.1657189f),
-                                   lightprobe_cubic(r, -0.3826702f, 1.985989f, 4.663325f, -9.537314f));
-    float schlick = lightprobe_cubic(a, lightprobe_cubic(r, 0.09836553f, 2.626262f, -3.104698f, 1.392019f),
-                                     lightprobe_cubic(r, -0.3338469f, -1.38967f, -26.16743f, 31.21667f),
-                                     lightprobe_cubic(r, 0.6042937f, -4.818773f, 49.94647f, -17.15972f),
-                                     lightprobe_cubic(r, -0.3157603f, 3.105656f, -16.60827f, -24.18084f));
+    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a);
+    float sine = sqrtf((1.0f - m) * (1.0f + m));
+    float along = lightprobe_cubic(
+        a, lightprobe_cubic(r, 0.68709f, -3.8886f, 6.1323f, -2.9741f),
+        lightprobe_cubic(r, 7.7198f, -3.3083f, 29.256f, -23.428f),
+        lightprobe_cubic(r, -13.509f, 2.3494f, 23.326f, -97.323f),
+        lightprobe_cubic(r, 6.2686f, 7.1501f, -61.453f, 117.38f));
+    float shear = lightprobe_cubic(
+        a, lightprobe_cubic(r, 4.7261f, -16.296f, 30.451f, -18.994f),
+        lightprobe_cubic(r, -12.501f, 51.97f, -53.435f, 10.578f),
+        lightprobe_cubic(r, 12.715f, -68.939f, 62.139f, -54.289f),
+        lightprobe_cubic(r, -4.8997f, 33.886f, -51.189f, 78.557f));
+    float across = lightprobe_cubic(
+        a, lightprobe_cubic(r, -1.7068f, 6.5058f, -15.339f, 10.82f),
+        lightprobe_cubic(r, 8.4959f, -39.768f, 98.395f, -61.092f),
+        lightprobe_cubic(r, -11.758f, 61.54f, -124.57f, 41.22f),
+        lightprobe_cubic(r, 5.1267f, -25.684f, 36.972f, 12.709f));
+    float whole = lightprobe_cubic(
+        a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),
+        lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),
+        lightprobe_cubic(r, 0.92783f, -9.0341f, 9.2648f, -0.16572f),
+        lightprobe_cubic(r, -0.38267f, 1.986f, 4.6633f, -9.5373f));
+    float schlick = lightprobe_cubic(
+        a, lightprobe_cubic(r, 0.098366f, 2.6263f, -3.1047f, 1.392f),
+        lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),
+        lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),
+        lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));
     lobe.along = m * m + a * along > 1e-4f ? m * m + a * along : 1e-4f;
     lobe.across = 1.0f + a * across;
     lobe.shear = sine * (m + a * shear);
     lobe.width = 2.0f * a;
     lobe.whole = lightprobe_between(whole, 0.0f, 1.0f);
-    // Fresnel's term is taken where the light is, but falls off across the lobe: the more, the more light fills.
+    // Fresnel's term is taken where the light is; of one that fills the lobe it is the lobe's mean.
     float x = lobe.shear / lobe.along, dim = (1.0f - m) * (1.0f - m);
     float middle = lightprobe_fresnel((m - sine * x) / sqrtf(1.0f + x * x));
     lobe.fresnel = dim * dim * (1.0f - m) * schlick / (lobe.whole + 1e-3f) - middle;
@@ -945,25 +953,28 @@ LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightpro
                                             LIGHTPROBE_OUT lightprobe_vec3 to)
 {
     float x = lightprobe_dot(from, lobe.away), z = lightprobe_dot(from, lobe.normal);
-    float more = (lobe.along - lobe.across) * x - lobe.shear * z, up = (lobe.width - lobe.across) * z;
-    for (int i = 0; i < 3; i++) to[i] = lobe.across * from[i] + more * lobe.away[i] + up * lobe.normal[i];
+    float forth = (lobe.along - lobe.across) * x - lobe.shear * z;
+    float up = (lobe.width - lobe.across) * z;
+    for (int i = 0; i < 3; i++)
+        to[i] = lobe.across * from[i] + forth * lobe.away[i] + up * lobe.normal[i];
 }
 
 // The cosine between the viewer and the direction that went into the lobe as this one.
 LIGHTPROBE_SHARED float lightprobe_to_viewer(lightprobe_lobe lobe, const lightprobe_vec3 into)
 {
     lightprobe_vec3 d;
-    float x = lightprobe_dot(into, lobe.away), z = lightprobe_dot(into, lobe.normal), up = z / lobe.width;
-    float forth = (x + lobe.shear * up) / lobe.along - x / lobe.across;
-    up -= z / lobe.across;
-    for (int i = 0; i < 3; i++) d[i] = into[i] / lobe.across + forth * lobe.away[i] + up * lobe.normal[i];
+    float x = lightprobe_dot(into, lobe.away), z = lightprobe_dot(into, lobe.normal);
+    float forth = (x + lobe.shear * z / lobe.width) / lobe.along - x / lobe.across;
+    float up = z / lobe.width - z / lobe.across;
+    for (int i = 0; i < 3; i++)
+        d[i] = into[i] / lobe.across + forth * lobe.away[i] + up * lobe.normal[i];
     return lightprobe_dot(d, lobe.view) / sqrtf(lightprobe_dot(d, d) + 1e-30f);
 }
 
-// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the horizon is put
-// straight up on it, where it is its azimuth along n. sum[3] adds up azimuths of whole edges.
-LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p, const lightprobe_vec3 e,
-                                           LIGHTPROBE_INOUT lightprobe_vec4 sum)
+// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the
+// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole edges.
+LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,
+                                           const lightprobe_vec3 e, LIGHTPROBE_INOUT lightprobe_vec4 sum)
 {
     lightprobe_vec3 q, plane;
     for (int i = 0; i < 3; i++) {
@@ -979,7 +990,7 @@ LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightp
     float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);
     float low2 = at_p > at_q ? lightprobe_dot(q, q) : lightprobe_dot(p, p);
     float below = azimuth, above = 0.0f;
-    if (high > 0.0f) { // the edge meets the horizon at high times its low end less low times its high end
+    if (high > 0.0f) { // the edge meets the horizon at high * (lower end) - low * (higher end)
         low = low < 0.0f ? low : 0.0f;
         above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);
         below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);
@@ -992,9 +1003,11 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
                          LIGHTPROBE_OUT lightprobe_vec3 rgb)
 {
     // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.
-    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
-    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f), v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
-    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f, before = 1.0f;
+    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), before = 1.0f;
+    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);
+    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
+    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
+    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;
     lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, flux;
     lightprobe_vec4 sum;
     u = most * u / sqrtf(1.0f + u * u);
@@ -1013,11 +1026,12 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     lightprobe_into_lobe(lobe, axis_v, half_v);
     float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +
                 fabsf(lightprobe_dot(half_v, lobe.normal));
-    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return; // behind it, or it is below the horizon
+    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return; // behind it, or it below the horizon
     for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];
     for (int k = 0; k < 4; k++) {
         lightprobe_vec3 e;
-        for (int i = 0; i < 3; i++) e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);
+        for (int i = 0; i < 3; i++)
+            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);
         lightprobe_add_edge(lobe.normal, p, e, sum);
         for (int i = 0; i < 3; i++) p[i] += e[i];
     }
@@ -1026,10 +1040,11 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];
     float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);
     float solid_angle = 4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v));
-    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux)) + share * share * lobe.fresnel;
-    fresnel = lightprobe_between(fresnel, 0.0f, 1.0f);
+    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));
+    fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);
     for (int i = 0; i < 3; i++)
-        rgb[i] = light.irradiance[i] * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel) * lobe.whole * share / solid_angle;
+        rgb[i] = light.irradiance[i] * (lobe.whole * share / solid_angle) *
+                 (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);
 }
 // [glsl end]
 
@@ -3282,39 +3297,22 @@ const char *lightprobe_result_string(lightprobe_result result)
     "#undef fabsf\n"
 
 #define LIGHTPROBE__SPECULAR_BEGIN                                                                 \
-    "struct lightprobe_lobe {\n"                                                                   \
-    "    vec3 normal, view, away, f0;\n"                                                           \
-    "    float along, across, shear, width, whole, fresnel;\n"                                     \
-    "};\n"                                                                                         \
-    "#define LIGHTPROBE_SHARED\n"                                                                  \
-    "#define LIGHTPROBE_INOUT inout\n"                                                             \
-    "#define LIGHTPROBE_OUT out\n"                                                                 \
-    "#define lightprobe_vec3 vec3\n"                                                               \
-    "#define lightprobe_vec4 vec4\n"                                                               \
-    "#define lightprobe_dot dot\n"                                                                 \
-    "#define sqrtf sqrt\n"                                                                         \
-    "#define fabsf abs\n"
+    "struct lightprobe_lobe {\n    vec3 normal, view, away, f0;\n"                                 \
+    "    float along, across, shear, width, whole, fresnel;\n};\n"                                 \
+    "#define LIGHTPROBE_SHARED\n#define LIGHTPROBE_INOUT inout\n#define LIGHTPROBE_OUT out\n"      \
+    "#define lightprobe_vec3 vec3\n#define lightprobe_vec4 vec4\n#define lightprobe_dot dot\n"     \
+    "#define sqrtf sqrt\n#define fabsf abs\n"
 #define LIGHTPROBE__SPECULAR_END                                                                   \
-    "#undef LIGHTPROBE_SHARED\n"                                                                   \
-    "#undef LIGHTPROBE_INOUT\n"                                                                    \
-    "#undef LIGHTPROBE_OUT\n"                                                                      \
-    "#undef lightprobe_vec3\n"                                                                     \
-    "#undef lightprobe_vec4\n"                                                                     \
-    "#undef lightprobe_dot\n"                                                                      \
-    "#undef sqrtf\n"                                                                               \
-    "#undef fabsf\n"                                                                               \
+    "#undef LIGHTPROBE_SHARED\n#undef LIGHTPROBE_INOUT\n#undef LIGHTPROBE_OUT\n"                   \
+    "#undef lightprobe_vec3\n#undef lightprobe_vec4\n#undef lightprobe_dot\n"                      \
+    "#undef sqrtf\n#undef fabsf\n"                                                                 \
     "// Radiance to the viewer from one light, nothing standing in between.\n"                     \
-    "vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)\n"                     \
-    "{\n"                                                                                          \
-    "    vec3 rgb;\n"                                                                              \
-    "    lightprobe_specular(lightprobe_lights[light], lobe, offset.x, offset.y, offset.z, rgb);\n"\
-    "    return rgb;\n"                                                                            \
-    "}\n"                                                                                          \
-    "vec3 lightprobe_specular(int light, lightprobe_lobe lobe)\n"                                  \
-    "{\n"                                                                                          \
-    "    return lightprobe_specular(light, vec3(0.0), lobe);\n"                                    \
-    "}\n"                                                                                          \
-    "#line 1\n"
+    "vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)\n{\n"                  \
+    "    lightprobe_light l = lightprobe_lights[light];\n    vec3 rgb;\n"                          \
+    "    lightprobe_specular(l, lobe, offset.x, offset.y, offset.z, rgb);\n"                       \
+    "    return rgb;\n}\n"                                                                         \
+    "vec3 lightprobe_specular(int light, lightprobe_lobe lobe)\n{\n"                               \
+    "    return lightprobe_specular(light, vec3(0.0), lobe);\n}\n#line 1\n"
 
 // ---- Pictures of probes ---- >>pictures
 
@@ -5903,10 +5901,10 @@ const char *lightprobe_glsl_specular(void)
     "}\n"
     "\n"
     "// Directions of light, x away from the viewer and z along the normal, become those of a cosine lobe by\n"
-    "// x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is reflected\n"
-    "// from below it. All numbers are fitted and checked by tests/proofs/specular.c.\n"
-    "lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view, float alpha,\n"
-    "                                         const lightprobe_vec3 f0)\n"
+    "// x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is\n"
+    "// reflected from below it. All numbers are fitted and checked by tests/proofs/specular.c.\n"
+    "lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view,\n"
+    "                                         float alpha, const lightprobe_vec3 f0)\n"
     "{\n"
     "    lightprobe_lobe lobe;\n"
     "    float a = lightprobe_between(alpha, 0.02f, 1.0f), facing = 0.0f;\n"
@@ -5915,33 +5913,39 @@ const char *lightprobe_glsl_specular(void)
     "        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);\n"
     "        facing += lobe.normal[i] * lobe.view[i];\n"
     "    }\n"
-    "    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));\n"
-    "    float along = lightprobe_cubic(a, lightprobe_cubic(r, 0.6870887f, -3.888597f, 6.132308f, -2.974075f),\n"
-    "                                   lightprobe_cubic(r, 7.719764f, -3.308256f, 29.2565f, -23.4277f),\n"
-    "                                   lightprobe_cubic(r, -13.50938f, 2.349399f, 23.32614f, -97.32299f),\n"
-    "                                   lightprobe_cubic(r, 6.26856f, 7.150137f, -61.45342f, 117.3795f));\n"
-    "    float shear = lightprobe_cubic(a, lightprobe_cubic(r, 4.726064f, -16.29567f, 30.45149f, -18.99422f),\n"
-    "                                   lightprobe_cubic(r, -12.50138f, 51.97005f, -53.43543f, 10.57823f),\n"
-    "                                   lightprobe_cubic(r, 12.71535f, -68.93879f, 62.13864f, -54.28859f),\n"
-    "                                   lightprobe_cubic(r, -4.89966f, 33.88605f, -51.18887f, 78.55715f));\n"
-    "    float across = lightprobe_cubic(a, lightprobe_cubic(r, -1.70677f, 6.505764f, -15.33916f, 10.82023f),\n"
-    "                                    lightprobe_cubic(r, 8.495898f, -39.76816f, 98.39516f, -61.09249f),\n"
-    "                                    lightprobe_cubic(r, -11.75843f, 61.5398f, -124.5729f, 41.22029f),\n"
-    "                                    lightprobe_cubic(r, 5.126669f, -25.684f, 36.97221f, 12.70945f));\n"
-    "    float whole = lightprobe_cubic(a, lightprobe_cubic(r, 1.132759f, -1.434752f, 2.42621f, -1.127627f),\n"
-    "                                   lightprobe_cubic(r, -0.7042931f, 5.782038f, -11.61224f, 6.800136f),\n"
-    "                                   lightprobe_cubic(r, 0.9278349f, -9.034128f, 9.264783f, -0.1657189f),\n"
-    "                                   lightprobe_cubic(r, -0.3826702f, 1.985989f, 4.663325f, -9.537314f));\n"
-    "    float schlick = lightprobe_cubic(a, lightprobe_cubic(r, 0.09836553f, 2.626262f, -3.104698f, 1.392019f),\n"
-    "                                     lightprobe_cubic(r, -0.3338469f, -1.38967f, -26.16743f, 31.21667f),\n"
-    "                                     lightprobe_cubic(r, 0.6042937f, -4.818773f, 49.94647f, -17.15972f),\n"
-    "                                     lightprobe_cubic(r, -0.3157603f, 3.105656f, -16.60827f, -24.18084f));\n"
+    "    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a);\n"
+    "    float sine = sqrtf((1.0f - m) * (1.0f + m));\n"
+    "    float along = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, 0.68709f, -3.8886f, 6.1323f, -2.9741f),\n"
+    "        lightprobe_cubic(r, 7.7198f, -3.3083f, 29.256f, -23.428f),\n"
+    "        lightprobe_cubic(r, -13.509f, 2.3494f, 23.326f, -97.323f),\n"
+    "        lightprobe_cubic(r, 6.2686f, 7.1501f, -61.453f, 117.38f));\n"
+    "    float shear = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, 4.7261f, -16.296f, 30.451f, -18.994f),\n"
+    "        lightprobe_cubic(r, -12.501f, 51.97f, -53.435f, 10.578f),\n"
+    "        lightprobe_cubic(r, 12.715f, -68.939f, 62.139f, -54.289f),\n"
+    "        lightprobe_cubic(r, -4.8997f, 33.886f, -51.189f, 78.557f));\n"
+    "    float across = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, -1.7068f, 6.5058f, -15.339f, 10.82f),\n"
+    "        lightprobe_cubic(r, 8.4959f, -39.768f, 98.395f, -61.092f),\n"
+    "        lightprobe_cubic(r, -11.758f, 61.54f, -124.57f, 41.22f),\n"
+    "        lightprobe_cubic(r, 5.1267f, -25.684f, 36.972f, 12.709f));\n"
+    "    float whole = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),\n"
+    "        lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),\n"
+    "        lightprobe_cubic(r, 0.92783f, -9.0341f, 9.2648f, -0.16572f),\n"
+    "        lightprobe_cubic(r, -0.38267f, 1.986f, 4.6633f, -9.5373f));\n"
+    "    float schlick = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, 0.098366f, 2.6263f, -3.1047f, 1.392f),\n"
+    "        lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),\n"
+    "        lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),\n"
+    "        lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));\n"
     "    lobe.along = m * m + a * along > 1e-4f ? m * m + a * along : 1e-4f;\n"
     "    lobe.across = 1.0f + a * across;\n"
     "    lobe.shear = sine * (m + a * shear);\n"
     "    lobe.width = 2.0f * a;\n"
     "    lobe.whole = lightprobe_between(whole, 0.0f, 1.0f);\n"
-    "    // Fresnel's term is taken where the light is, but falls off across the lobe: the more, the more light fills.\n"
+    "    // Fresnel's term is taken where the light is; of one that fills the lobe it is the lobe's mean.\n"
     "    float x = lobe.shear / lobe.along, dim = (1.0f - m) * (1.0f - m);\n"
     "    float middle = lightprobe_fresnel((m - sine * x) / sqrtf(1.0f + x * x));\n"
     "    lobe.fresnel = dim * dim * (1.0f - m) * schlick / (lobe.whole + 1e-3f) - middle;\n"
@@ -5957,25 +5961,28 @@ const char *lightprobe_glsl_specular(void)
     "                                            LIGHTPROBE_OUT lightprobe_vec3 to)\n"
     "{\n"
     "    float x = lightprobe_dot(from, lobe.away), z = lightprobe_dot(from, lobe.normal);\n"
-    "    float more = (lobe.along - lobe.across) * x - lobe.shear * z, up = (lobe.width - lobe.across) * z;\n"
-    "    for (int i = 0; i < 3; i++) to[i] = lobe.across * from[i] + more * lobe.away[i] + up * lobe.normal[i];\n"
+    "    float forth = (lobe.along - lobe.across) * x - lobe.shear * z;\n"
+    "    float up = (lobe.width - lobe.across) * z;\n"
+    "    for (int i = 0; i < 3; i++)\n"
+    "        to[i] = lobe.across * from[i] + forth * lobe.away[i] + up * lobe.normal[i];\n"
     "}\n"
     "\n"
     "// The cosine between the viewer and the direction that went into the lobe as this one.\n"
     "LIGHTPROBE_SHARED float lightprobe_to_viewer(lightprobe_lobe lobe, const lightprobe_vec3 into)\n"
     "{\n"
     "    lightprobe_vec3 d;\n"
-    "    float x = lightprobe_dot(into, lobe.away), z = lightprobe_dot(into, lobe.normal), up = z / lobe.width;\n"
-    "    float forth = (x + lobe.shear * up) / lobe.along - x / lobe.across;\n"
-    "    up -= z / lobe.across;\n"
-    "    for (int i = 0; i < 3; i++) d[i] = into[i] / lobe.across + forth * lobe.away[i] + up * lobe.normal[i];\n"
+    "    float x = lightprobe_dot(into, lobe.away), z = lightprobe_dot(into, lobe.normal);\n"
+    "    float forth = (x + lobe.shear * z / lobe.width) / lobe.along - x / lobe.across;\n"
+    "    float up = z / lobe.width - z / lobe.across;\n"
+    "    for (int i = 0; i < 3; i++)\n"
+    "        d[i] = into[i] / lobe.across + forth * lobe.away[i] + up * lobe.normal[i];\n"
     "    return lightprobe_dot(d, lobe.view) / sqrtf(lightprobe_dot(d, d) + 1e-30f);\n"
     "}\n"
     "\n"
-    "// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the horizon is put\n"
-    "// straight up on it, where it is its azimuth along n. sum[3] adds up azimuths of whole edges.\n"
-    "LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p, const lightprobe_vec3 e,\n"
-    "                                           LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
+    "// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the\n"
+    "// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole edges.\n"
+    "LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,\n"
+    "                                           const lightprobe_vec3 e, LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
     "{\n"
     "    lightprobe_vec3 q, plane;\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -5991,7 +5998,7 @@ const char *lightprobe_glsl_specular(void)
     "    float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);\n"
     "    float low2 = at_p > at_q ? lightprobe_dot(q, q) : lightprobe_dot(p, p);\n"
     "    float below = azimuth, above = 0.0f;\n"
-    "    if (high > 0.0f) { // the edge meets the horizon at high times its low end less low times its high end\n"
+    "    if (high > 0.0f) { // the edge meets the horizon at high * (lower end) - low * (higher end)\n"
     "        low = low < 0.0f ? low : 0.0f;\n"
     "        above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);\n"
     "        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);\n"
@@ -6004,9 +6011,11 @@ const char *lightprobe_glsl_specular(void)
     "                         LIGHTPROBE_OUT lightprobe_vec3 rgb)\n"
     "{\n"
     "    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.\n"
-    "    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
-    "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f), v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
-    "    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f, before = 1.0f;\n"
+    "    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), before = 1.0f;\n"
+    "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);\n"
+    "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
+    "    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
+    "    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;\n"
     "    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, flux;\n"
     "    lightprobe_vec4 sum;\n"
     "    u = most * u / sqrtf(1.0f + u * u);\n"
@@ -6025,11 +6034,12 @@ const char *lightprobe_glsl_specular(void)
     "    lightprobe_into_lobe(lobe, axis_v, half_v);\n"
     "    float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +\n"
     "                fabsf(lightprobe_dot(half_v, lobe.normal));\n"
-    "    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return; // behind it, or it is below the horizon\n"
+    "    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return; // behind it, or it below the horizon\n"
     "    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];\n"
     "    for (int k = 0; k < 4; k++) {\n"
     "        lightprobe_vec3 e;\n"
-    "        for (int i = 0; i < 3; i++) e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);\n"
+    "        for (int i = 0; i < 3; i++)\n"
+    "            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);\n"
     "        lightprobe_add_edge(lobe.normal, p, e, sum);\n"
     "        for (int i = 0; i < 3; i++) p[i] += e[i];\n"
     "    }\n"
@@ -6038,10 +6048,11 @@ const char *lightprobe_glsl_specular(void)
     "    for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];\n"
     "    float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);\n"
     "    float solid_angle = 4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v));\n"
-    "    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux)) + share * share * lobe.fresnel;\n"
-    "    fresnel = lightprobe_between(fresnel, 0.0f, 1.0f);\n"
+    "    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));\n"
+    "    fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);\n"
     "    for (int i = 0; i < 3; i++)\n"
-    "        rgb[i] = light.irradiance[i] * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel) * lobe.whole * share / solid_angle;\n"
+    "        rgb[i] = light.irradiance[i] * (lobe.whole * share / solid_angle) *\n"
+    "                 (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);\n"
     "}\n"
     // [glsl text end]
     LIGHTPROBE__SPECULAR_END;

@@ -283,11 +283,10 @@ static void fit_sums(double whole[TERMS], double schlick[TERMS])
 
 static void print(const char *name, const double *c)
 {
-    const int indent = 4 + (int)strlen(name) + (int)strlen("float  = lightprobe_cubic(");
-    printf("    float %s = lightprobe_cubic(a,", name);
+    printf("    float %s = lightprobe_cubic(\n        a", name);
     for (int i = 0; i < 4; i++, c += 4)
-        printf("%s%*slightprobe_cubic(r, %.7gf, %.7gf, %.7gf, %.7gf)%s", i ? "\n" : "", i ? indent : 1, "", c[0],
-               c[1], c[2], c[3], i < 3 ? "," : ");\n");
+        printf(",%slightprobe_cubic(r, %.5gf, %.5gf, %.5gf, %.5gf)", i == 0 ? " " : "\n        ", c[0], c[1], c[2], c[3]);
+    printf(");\n");
 }
 
 // How far the header is from the fit: in parts of the fit, of the whole reflectance for sums.
