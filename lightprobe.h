@@ -908,20 +908,20 @@ lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lig
     float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a);
     float sine = sqrtf((1.0f - m) * (1.0f + m));
     float along = lightprobe_cubic(
-        a, lightprobe_cubic(r, 0.68709f, -3.8886f, 6.1323f, -2.9741f),
-        lightprobe_cubic(r, 7.7198f, -3.3083f, 29.256f, -23.428f),
-        lightprobe_cubic(r, -13.509f, 2.3494f, 23.326f, -97.323f),
-        lightprobe_cubic(r, 6.2686f, 7.1501f, -61.453f, 117.38f));
+        a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),
+        lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),
+        lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),
+        lightprobe_cubic(r, 5.3654f, -10.166f, 0.6215f, 22.296f));
     float shear = lightprobe_cubic(
-        a, lightprobe_cubic(r, 4.7261f, -16.296f, 30.451f, -18.994f),
-        lightprobe_cubic(r, -12.501f, 51.97f, -53.435f, 10.578f),
-        lightprobe_cubic(r, 12.715f, -68.939f, 62.139f, -54.289f),
-        lightprobe_cubic(r, -4.8997f, 33.886f, -51.189f, 78.557f));
+        a, lightprobe_cubic(r, 1.0225f, 0.56181f, -2.6402f, 1.1447f),
+        lightprobe_cubic(r, 3.5093f, -9.2535f, 29.787f, -28.027f),
+        lightprobe_cubic(r, -10.008f, 11.951f, -31.701f, 5.4128f),
+        lightprobe_cubic(r, 5.5156f, -3.3794f, -2.1185f, 28.337f));
     float across = lightprobe_cubic(
-        a, lightprobe_cubic(r, -1.7068f, 6.5058f, -15.339f, 10.82f),
-        lightprobe_cubic(r, 8.4959f, -39.768f, 98.395f, -61.092f),
-        lightprobe_cubic(r, -11.758f, 61.54f, -124.57f, 41.22f),
-        lightprobe_cubic(r, 5.1267f, -25.684f, 36.972f, 12.709f));
+        a, lightprobe_cubic(r, 1.1531f, 14.567f, -37.403f, 22.137f),
+        lightprobe_cubic(r, -4.9333f, -55.706f, 140.44f, -81.959f),
+        lightprobe_cubic(r, 7.7695f, 76.784f, -189.68f, 115.76f),
+        lightprobe_cubic(r, -3.7285f, -34.908f, 90.516f, -63.043f));
     float whole = lightprobe_cubic(
         a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),
         lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),
@@ -976,24 +976,28 @@ LIGHTPROBE_SHARED float lightprobe_to_viewer(lightprobe_lobe lobe, const lightpr
 LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,
                                            const lightprobe_vec3 e, LIGHTPROBE_INOUT lightprobe_vec4 sum)
 {
-    lightprobe_vec3 q, plane;
+    lightprobe_vec3 q, plane, flat_p, flat_q;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         q[i] = p[i] + e[i];
         plane[i] = p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits
     }
     float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);
+    for (int i = 0; i < 3; i++) { // straight below n azimuths hang on few digits, which must be the same ones
+        flat_p[i] = p[i] - at_p * n[i];
+        flat_q[i] = q[i] - at_q * n[i];
+    }
     float side = lightprobe_dot(plane, n), size = sqrtf(lightprobe_dot(plane, plane));
-    float turn = side < 0.0f ? -1.0f : 1.0f;
-    float azimuth = turn * lightprobe_angle(fabsf(side), both - at_p * at_q);
+    float turn = side < 0.0f ? -1.0f : 1.0f, flat = lightprobe_dot(flat_p, flat_q);
+    float azimuth = turn * lightprobe_angle(fabsf(side), flat);
     float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;
     float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);
-    float low2 = at_p > at_q ? lightprobe_dot(q, q) : lightprobe_dot(p, p);
+    float low2 = at_p > at_q ? lightprobe_dot(flat_q, flat_q) : lightprobe_dot(flat_p, flat_p);
     float below = azimuth, above = 0.0f;
     if (high > 0.0f) { // the edge meets the horizon at high * (lower end) - low * (higher end)
         low = low < 0.0f ? low : 0.0f;
         above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);
-        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);
+        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * flat);
     }
     for (int i = 0; i < 3; i++) sum[i] += above * plane[i] + below * n[i];
     sum[3] += azimuth;
@@ -1008,25 +1012,31 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
     float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
     float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;
-    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, flux;
+    lightprobe_vec3 facing, centre, axis_u, axis_v, middle, half_u, half_v, p, flux;
     lightprobe_vec4 sum;
     u = most * u / sqrtf(1.0f + u * u);
     v = most * v / sqrtf(1.0f + v * v);
     for (int i = 0; i < 3; i++) {
         float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);
-        float direction = lightprobe_between(light.direction[i], -1.0f, 1.0f);
-        before -= at * direction;
-        centre[i] = c * (direction - at);
+        facing[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);
+        before -= at * facing[i];
+        centre[i] = c * (facing[i] - at);
         axis_u[i] = u * lightprobe_between(light.axis_u[i], -1.0f, 1.0f);
         axis_v[i] = v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);
         sum[i] = sum[3] = rgb[i] = 0.0f;
     }
+    float volume = 0.0f; // of left-handed axes, those of the median cut, below 0
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        volume += facing[i] * (axis_u[j] * axis_v[k] - axis_u[k] * axis_v[j]);
+    }
+    for (int i = 0; i < 3; i++) axis_v[i] = volume < 0.0f ? -axis_v[i] : axis_v[i];
     lightprobe_into_lobe(lobe, centre, middle);
     lightprobe_into_lobe(lobe, axis_u, half_u);
     lightprobe_into_lobe(lobe, axis_v, half_v);
     float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +
                 fabsf(lightprobe_dot(half_v, lobe.normal));
-    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return; // behind it, or it below the horizon
+    if (before <= 0.0f || (top < 0.0f && c >= 0.0f)) return; // behind it, or it below the horizon
     for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];
     for (int k = 0; k < 4; k++) {
         lightprobe_vec3 e;
@@ -5916,20 +5926,20 @@ const char *lightprobe_glsl_specular(void)
     "    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a);\n"
     "    float sine = sqrtf((1.0f - m) * (1.0f + m));\n"
     "    float along = lightprobe_cubic(\n"
-    "        a, lightprobe_cubic(r, 0.68709f, -3.8886f, 6.1323f, -2.9741f),\n"
-    "        lightprobe_cubic(r, 7.7198f, -3.3083f, 29.256f, -23.428f),\n"
-    "        lightprobe_cubic(r, -13.509f, 2.3494f, 23.326f, -97.323f),\n"
-    "        lightprobe_cubic(r, 6.2686f, 7.1501f, -61.453f, 117.38f));\n"
+    "        a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),\n"
+    "        lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),\n"
+    "        lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),\n"
+    "        lightprobe_cubic(r, 5.3654f, -10.166f, 0.6215f, 22.296f));\n"
     "    float shear = lightprobe_cubic(\n"
-    "        a, lightprobe_cubic(r, 4.7261f, -16.296f, 30.451f, -18.994f),\n"
-    "        lightprobe_cubic(r, -12.501f, 51.97f, -53.435f, 10.578f),\n"
-    "        lightprobe_cubic(r, 12.715f, -68.939f, 62.139f, -54.289f),\n"
-    "        lightprobe_cubic(r, -4.8997f, 33.886f, -51.189f, 78.557f));\n"
+    "        a, lightprobe_cubic(r, 1.0225f, 0.56181f, -2.6402f, 1.1447f),\n"
+    "        lightprobe_cubic(r, 3.5093f, -9.2535f, 29.787f, -28.027f),\n"
+    "        lightprobe_cubic(r, -10.008f, 11.951f, -31.701f, 5.4128f),\n"
+    "        lightprobe_cubic(r, 5.5156f, -3.3794f, -2.1185f, 28.337f));\n"
     "    float across = lightprobe_cubic(\n"
-    "        a, lightprobe_cubic(r, -1.7068f, 6.5058f, -15.339f, 10.82f),\n"
-    "        lightprobe_cubic(r, 8.4959f, -39.768f, 98.395f, -61.092f),\n"
-    "        lightprobe_cubic(r, -11.758f, 61.54f, -124.57f, 41.22f),\n"
-    "        lightprobe_cubic(r, 5.1267f, -25.684f, 36.972f, 12.709f));\n"
+    "        a, lightprobe_cubic(r, 1.1531f, 14.567f, -37.403f, 22.137f),\n"
+    "        lightprobe_cubic(r, -4.9333f, -55.706f, 140.44f, -81.959f),\n"
+    "        lightprobe_cubic(r, 7.7695f, 76.784f, -189.68f, 115.76f),\n"
+    "        lightprobe_cubic(r, -3.7285f, -34.908f, 90.516f, -63.043f));\n"
     "    float whole = lightprobe_cubic(\n"
     "        a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),\n"
     "        lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),\n"
@@ -5984,24 +5994,28 @@ const char *lightprobe_glsl_specular(void)
     "LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,\n"
     "                                           const lightprobe_vec3 e, LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
     "{\n"
-    "    lightprobe_vec3 q, plane;\n"
+    "    lightprobe_vec3 q, plane, flat_p, flat_q;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
     "        q[i] = p[i] + e[i];\n"
     "        plane[i] = p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits\n"
     "    }\n"
     "    float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);\n"
+    "    for (int i = 0; i < 3; i++) { // straight below n azimuths hang on few digits, which must be the same ones\n"
+    "        flat_p[i] = p[i] - at_p * n[i];\n"
+    "        flat_q[i] = q[i] - at_q * n[i];\n"
+    "    }\n"
     "    float side = lightprobe_dot(plane, n), size = sqrtf(lightprobe_dot(plane, plane));\n"
-    "    float turn = side < 0.0f ? -1.0f : 1.0f;\n"
-    "    float azimuth = turn * lightprobe_angle(fabsf(side), both - at_p * at_q);\n"
+    "    float turn = side < 0.0f ? -1.0f : 1.0f, flat = lightprobe_dot(flat_p, flat_q);\n"
+    "    float azimuth = turn * lightprobe_angle(fabsf(side), flat);\n"
     "    float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;\n"
     "    float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);\n"
-    "    float low2 = at_p > at_q ? lightprobe_dot(q, q) : lightprobe_dot(p, p);\n"
+    "    float low2 = at_p > at_q ? lightprobe_dot(flat_q, flat_q) : lightprobe_dot(flat_p, flat_p);\n"
     "    float below = azimuth, above = 0.0f;\n"
     "    if (high > 0.0f) { // the edge meets the horizon at high * (lower end) - low * (higher end)\n"
     "        low = low < 0.0f ? low : 0.0f;\n"
     "        above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);\n"
-    "        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * both);\n"
+    "        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * flat);\n"
     "    }\n"
     "    for (int i = 0; i < 3; i++) sum[i] += above * plane[i] + below * n[i];\n"
     "    sum[3] += azimuth;\n"
@@ -6016,25 +6030,31 @@ const char *lightprobe_glsl_specular(void)
     "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
     "    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
     "    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;\n"
-    "    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, p, flux;\n"
+    "    lightprobe_vec3 facing, centre, axis_u, axis_v, middle, half_u, half_v, p, flux;\n"
     "    lightprobe_vec4 sum;\n"
     "    u = most * u / sqrtf(1.0f + u * u);\n"
     "    v = most * v / sqrtf(1.0f + v * v);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);\n"
-    "        float direction = lightprobe_between(light.direction[i], -1.0f, 1.0f);\n"
-    "        before -= at * direction;\n"
-    "        centre[i] = c * (direction - at);\n"
+    "        facing[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);\n"
+    "        before -= at * facing[i];\n"
+    "        centre[i] = c * (facing[i] - at);\n"
     "        axis_u[i] = u * lightprobe_between(light.axis_u[i], -1.0f, 1.0f);\n"
     "        axis_v[i] = v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);\n"
     "        sum[i] = sum[3] = rgb[i] = 0.0f;\n"
     "    }\n"
+    "    float volume = 0.0f; // of left-handed axes, those of the median cut, below 0\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
+    "        volume += facing[i] * (axis_u[j] * axis_v[k] - axis_u[k] * axis_v[j]);\n"
+    "    }\n"
+    "    for (int i = 0; i < 3; i++) axis_v[i] = volume < 0.0f ? -axis_v[i] : axis_v[i];\n"
     "    lightprobe_into_lobe(lobe, centre, middle);\n"
     "    lightprobe_into_lobe(lobe, axis_u, half_u);\n"
     "    lightprobe_into_lobe(lobe, axis_v, half_v);\n"
     "    float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +\n"
     "                fabsf(lightprobe_dot(half_v, lobe.normal));\n"
-    "    if (before <= 0.0f || (top <= 0.0f && c >= 0.0f)) return; // behind it, or it below the horizon\n"
+    "    if (before <= 0.0f || (top < 0.0f && c >= 0.0f)) return; // behind it, or it below the horizon\n"
     "    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];\n"
     "    for (int k = 0; k < 4; k++) {\n"
     "        lightprobe_vec3 e;\n"
