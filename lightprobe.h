@@ -932,7 +932,9 @@ lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lig
         lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),
         lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),
         lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));
-    lobe.along = m * m + a * along > 1e-4f ? m * m + a * along : 1e-4f;
+    along = m * m + a * along; // which ends at 88 degrees; beyond it would fall to 0
+    float least = 3.0f * a * a / (1.0f + 3.0f * a * a);
+    lobe.along = along > least ? along : least;
     lobe.across = 1.0f + a * across;
     lobe.shear = sine * (m + a * shear);
     lobe.width = 2.0f * a;
@@ -988,8 +990,8 @@ LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightp
         flat_q[i] = q[i] - at_q * n[i];
     }
     float side = lightprobe_dot(plane, n), size = sqrtf(lightprobe_dot(plane, plane));
-    float turn = side < 0.0f ? -1.0f : 1.0f, flat = lightprobe_dot(flat_p, flat_q);
-    float azimuth = turn * lightprobe_angle(fabsf(side), flat);
+    float turn = side < 0.0f ? -1.0f : 1.0f, flat_both = lightprobe_dot(flat_p, flat_q);
+    float azimuth = turn * lightprobe_angle(fabsf(side), flat_both);
     float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;
     float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);
     float low2 = at_p > at_q ? lightprobe_dot(flat_q, flat_q) : lightprobe_dot(flat_p, flat_p);
@@ -997,7 +999,7 @@ LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightp
     if (high > 0.0f) { // the edge meets the horizon at high * (lower end) - low * (higher end)
         low = low < 0.0f ? low : 0.0f;
         above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);
-        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * flat);
+        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * flat_both);
     }
     for (int i = 0; i < 3; i++) sum[i] += above * plane[i] + below * n[i];
     sum[3] += azimuth;
@@ -5950,7 +5952,9 @@ const char *lightprobe_glsl_specular(void)
     "        lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),\n"
     "        lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),\n"
     "        lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));\n"
-    "    lobe.along = m * m + a * along > 1e-4f ? m * m + a * along : 1e-4f;\n"
+    "    along = m * m + a * along; // which ends at 88 degrees; beyond it would fall to 0\n"
+    "    float least = 3.0f * a * a / (1.0f + 3.0f * a * a);\n"
+    "    lobe.along = along > least ? along : least;\n"
     "    lobe.across = 1.0f + a * across;\n"
     "    lobe.shear = sine * (m + a * shear);\n"
     "    lobe.width = 2.0f * a;\n"
@@ -6006,8 +6010,8 @@ const char *lightprobe_glsl_specular(void)
     "        flat_q[i] = q[i] - at_q * n[i];\n"
     "    }\n"
     "    float side = lightprobe_dot(plane, n), size = sqrtf(lightprobe_dot(plane, plane));\n"
-    "    float turn = side < 0.0f ? -1.0f : 1.0f, flat = lightprobe_dot(flat_p, flat_q);\n"
-    "    float azimuth = turn * lightprobe_angle(fabsf(side), flat);\n"
+    "    float turn = side < 0.0f ? -1.0f : 1.0f, flat_both = lightprobe_dot(flat_p, flat_q);\n"
+    "    float azimuth = turn * lightprobe_angle(fabsf(side), flat_both);\n"
     "    float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;\n"
     "    float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);\n"
     "    float low2 = at_p > at_q ? lightprobe_dot(flat_q, flat_q) : lightprobe_dot(flat_p, flat_p);\n"
@@ -6015,7 +6019,7 @@ const char *lightprobe_glsl_specular(void)
     "    if (high > 0.0f) { // the edge meets the horizon at high * (lower end) - low * (higher end)\n"
     "        low = low < 0.0f ? low : 0.0f;\n"
     "        above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);\n"
-    "        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * flat);\n"
+    "        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * flat_both);\n"
     "    }\n"
     "    for (int i = 0; i < 3; i++) sum[i] += above * plane[i] + below * n[i];\n"
     "    sum[3] += azimuth;\n"
