@@ -892,21 +892,14 @@ LIGHTPROBE_SHARED float lightprobe_fresnel(float cosine)
     return t * t * t * t * t;
 }
 
-// Directions of light, x away from the viewer and z along the normal, become those of a cosine lobe by
-// x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is
-// reflected from below it. All numbers are fitted and checked by tests/proofs/specular.c.
-lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view,
-                                         float alpha, const lightprobe_vec3 f0)
+// The lobe of alpha a for the cosine m to the viewer. Directions of light, x away from the viewer and z
+// along the normal, become those of a cosine lobe by x' = along x - shear z, y' = across y, z' = width z:
+// the horizon stays where it is, so nothing is reflected from below it. All numbers are fitted and
+// checked by tests/proofs/specular.c.
+LIGHTPROBE_SHARED lightprobe_lobe lightprobe_fitted_lobe(lightprobe_lobe lobe, float a, float m)
 {
-    lightprobe_lobe lobe;
-    float a = lightprobe_between(alpha, 0.02f, 1.0f), facing = 0.0f;
-    for (int i = 0; i < 3; i++) {
-        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);
-        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);
-        facing += lobe.normal[i] * lobe.view[i];
-    }
-    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a);
-    float sine = sqrtf((1.0f - m) * (1.0f + m));
+    lightprobe_lobe l = lobe;
+    float r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));
     float along = lightprobe_cubic(
         a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),
         lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),
@@ -932,23 +925,37 @@ lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lig
         lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),
         lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),
         lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));
-    along = m * m + a * along; // which ends at 88 degrees; beyond it would fall to 0
+    along = m * m + a * along; // fitted up to 88 degrees, beyond that it would fall to 0
     float least = 3.0f * a * a / (1.0f + 3.0f * a * a);
-    lobe.along = along > least ? along : least;
-    lobe.across = 1.0f + a * across;
-    lobe.shear = sine * (m + a * shear);
-    lobe.width = 2.0f * a;
-    lobe.whole = lightprobe_between(whole, 0.0f, 1.0f);
-    // Fresnel's term is taken where the light is; of one that fills the lobe it is the lobe's mean.
-    float x = lobe.shear / lobe.along, dim = (1.0f - m) * (1.0f - m);
+    l.along = along > least ? along : least;
+    l.across = 1.0f + a * across;
+    l.shear = sine * (m + a * shear);
+    l.width = 2.0f * a;
+    l.whole = lightprobe_between(whole, 0.0f, 1.0f);
+    float x = l.shear / l.along, dim = (1.0f - m) * (1.0f - m);
     float middle = lightprobe_fresnel((m - sine * x) / sqrtf(1.0f + x * x));
-    lobe.fresnel = dim * dim * (1.0f - m) * schlick / (lobe.whole + 1e-3f) - middle;
+    l.fresnel = dim * dim * (1.0f - m) * schlick / (l.whole + 1e-3f) - middle;
+    return l;
+}
+
+lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view,
+                                         float alpha, const lightprobe_vec3 f0)
+{
+    lightprobe_lobe lobe;
+    float cosine = 0.0f;
     for (int i = 0; i < 3; i++) {
-        float away = (m * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);
+        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);
+        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);
+        cosine += lobe.normal[i] * lobe.view[i];
+    }
+    cosine = lightprobe_between(cosine, 0.0f, 1.0f);
+    float sine = sqrtf((1.0f - cosine) * (1.0f + cosine));
+    for (int i = 0; i < 3; i++) {
+        float away = (cosine * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);
         lobe.away[i] = lightprobe_between(away, -1.0f, 1.0f);
         lobe.f0[i] = lightprobe_between(f0[i], 0.0f, 1.0f);
     }
-    return lobe;
+    return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f), cosine);
 }
 
 LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 from,
@@ -1005,6 +1012,24 @@ LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightp
     sum[3] += azimuth;
 }
 
+// Adds the edges of the parallelogram with these half-sides, all in the lobe, unless all of what it
+// encloses is below the horizon; c as in lightprobe_specular.
+LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const lightprobe_vec3 middle,
+                                            const lightprobe_vec3 half_u, const lightprobe_vec3 half_v,
+                                            float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)
+{
+    lightprobe_vec3 p, e;
+    float rise = fabsf(lightprobe_dot(half_u, n)) + fabsf(lightprobe_dot(half_v, n));
+    if (c >= 0.0f && lightprobe_dot(middle, n) + rise < 0.0f) return;
+    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];
+    for (int k = 0; k < 4; k++) {
+        for (int i = 0; i < 3; i++)
+            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);
+        lightprobe_add_edge(n, p, e, sum);
+        for (int i = 0; i < 3; i++) p[i] += e[i];
+    }
+}
+
 void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,
                          LIGHTPROBE_OUT lightprobe_vec3 rgb)
 {
@@ -1014,49 +1039,38 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
     float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
     float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;
-    lightprobe_vec3 facing, centre, axis_u, axis_v, middle, half_u, half_v, p, flux;
+    lightprobe_vec3 d, centre, axis, axis_u, axis_v, middle, half_u, half_v, flux;
     lightprobe_vec4 sum;
     u = most * u / sqrtf(1.0f + u * u);
     v = most * v / sqrtf(1.0f + v * v);
     for (int i = 0; i < 3; i++) {
         float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);
-        facing[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);
-        before -= at * facing[i];
-        centre[i] = c * (facing[i] - at);
-        axis_u[i] = u * lightprobe_between(light.axis_u[i], -1.0f, 1.0f);
-        axis_v[i] = v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);
+        d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);
+        before -= at * d[i];
+        centre[i] = c * (d[i] - at);
+        axis[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);
         sum[i] = sum[3] = rgb[i] = 0.0f;
     }
-    float volume = 0.0f; // of left-handed axes, those of the median cut, below 0
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        volume += facing[i] * (axis_u[j] * axis_v[k] - axis_u[k] * axis_v[j]);
+        axis_u[i] = u * axis[i];
+        axis_v[i] = v * (d[j] * axis[k] - d[k] * axis[j]);
     }
-    for (int i = 0; i < 3; i++) axis_v[i] = volume < 0.0f ? -axis_v[i] : axis_v[i];
     lightprobe_into_lobe(lobe, centre, middle);
     lightprobe_into_lobe(lobe, axis_u, half_u);
     lightprobe_into_lobe(lobe, axis_v, half_v);
-    float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +
-                fabsf(lightprobe_dot(half_v, lobe.normal));
-    if (before <= 0.0f || (top < 0.0f && c >= 0.0f)) return; // behind it, or it below the horizon
-    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];
-    for (int k = 0; k < 4; k++) {
-        lightprobe_vec3 e;
-        for (int i = 0; i < 3; i++)
-            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);
-        lightprobe_add_edge(lobe.normal, p, e, sum);
-        for (int i = 0; i < 3; i++) p[i] += e[i];
-    }
+    if (before <= 0.0f) return; // it shines the other way
+    lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);
     // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.
     float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;
     for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];
     float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);
-    float solid_angle = 4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v));
+    float density = share / (4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v)));
+    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's mean.
     float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));
     fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);
     for (int i = 0; i < 3; i++)
-        rgb[i] = light.irradiance[i] * (lobe.whole * share / solid_angle) *
-                 (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);
+        rgb[i] = light.irradiance[i] * lobe.whole * density * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);
 }
 // [glsl end]
 
@@ -5912,21 +5926,14 @@ const char *lightprobe_glsl_specular(void)
     "    return t * t * t * t * t;\n"
     "}\n"
     "\n"
-    "// Directions of light, x away from the viewer and z along the normal, become those of a cosine lobe by\n"
-    "// x' = along x - shear z, y' = across y, z' = width z: the horizon stays where it is, so nothing is\n"
-    "// reflected from below it. All numbers are fitted and checked by tests/proofs/specular.c.\n"
-    "lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view,\n"
-    "                                         float alpha, const lightprobe_vec3 f0)\n"
+    "// The lobe of alpha a for the cosine m to the viewer. Directions of light, x away from the viewer and z\n"
+    "// along the normal, become those of a cosine lobe by x' = along x - shear z, y' = across y, z' = width z:\n"
+    "// the horizon stays where it is, so nothing is reflected from below it. All numbers are fitted and\n"
+    "// checked by tests/proofs/specular.c.\n"
+    "LIGHTPROBE_SHARED lightprobe_lobe lightprobe_fitted_lobe(lightprobe_lobe lobe, float a, float m)\n"
     "{\n"
-    "    lightprobe_lobe lobe;\n"
-    "    float a = lightprobe_between(alpha, 0.02f, 1.0f), facing = 0.0f;\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);\n"
-    "        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);\n"
-    "        facing += lobe.normal[i] * lobe.view[i];\n"
-    "    }\n"
-    "    float m = lightprobe_between(facing, 0.0f, 1.0f), r = m / (m + a);\n"
-    "    float sine = sqrtf((1.0f - m) * (1.0f + m));\n"
+    "    lightprobe_lobe l = lobe;\n"
+    "    float r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));\n"
     "    float along = lightprobe_cubic(\n"
     "        a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),\n"
     "        lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),\n"
@@ -5952,23 +5959,37 @@ const char *lightprobe_glsl_specular(void)
     "        lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),\n"
     "        lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),\n"
     "        lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));\n"
-    "    along = m * m + a * along; // which ends at 88 degrees; beyond it would fall to 0\n"
+    "    along = m * m + a * along; // fitted up to 88 degrees, beyond that it would fall to 0\n"
     "    float least = 3.0f * a * a / (1.0f + 3.0f * a * a);\n"
-    "    lobe.along = along > least ? along : least;\n"
-    "    lobe.across = 1.0f + a * across;\n"
-    "    lobe.shear = sine * (m + a * shear);\n"
-    "    lobe.width = 2.0f * a;\n"
-    "    lobe.whole = lightprobe_between(whole, 0.0f, 1.0f);\n"
-    "    // Fresnel's term is taken where the light is; of one that fills the lobe it is the lobe's mean.\n"
-    "    float x = lobe.shear / lobe.along, dim = (1.0f - m) * (1.0f - m);\n"
+    "    l.along = along > least ? along : least;\n"
+    "    l.across = 1.0f + a * across;\n"
+    "    l.shear = sine * (m + a * shear);\n"
+    "    l.width = 2.0f * a;\n"
+    "    l.whole = lightprobe_between(whole, 0.0f, 1.0f);\n"
+    "    float x = l.shear / l.along, dim = (1.0f - m) * (1.0f - m);\n"
     "    float middle = lightprobe_fresnel((m - sine * x) / sqrtf(1.0f + x * x));\n"
-    "    lobe.fresnel = dim * dim * (1.0f - m) * schlick / (lobe.whole + 1e-3f) - middle;\n"
+    "    l.fresnel = dim * dim * (1.0f - m) * schlick / (l.whole + 1e-3f) - middle;\n"
+    "    return l;\n"
+    "}\n"
+    "\n"
+    "lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view,\n"
+    "                                         float alpha, const lightprobe_vec3 f0)\n"
+    "{\n"
+    "    lightprobe_lobe lobe;\n"
+    "    float cosine = 0.0f;\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        float away = (m * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);\n"
+    "        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);\n"
+    "        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);\n"
+    "        cosine += lobe.normal[i] * lobe.view[i];\n"
+    "    }\n"
+    "    cosine = lightprobe_between(cosine, 0.0f, 1.0f);\n"
+    "    float sine = sqrtf((1.0f - cosine) * (1.0f + cosine));\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float away = (cosine * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);\n"
     "        lobe.away[i] = lightprobe_between(away, -1.0f, 1.0f);\n"
     "        lobe.f0[i] = lightprobe_between(f0[i], 0.0f, 1.0f);\n"
     "    }\n"
-    "    return lobe;\n"
+    "    return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f), cosine);\n"
     "}\n"
     "\n"
     "LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 from,\n"
@@ -6025,6 +6046,24 @@ const char *lightprobe_glsl_specular(void)
     "    sum[3] += azimuth;\n"
     "}\n"
     "\n"
+    "// Adds the edges of the parallelogram with these half-sides, all in the lobe, unless all of what it\n"
+    "// encloses is below the horizon; c as in lightprobe_specular.\n"
+    "LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const lightprobe_vec3 middle,\n"
+    "                                            const lightprobe_vec3 half_u, const lightprobe_vec3 half_v,\n"
+    "                                            float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
+    "{\n"
+    "    lightprobe_vec3 p, e;\n"
+    "    float rise = fabsf(lightprobe_dot(half_u, n)) + fabsf(lightprobe_dot(half_v, n));\n"
+    "    if (c >= 0.0f && lightprobe_dot(middle, n) + rise < 0.0f) return;\n"
+    "    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];\n"
+    "    for (int k = 0; k < 4; k++) {\n"
+    "        for (int i = 0; i < 3; i++)\n"
+    "            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);\n"
+    "        lightprobe_add_edge(n, p, e, sum);\n"
+    "        for (int i = 0; i < 3; i++) p[i] += e[i];\n"
+    "    }\n"
+    "}\n"
+    "\n"
     "void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,\n"
     "                         LIGHTPROBE_OUT lightprobe_vec3 rgb)\n"
     "{\n"
@@ -6034,49 +6073,38 @@ const char *lightprobe_glsl_specular(void)
     "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
     "    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
     "    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;\n"
-    "    lightprobe_vec3 facing, centre, axis_u, axis_v, middle, half_u, half_v, p, flux;\n"
+    "    lightprobe_vec3 d, centre, axis, axis_u, axis_v, middle, half_u, half_v, flux;\n"
     "    lightprobe_vec4 sum;\n"
     "    u = most * u / sqrtf(1.0f + u * u);\n"
     "    v = most * v / sqrtf(1.0f + v * v);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);\n"
-    "        facing[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);\n"
-    "        before -= at * facing[i];\n"
-    "        centre[i] = c * (facing[i] - at);\n"
-    "        axis_u[i] = u * lightprobe_between(light.axis_u[i], -1.0f, 1.0f);\n"
-    "        axis_v[i] = v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);\n"
+    "        d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);\n"
+    "        before -= at * d[i];\n"
+    "        centre[i] = c * (d[i] - at);\n"
+    "        axis[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);\n"
     "        sum[i] = sum[3] = rgb[i] = 0.0f;\n"
     "    }\n"
-    "    float volume = 0.0f; // of left-handed axes, those of the median cut, below 0\n"
-    "    for (int i = 0; i < 3; i++) {\n"
+    "    for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be\n"
     "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
-    "        volume += facing[i] * (axis_u[j] * axis_v[k] - axis_u[k] * axis_v[j]);\n"
+    "        axis_u[i] = u * axis[i];\n"
+    "        axis_v[i] = v * (d[j] * axis[k] - d[k] * axis[j]);\n"
     "    }\n"
-    "    for (int i = 0; i < 3; i++) axis_v[i] = volume < 0.0f ? -axis_v[i] : axis_v[i];\n"
     "    lightprobe_into_lobe(lobe, centre, middle);\n"
     "    lightprobe_into_lobe(lobe, axis_u, half_u);\n"
     "    lightprobe_into_lobe(lobe, axis_v, half_v);\n"
-    "    float top = lightprobe_dot(middle, lobe.normal) + fabsf(lightprobe_dot(half_u, lobe.normal)) +\n"
-    "                fabsf(lightprobe_dot(half_v, lobe.normal));\n"
-    "    if (before <= 0.0f || (top < 0.0f && c >= 0.0f)) return; // behind it, or it below the horizon\n"
-    "    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];\n"
-    "    for (int k = 0; k < 4; k++) {\n"
-    "        lightprobe_vec3 e;\n"
-    "        for (int i = 0; i < 3; i++)\n"
-    "            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);\n"
-    "        lightprobe_add_edge(lobe.normal, p, e, sum);\n"
-    "        for (int i = 0; i < 3; i++) p[i] += e[i];\n"
-    "    }\n"
+    "    if (before <= 0.0f) return; // it shines the other way\n"
+    "    lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);\n"
     "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.\n"
     "    float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;\n"
     "    for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];\n"
     "    float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);\n"
-    "    float solid_angle = 4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v));\n"
+    "    float density = share / (4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v)));\n"
+    "    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's mean.\n"
     "    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));\n"
     "    fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);\n"
     "    for (int i = 0; i < 3; i++)\n"
-    "        rgb[i] = light.irradiance[i] * (lobe.whole * share / solid_angle) *\n"
-    "                 (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);\n"
+    "        rgb[i] = light.irradiance[i] * lobe.whole * density * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);\n"
     "}\n"
     // [glsl text end]
     LIGHTPROBE__SPECULAR_END;
