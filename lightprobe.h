@@ -958,14 +958,14 @@ lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lig
     return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f), cosine);
 }
 
-LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 from,
+LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 w,
                                             LIGHTPROBE_OUT lightprobe_vec3 to)
 {
-    float x = lightprobe_dot(from, lobe.away), z = lightprobe_dot(from, lobe.normal);
+    float x = lightprobe_dot(w, lobe.away), z = lightprobe_dot(w, lobe.normal);
     float forth = (lobe.along - lobe.across) * x - lobe.shear * z;
     float up = (lobe.width - lobe.across) * z;
     for (int i = 0; i < 3; i++)
-        to[i] = lobe.across * from[i] + forth * lobe.away[i] + up * lobe.normal[i];
+        to[i] = lobe.across * w[i] + forth * lobe.away[i] + up * lobe.normal[i];
 }
 
 // The cosine between the viewer and the direction that went into the lobe as this one.
@@ -5992,14 +5992,14 @@ const char *lightprobe_glsl_specular(void)
     "    return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f), cosine);\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 from,\n"
+    "LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 w,\n"
     "                                            LIGHTPROBE_OUT lightprobe_vec3 to)\n"
     "{\n"
-    "    float x = lightprobe_dot(from, lobe.away), z = lightprobe_dot(from, lobe.normal);\n"
+    "    float x = lightprobe_dot(w, lobe.away), z = lightprobe_dot(w, lobe.normal);\n"
     "    float forth = (lobe.along - lobe.across) * x - lobe.shear * z;\n"
     "    float up = (lobe.width - lobe.across) * z;\n"
     "    for (int i = 0; i < 3; i++)\n"
-    "        to[i] = lobe.across * from[i] + forth * lobe.away[i] + up * lobe.normal[i];\n"
+    "        to[i] = lobe.across * w[i] + forth * lobe.away[i] + up * lobe.normal[i];\n"
     "}\n"
     "\n"
     "// The cosine between the viewer and the direction that went into the lobe as this one.\n"
