@@ -6,6 +6,7 @@
 #   make examples      all examples into build/release; also what plain `make` does
 #   make glsl          renews the GLSL text inside the headers from their C source
 #   make bias          proves the safe moment bias per storage format; fails where mssm.h has less
+#   make specular      fits the numbers of lightprobe.h's specular reflection; fails where it has others
 #   make stability     where moment methods fail, ours and others: docs/stability.md (some minutes)
 #   make bench         speed of the moment math, the map, the probe and the governor's ladder
 #   make chart         speed against accuracy, all methods: docs/accuracy.md, its pictures and figures
@@ -113,6 +114,9 @@ glsl:
 bias: $(out)/safe_bias
 	$(out)/safe_bias
 
+specular: $(out)/specular
+	$(out)/specular
+
 stability: $(out)/stability
 	$(out)/stability
 
@@ -186,6 +190,9 @@ $(out)/dialects $(out)/compare_pictures:
 $(out)/stability: $(stability_objects) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
+$(out)/specular: $(out)/tests/proofs/specular.o $(call support,random) $(common)
+	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
+
 $(out)/safe_bias: $(out)/tests/proofs/safe_bias.o $(call support,oracle_moments random families) $(common)
 	$(CC) $(CFLAGS) $^ -o $@ $(LIBS)
 
@@ -219,6 +226,6 @@ $(out)/test-cpu: $(cpu_objects)
 $(out)/outputs: $(addprefix $(out)/cpu/,tests/platforms/outputs.o examples/common/implementation.o)
 	$(CC) $(CFLAGS) $^ -o $@ $(CPU_LIBS)
 
-.PHONY: page all examples demo test test-all test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias stability bench chart figures \
+.PHONY: page all examples demo test test-all test-binary test-cpu outputs coverage platforms mutants fuzz isa glsl bias specular stability bench chart figures \
     chart-quick chart-check clean measure-vector
 .SECONDARY:

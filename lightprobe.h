@@ -47,8 +47,9 @@
 //
 // CONTENTS: search for the mark. Calls come first, then what is behind them in the same order
 //
-//   >>light calls       lights of a cube map          >>math >>angles >>scratch >>vectors >>tiles >>cells
-//                                                     >>leaves >>clusters >>lights >>median cut >>extraction
+//   >>light calls       lights of a cube map          >>math >>angles >>scratch >>vectors >>specular
+//                                                     >>tiles >>cells >>leaves >>clusters >>lights
+//                                                     >>median cut >>extraction
 //   >>gl calls          the OpenGL 4.5 half           >>texts >>gl >>shaders >>plumbing >>state >>updates
 //   >>picture calls     panoramas, crosses, strips    >>pictures >>panoramas >>crosses >>without
 //   >>licence           references, changelog, licence
@@ -58,6 +59,7 @@
 //
 //   lightprobe_glsl_math()     disc irradiance, harmonics
 //   lightprobe_glsl_lights()   the buffer of lights. Texts of mssm.h come before it
+//   lightprobe_glsl_specular() what shiny surfaces reflect of them
 //
 // CONVENTIONS
 //
@@ -241,6 +243,31 @@ LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta
 // Lights at infinity or of half-angles from 90 degrees on stay as they are.
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z);
 
+// How a surface reflects light towards a viewer without scattering it inside: GGX with height-correlated
+// Smith shadowing and Schlick's Fresnel term, a single bounce. One for all lights, so made once a point.
+typedef struct lightprobe_lobe {
+    float normal[3], view[3], away[3], f0[3]; // away: unit, along the surface, from the viewer
+    float along, across, shear, width;        // matrix from directions of light to a cosine lobe
+    float whole, fresnel; // sum over all directions where f0 is 1; Fresnel term, mean less middle
+} lightprobe_lobe;
+
+// normal and view (from the point to the viewer) are unit vectors; alpha is GGX's, often the square of
+// an artist's roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that is no
+// metal. What is out of range counts as the nearest number inside, a viewer below the surface as one
+// along it.
+LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], const float view[3],
+                                                        float alpha, const float f0[3]);
+
+// Radiance that goes to the viewer from one light, nothing in between, at a surface (x, y, z) from the
+// probe's centre, which matters where the light has a distance. The light, as extracted and not as
+// lightprobe_light_at gives it, is a uniform rectangle that faces the probe, in a plane at cos_alpha,
+// its half-sizes the sines for tan_half_u and tan_half_v (0.001 to 4); up to the whole sphere. Its part
+// of the lobe is exact, also where the horizon cuts it; the lobe is a linearly transformed cosine
+// (Heitz, Dupuy, Hill, Neubelt 2016): docs/lightprobe.md has its errors. At least 0, and at most the
+// light's radiance, for any finite arguments.
+LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y,
+                                        float z, float rgb[3]);
+
 // Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
 // to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
 LIGHTPROBE_API void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3],
@@ -327,6 +354,12 @@ LIGHTPROBE_API lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl,
 //     vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)  // lightprobe_light_at
 //     vec3 lightprobe_residual_irradiance(vec3 normal)    // what the lights do not carry
 LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
+
+// Text to put after lightprobe_glsl_lights(), for shaders that want it: lightprobe_lobe and
+//     lightprobe_lobe lightprobe_specular_lobe(vec3 normal, vec3 view, float alpha, vec3 f0)
+//     vec3 lightprobe_specular(int light, lightprobe_lobe lobe)  // times visibility
+//     vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)  // from the probe's centre
+LIGHTPROBE_API const char *lightprobe_glsl_specular(void);
 
 // With LIGHTPROBE_UNIFORMS defined before, as a number of lights, the text needs no lightprobe_gl but GLSL from 330 or
 // 300 es on: the buffer is the uniform block lightprobe_buffer, of 192 bytes and 80 a light. This fills it in from
@@ -836,6 +869,208 @@ LIGHTPROBE_SHARED float lightprobe_normalize(LIGHTPROBE_INOUT lightprobe_vec3 v)
         v[i] = part;
     }
     return size;
+}
+// [glsl end]
+
+// ---- Specular reflection, shared with GLSL ---- >>specular
+
+// [glsl begin specular]
+LIGHTPROBE_SHARED float lightprobe_between(float x, float low, float high)
+{
+    return x > low ? (x < high ? x : high) : low;
+}
+
+LIGHTPROBE_SHARED float lightprobe_cubic(float x, float a, float b, float c, float d)
+{
+    return ((d * x + c) * x + b) * x + a;
+}
+
+// Schlick's term of the half vector for the cosine between light and viewer.
+LIGHTPROBE_SHARED float lightprobe_fresnel(float cosine)
+{
+    float t = 1.0f - sqrtf(0.5f + 0.5f * lightprobe_between(cosine, -1.0f, 1.0f));
+    return t * t * t * t * t;
+}
+
+// The lobe of alpha a for the cosine m to the viewer. Directions of light, x away from the viewer and z
+// along the normal, become those of a cosine lobe by x' = along x - shear z, y' = across y, z' = width z:
+// the horizon stays where it is, so nothing is reflected from below it. All numbers are fitted and
+// checked by tests/proofs/specular.c.
+LIGHTPROBE_SHARED lightprobe_lobe lightprobe_fitted_lobe(lightprobe_lobe lobe, float a, float m)
+{
+    lightprobe_lobe l = lobe;
+    float r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));
+    float along = lightprobe_cubic(
+        a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),
+        lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),
+        lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),
+        lightprobe_cubic(r, 5.3654f, -10.166f, 0.6215f, 22.296f));
+    float shear = lightprobe_cubic(
+        a, lightprobe_cubic(r, 1.0225f, 0.56181f, -2.6402f, 1.1447f),
+        lightprobe_cubic(r, 3.5093f, -9.2535f, 29.787f, -28.027f),
+        lightprobe_cubic(r, -10.008f, 11.951f, -31.701f, 5.4128f),
+        lightprobe_cubic(r, 5.5156f, -3.3794f, -2.1185f, 28.337f));
+    float across = lightprobe_cubic(
+        a, lightprobe_cubic(r, 1.1531f, 14.567f, -37.403f, 22.137f),
+        lightprobe_cubic(r, -4.9333f, -55.706f, 140.44f, -81.959f),
+        lightprobe_cubic(r, 7.7695f, 76.784f, -189.68f, 115.76f),
+        lightprobe_cubic(r, -3.7285f, -34.908f, 90.516f, -63.043f));
+    float whole = lightprobe_cubic(
+        a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),
+        lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),
+        lightprobe_cubic(r, 0.92783f, -9.0341f, 9.2648f, -0.16572f),
+        lightprobe_cubic(r, -0.38267f, 1.986f, 4.6633f, -9.5373f));
+    float schlick = lightprobe_cubic(
+        a, lightprobe_cubic(r, 0.098366f, 2.6263f, -3.1047f, 1.392f),
+        lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),
+        lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),
+        lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));
+    along = m * m + a * along; // fitted up to 88 degrees, beyond that it would fall to 0
+    float least = 3.0f * a * a / (1.0f + 3.0f * a * a);
+    l.along = along > least ? along : least;
+    l.across = 1.0f + a * across;
+    l.shear = sine * (m + a * shear);
+    l.width = 2.0f * a;
+    l.whole = lightprobe_between(whole, 0.0f, 1.0f);
+    float x = l.shear / l.along, dim = (1.0f - m) * (1.0f - m);
+    float middle = lightprobe_fresnel((m - sine * x) / sqrtf(1.0f + x * x));
+    l.fresnel = dim * dim * (1.0f - m) * schlick / (l.whole + 1e-3f) - middle;
+    return l;
+}
+
+lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view,
+                                         float alpha, const lightprobe_vec3 f0)
+{
+    lightprobe_lobe lobe;
+    float cosine = 0.0f;
+    for (int i = 0; i < 3; i++) {
+        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);
+        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);
+        cosine += lobe.normal[i] * lobe.view[i];
+    }
+    cosine = lightprobe_between(cosine, 0.0f, 1.0f);
+    float sine = sqrtf((1.0f - cosine) * (1.0f + cosine));
+    for (int i = 0; i < 3; i++) {
+        float away = (cosine * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);
+        lobe.away[i] = lightprobe_between(away, -1.0f, 1.0f);
+        lobe.f0[i] = lightprobe_between(f0[i], 0.0f, 1.0f);
+    }
+    return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f), cosine);
+}
+
+LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 w,
+                                            LIGHTPROBE_OUT lightprobe_vec3 to)
+{
+    float x = lightprobe_dot(w, lobe.away), z = lightprobe_dot(w, lobe.normal);
+    float forth = (lobe.along - lobe.across) * x - lobe.shear * z;
+    float up = (lobe.width - lobe.across) * z;
+    for (int i = 0; i < 3; i++)
+        to[i] = lobe.across * w[i] + forth * lobe.away[i] + up * lobe.normal[i];
+}
+
+// The cosine between the viewer and the direction that went into the lobe as this one.
+LIGHTPROBE_SHARED float lightprobe_to_viewer(lightprobe_lobe lobe, const lightprobe_vec3 into)
+{
+    lightprobe_vec3 d;
+    float x = lightprobe_dot(into, lobe.away), z = lightprobe_dot(into, lobe.normal);
+    float forth = (x + lobe.shear * z / lobe.width) / lobe.along - x / lobe.across;
+    float up = z / lobe.width - z / lobe.across;
+    for (int i = 0; i < 3; i++)
+        d[i] = into[i] / lobe.across + forth * lobe.away[i] + up * lobe.normal[i];
+    return lightprobe_dot(d, lobe.view) / sqrtf(lightprobe_dot(d, d) + 1e-30f);
+}
+
+// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the
+// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole edges.
+LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,
+                                           const lightprobe_vec3 e, LIGHTPROBE_INOUT lightprobe_vec4 sum)
+{
+    lightprobe_vec3 q, plane, flat_p, flat_q;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        q[i] = p[i] + e[i];
+        plane[i] = p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits
+    }
+    float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);
+    for (int i = 0; i < 3; i++) { // straight below n azimuths hang on few digits, which must be the same ones
+        flat_p[i] = p[i] - at_p * n[i];
+        flat_q[i] = q[i] - at_q * n[i];
+    }
+    float side = lightprobe_dot(plane, n), size = sqrtf(lightprobe_dot(plane, plane));
+    float turn = side < 0.0f ? -1.0f : 1.0f, flat_both = lightprobe_dot(flat_p, flat_q);
+    float azimuth = turn * lightprobe_angle(fabsf(side), flat_both);
+    float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;
+    float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);
+    float low2 = at_p > at_q ? lightprobe_dot(flat_q, flat_q) : lightprobe_dot(flat_p, flat_p);
+    float below = azimuth, above = 0.0f;
+    if (high > 0.0f) { // the edge meets the horizon at high * (lower end) - low * (higher end)
+        low = low < 0.0f ? low : 0.0f;
+        above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);
+        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * flat_both);
+    }
+    for (int i = 0; i < 3; i++) sum[i] += above * plane[i] + below * n[i];
+    sum[3] += azimuth;
+}
+
+// Adds the edges of the parallelogram with these half-sides, all in the lobe, unless all of what it
+// encloses is below the horizon; c as in lightprobe_specular.
+LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const lightprobe_vec3 middle,
+                                            const lightprobe_vec3 half_u, const lightprobe_vec3 half_v,
+                                            float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)
+{
+    lightprobe_vec3 p, e;
+    float rise = fabsf(lightprobe_dot(half_u, n)) + fabsf(lightprobe_dot(half_v, n));
+    if (c >= 0.0f && lightprobe_dot(middle, n) + rise < 0.0f) return;
+    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];
+    for (int k = 0; k < 4; k++) {
+        for (int i = 0; i < 3; i++)
+            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);
+        lightprobe_add_edge(n, p, e, sum);
+        for (int i = 0; i < 3; i++) p[i] += e[i];
+    }
+}
+
+void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,
+                         LIGHTPROBE_OUT lightprobe_vec3 rgb)
+{
+    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.
+    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), before = 1.0f;
+    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);
+    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
+    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
+    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;
+    lightprobe_vec3 d, centre, axis, axis_u, axis_v, middle, half_u, half_v, flux;
+    lightprobe_vec4 sum;
+    u = most * u / sqrtf(1.0f + u * u);
+    v = most * v / sqrtf(1.0f + v * v);
+    for (int i = 0; i < 3; i++) {
+        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);
+        d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);
+        before -= at * d[i];
+        centre[i] = c * (d[i] - at);
+        axis[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);
+        sum[i] = sum[3] = rgb[i] = 0.0f;
+    }
+    for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        axis_u[i] = u * axis[i];
+        axis_v[i] = v * (d[j] * axis[k] - d[k] * axis[j]);
+    }
+    lightprobe_into_lobe(lobe, centre, middle);
+    lightprobe_into_lobe(lobe, axis_u, half_u);
+    lightprobe_into_lobe(lobe, axis_v, half_v);
+    if (before <= 0.0f) return; // it shines the other way
+    lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);
+    // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.
+    float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;
+    for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];
+    float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);
+    float density = share / (4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v)));
+    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's mean.
+    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));
+    fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);
+    for (int i = 0; i < 3; i++)
+        rgb[i] = light.irradiance[i] * lobe.whole * density * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);
 }
 // [glsl end]
 
@@ -3102,6 +3337,24 @@ const char *lightprobe_result_string(lightprobe_result result)
     "#undef LIGHTPROBE_SHARED\n"                                                                   \
     "#undef sqrtf\n"                                                                               \
     "#undef fabsf\n"
+
+#define LIGHTPROBE__SPECULAR_BEGIN                                                                 \
+    "struct lightprobe_lobe {\n    vec3 normal, view, away, f0;\n"                                 \
+    "    float along, across, shear, width, whole, fresnel;\n};\n"                                 \
+    "#define LIGHTPROBE_SHARED\n#define LIGHTPROBE_INOUT inout\n#define LIGHTPROBE_OUT out\n"      \
+    "#define lightprobe_vec3 vec3\n#define lightprobe_vec4 vec4\n#define lightprobe_dot dot\n"     \
+    "#define sqrtf sqrt\n#define fabsf abs\n"
+#define LIGHTPROBE__SPECULAR_END                                                                   \
+    "#undef LIGHTPROBE_SHARED\n#undef LIGHTPROBE_INOUT\n#undef LIGHTPROBE_OUT\n"                   \
+    "#undef lightprobe_vec3\n#undef lightprobe_vec4\n#undef lightprobe_dot\n"                      \
+    "#undef sqrtf\n#undef fabsf\n"                                                                 \
+    "// Radiance to the viewer from one light, nothing standing in between.\n"                     \
+    "vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)\n{\n"                  \
+    "    lightprobe_light l = lightprobe_lights[light];\n    vec3 rgb;\n"                          \
+    "    lightprobe_specular(l, lobe, offset.x, offset.y, offset.z, rgb);\n"                       \
+    "    return rgb;\n}\n"                                                                         \
+    "vec3 lightprobe_specular(int light, lightprobe_lobe lobe)\n{\n"                               \
+    "    return lightprobe_specular(light, vec3(0.0), lobe);\n}\n#line 1\n"
 
 // ---- Pictures of probes ---- >>pictures
 
@@ -5668,6 +5921,211 @@ const char *lightprobe_glsl_math(void)
 }
 
 #ifndef LIGHTPROBE_NO_GL
+const char *lightprobe_glsl_specular(void)
+{
+    return LIGHTPROBE__SPECULAR_BEGIN
+    // [glsl text begin specular] made by "make glsl", do not edit
+    "LIGHTPROBE_SHARED float lightprobe_between(float x, float low, float high)\n"
+    "{\n"
+    "    return x > low ? (x < high ? x : high) : low;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_cubic(float x, float a, float b, float c, float d)\n"
+    "{\n"
+    "    return ((d * x + c) * x + b) * x + a;\n"
+    "}\n"
+    "\n"
+    "// Schlick's term of the half vector for the cosine between light and viewer.\n"
+    "LIGHTPROBE_SHARED float lightprobe_fresnel(float cosine)\n"
+    "{\n"
+    "    float t = 1.0f - sqrtf(0.5f + 0.5f * lightprobe_between(cosine, -1.0f, 1.0f));\n"
+    "    return t * t * t * t * t;\n"
+    "}\n"
+    "\n"
+    "// The lobe of alpha a for the cosine m to the viewer. Directions of light, x away from the viewer and z\n"
+    "// along the normal, become those of a cosine lobe by x' = along x - shear z, y' = across y, z' = width z:\n"
+    "// the horizon stays where it is, so nothing is reflected from below it. All numbers are fitted and\n"
+    "// checked by tests/proofs/specular.c.\n"
+    "LIGHTPROBE_SHARED lightprobe_lobe lightprobe_fitted_lobe(lightprobe_lobe lobe, float a, float m)\n"
+    "{\n"
+    "    lightprobe_lobe l = lobe;\n"
+    "    float r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));\n"
+    "    float along = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),\n"
+    "        lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),\n"
+    "        lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),\n"
+    "        lightprobe_cubic(r, 5.3654f, -10.166f, 0.6215f, 22.296f));\n"
+    "    float shear = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, 1.0225f, 0.56181f, -2.6402f, 1.1447f),\n"
+    "        lightprobe_cubic(r, 3.5093f, -9.2535f, 29.787f, -28.027f),\n"
+    "        lightprobe_cubic(r, -10.008f, 11.951f, -31.701f, 5.4128f),\n"
+    "        lightprobe_cubic(r, 5.5156f, -3.3794f, -2.1185f, 28.337f));\n"
+    "    float across = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, 1.1531f, 14.567f, -37.403f, 22.137f),\n"
+    "        lightprobe_cubic(r, -4.9333f, -55.706f, 140.44f, -81.959f),\n"
+    "        lightprobe_cubic(r, 7.7695f, 76.784f, -189.68f, 115.76f),\n"
+    "        lightprobe_cubic(r, -3.7285f, -34.908f, 90.516f, -63.043f));\n"
+    "    float whole = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),\n"
+    "        lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),\n"
+    "        lightprobe_cubic(r, 0.92783f, -9.0341f, 9.2648f, -0.16572f),\n"
+    "        lightprobe_cubic(r, -0.38267f, 1.986f, 4.6633f, -9.5373f));\n"
+    "    float schlick = lightprobe_cubic(\n"
+    "        a, lightprobe_cubic(r, 0.098366f, 2.6263f, -3.1047f, 1.392f),\n"
+    "        lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),\n"
+    "        lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),\n"
+    "        lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));\n"
+    "    along = m * m + a * along; // fitted up to 88 degrees, beyond that it would fall to 0\n"
+    "    float least = 3.0f * a * a / (1.0f + 3.0f * a * a);\n"
+    "    l.along = along > least ? along : least;\n"
+    "    l.across = 1.0f + a * across;\n"
+    "    l.shear = sine * (m + a * shear);\n"
+    "    l.width = 2.0f * a;\n"
+    "    l.whole = lightprobe_between(whole, 0.0f, 1.0f);\n"
+    "    float x = l.shear / l.along, dim = (1.0f - m) * (1.0f - m);\n"
+    "    float middle = lightprobe_fresnel((m - sine * x) / sqrtf(1.0f + x * x));\n"
+    "    l.fresnel = dim * dim * (1.0f - m) * schlick / (l.whole + 1e-3f) - middle;\n"
+    "    return l;\n"
+    "}\n"
+    "\n"
+    "lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lightprobe_vec3 view,\n"
+    "                                         float alpha, const lightprobe_vec3 f0)\n"
+    "{\n"
+    "    lightprobe_lobe lobe;\n"
+    "    float cosine = 0.0f;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);\n"
+    "        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);\n"
+    "        cosine += lobe.normal[i] * lobe.view[i];\n"
+    "    }\n"
+    "    cosine = lightprobe_between(cosine, 0.0f, 1.0f);\n"
+    "    float sine = sqrtf((1.0f - cosine) * (1.0f + cosine));\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float away = (cosine * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);\n"
+    "        lobe.away[i] = lightprobe_between(away, -1.0f, 1.0f);\n"
+    "        lobe.f0[i] = lightprobe_between(f0[i], 0.0f, 1.0f);\n"
+    "    }\n"
+    "    return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f), cosine);\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 w,\n"
+    "                                            LIGHTPROBE_OUT lightprobe_vec3 to)\n"
+    "{\n"
+    "    float x = lightprobe_dot(w, lobe.away), z = lightprobe_dot(w, lobe.normal);\n"
+    "    float forth = (lobe.along - lobe.across) * x - lobe.shear * z;\n"
+    "    float up = (lobe.width - lobe.across) * z;\n"
+    "    for (int i = 0; i < 3; i++)\n"
+    "        to[i] = lobe.across * w[i] + forth * lobe.away[i] + up * lobe.normal[i];\n"
+    "}\n"
+    "\n"
+    "// The cosine between the viewer and the direction that went into the lobe as this one.\n"
+    "LIGHTPROBE_SHARED float lightprobe_to_viewer(lightprobe_lobe lobe, const lightprobe_vec3 into)\n"
+    "{\n"
+    "    lightprobe_vec3 d;\n"
+    "    float x = lightprobe_dot(into, lobe.away), z = lightprobe_dot(into, lobe.normal);\n"
+    "    float forth = (x + lobe.shear * z / lobe.width) / lobe.along - x / lobe.across;\n"
+    "    float up = z / lobe.width - z / lobe.across;\n"
+    "    for (int i = 0; i < 3; i++)\n"
+    "        d[i] = into[i] / lobe.across + forth * lobe.away[i] + up * lobe.normal[i];\n"
+    "    return lightprobe_dot(d, lobe.view) / sqrtf(lightprobe_dot(d, d) + 1e-30f);\n"
+    "}\n"
+    "\n"
+    "// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the\n"
+    "// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole edges.\n"
+    "LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,\n"
+    "                                           const lightprobe_vec3 e, LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
+    "{\n"
+    "    lightprobe_vec3 q, plane, flat_p, flat_q;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
+    "        q[i] = p[i] + e[i];\n"
+    "        plane[i] = p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits\n"
+    "    }\n"
+    "    float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);\n"
+    "    for (int i = 0; i < 3; i++) { // straight below n azimuths hang on few digits, which must be the same ones\n"
+    "        flat_p[i] = p[i] - at_p * n[i];\n"
+    "        flat_q[i] = q[i] - at_q * n[i];\n"
+    "    }\n"
+    "    float side = lightprobe_dot(plane, n), size = sqrtf(lightprobe_dot(plane, plane));\n"
+    "    float turn = side < 0.0f ? -1.0f : 1.0f, flat_both = lightprobe_dot(flat_p, flat_q);\n"
+    "    float azimuth = turn * lightprobe_angle(fabsf(side), flat_both);\n"
+    "    float high = at_p > at_q ? at_p : at_q, low = at_p > at_q ? at_q : at_p;\n"
+    "    float high2 = at_p > at_q ? lightprobe_dot(p, p) : lightprobe_dot(q, q);\n"
+    "    float low2 = at_p > at_q ? lightprobe_dot(flat_q, flat_q) : lightprobe_dot(flat_p, flat_p);\n"
+    "    float below = azimuth, above = 0.0f;\n"
+    "    if (high > 0.0f) { // the edge meets the horizon at high * (lower end) - low * (higher end)\n"
+    "        low = low < 0.0f ? low : 0.0f;\n"
+    "        above = lightprobe_angle(high * size, high * both - low * high2) / (size + 1e-37f);\n"
+    "        below = turn * lightprobe_angle(-low * fabsf(side), high * low2 - low * flat_both);\n"
+    "    }\n"
+    "    for (int i = 0; i < 3; i++) sum[i] += above * plane[i] + below * n[i];\n"
+    "    sum[3] += azimuth;\n"
+    "}\n"
+    "\n"
+    "// Adds the edges of the parallelogram with these half-sides, all in the lobe, unless all of what it\n"
+    "// encloses is below the horizon; c as in lightprobe_specular.\n"
+    "LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const lightprobe_vec3 middle,\n"
+    "                                            const lightprobe_vec3 half_u, const lightprobe_vec3 half_v,\n"
+    "                                            float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
+    "{\n"
+    "    lightprobe_vec3 p, e;\n"
+    "    float rise = fabsf(lightprobe_dot(half_u, n)) + fabsf(lightprobe_dot(half_v, n));\n"
+    "    if (c >= 0.0f && lightprobe_dot(middle, n) + rise < 0.0f) return;\n"
+    "    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];\n"
+    "    for (int k = 0; k < 4; k++) {\n"
+    "        for (int i = 0; i < 3; i++)\n"
+    "            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);\n"
+    "        lightprobe_add_edge(n, p, e, sum);\n"
+    "        for (int i = 0; i < 3; i++) p[i] += e[i];\n"
+    "    }\n"
+    "}\n"
+    "\n"
+    "void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,\n"
+    "                         LIGHTPROBE_OUT lightprobe_vec3 rgb)\n"
+    "{\n"
+    "    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.\n"
+    "    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), before = 1.0f;\n"
+    "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);\n"
+    "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
+    "    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
+    "    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;\n"
+    "    lightprobe_vec3 d, centre, axis, axis_u, axis_v, middle, half_u, half_v, flux;\n"
+    "    lightprobe_vec4 sum;\n"
+    "    u = most * u / sqrtf(1.0f + u * u);\n"
+    "    v = most * v / sqrtf(1.0f + v * v);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);\n"
+    "        d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);\n"
+    "        before -= at * d[i];\n"
+    "        centre[i] = c * (d[i] - at);\n"
+    "        axis[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);\n"
+    "        sum[i] = sum[3] = rgb[i] = 0.0f;\n"
+    "    }\n"
+    "    for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be\n"
+    "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
+    "        axis_u[i] = u * axis[i];\n"
+    "        axis_v[i] = v * (d[j] * axis[k] - d[k] * axis[j]);\n"
+    "    }\n"
+    "    lightprobe_into_lobe(lobe, centre, middle);\n"
+    "    lightprobe_into_lobe(lobe, axis_u, half_u);\n"
+    "    lightprobe_into_lobe(lobe, axis_v, half_v);\n"
+    "    if (before <= 0.0f) return; // it shines the other way\n"
+    "    lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);\n"
+    "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.\n"
+    "    float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;\n"
+    "    for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];\n"
+    "    float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);\n"
+    "    float density = share / (4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v)));\n"
+    "    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's mean.\n"
+    "    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));\n"
+    "    fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);\n"
+    "    for (int i = 0; i < 3; i++)\n"
+    "        rgb[i] = light.irradiance[i] * lobe.whole * density * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);\n"
+    "}\n"
+    // [glsl text end]
+    LIGHTPROBE__SPECULAR_END;
+}
+
 static const char *lightprobe__quote_work(void)
 {
     return

@@ -20,20 +20,22 @@ static const char shading[] = // for a triangle over the picture, behind the tex
     "layout(binding = 3) uniform samplerCube probe;\n"
     "in vec3 ray;\n"
     "out vec4 color;\n"
-    "vec3 irradiance(vec3 p, vec3 normal)\n"
+    "vec3 seen(vec3 p, vec3 normal, vec3 diffuse)\n" // of a varnished surface
     "{\n"
-    "    vec3 sum = lightprobe_residual_irradiance(normal);\n"
-    "    for (int i = 0; i < lightprobe_count; i++)\n"
-    "        if (lightprobe_irradiance(i, normal) != vec3(0))\n"
-    "            sum += lightprobe_irradiance(i, normal) * mssm_visibility(i, p);\n"
+    "    lightprobe_lobe lobe = lightprobe_specular_lobe(normal, -normalize(ray), 0.1, vec3(0.04));\n"
+    "    vec3 sum = diffuse * lightprobe_residual_irradiance(normal);\n"
+    "    for (int i = 0; i < lightprobe_count; i++) {\n"
+    "        vec3 lit = diffuse * lightprobe_irradiance(i, normal) + lightprobe_specular(i, lobe);\n"
+    "        if (lit != vec3(0)) sum += lit * mssm_visibility(i, p);\n"
+    "    }\n"
     "    return sum;\n"
     "}\n"
     "void main()\n"
     "{\n"
     "    ivec2 pixel = ivec2(gl_FragCoord.xy);\n"
     "    vec4 at = texelFetch(position_map, pixel, 0);\n"
-    "    color = at.w == 0 ? texture(probe, ray) : texelFetch(albedo_map, pixel, 0) *\n"
-    "        vec4(irradiance(at.xyz, texelFetch(normal_map, pixel, 0).xyz) / 3.14159265, 1);\n"
+    "    vec3 normal = texelFetch(normal_map, pixel, 0).xyz, albedo = texelFetch(albedo_map, pixel, 0).rgb;\n"
+    "    color = at.w == 0 ? texture(probe, ray) : vec4(seen(at.xyz, normal, albedo / 3.14159265), 1);\n"
     "}\n";
 
 typedef struct renderer {
@@ -57,7 +59,8 @@ static bool create(renderer *r, message *why)
     if (mssm_gl_create(&r->shadows, &desc)) return fail(why, "no shadow maps");
     const char *const vertices[] = {gl_triangle_vertex, NULL};
     const char *const fragments[] = {lightprobe_glsl_math(), lightprobe_glsl_lights(),
-                                     mssm_gl_shader(r->shadows), shading, NULL};
+                                     lightprobe_glsl_specular(), mssm_gl_shader(r->shadows), shading,
+                                     NULL};
     gl_mesh_triangle(&r->triangle);
     return (r->depth_program = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
            (r->view_program = gl_program_simple("view", gl_scene_vertex, gl_scene_fragment, why)) &&

@@ -107,6 +107,11 @@ promises()
     else
         echo "FAIL  a bias of mssm.h is not safe"
     fi
+    if $MAKE -s -j2 specular; then
+        echo "ok    the numbers of lightprobe.h's reflection are those of the fit"
+    else
+        echo "FAIL  lightprobe.h reflects by other numbers than the fit's"
+    fi
     if $MAKE -s -j2 build/release/stability && build/release/stability --quick 2>/dev/null; then
         echo "ok    stability, a quick run"
     else

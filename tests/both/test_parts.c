@@ -12,6 +12,8 @@
 #define lightprobe_cube_without parts_cube_without
 #define lightprobe_residual_irradiance parts_residual_irradiance
 #define lightprobe_light_at parts_light_at
+#define lightprobe_specular_lobe parts_specular_lobe
+#define lightprobe_specular parts_specular
 #ifndef LIGHTPROBE_NO_GL
 #define LIGHTPROBE_NO_GL
 #endif

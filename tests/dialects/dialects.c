@@ -56,13 +56,15 @@ static const char everything[] =
     "void main()\n"
     "{\n"
     "    vec3 sum = lightprobe_residual_irradiance(n);\n"
-    "    for (int i = 0; i < lightprobe_count; i++) sum += lightprobe_irradiance(i, n) * mssm_visibility(i, p, n);\n"
+    "    lightprobe_lobe lobe = lightprobe_specular_lobe(n, -p, 0.1, vec3(0.04));\n"
+    "    for (int i = 0; i < lightprobe_count; i++)\n"
+    "        sum += (lightprobe_irradiance(i, n) + lightprobe_specular(i, lobe)) * mssm_visibility(i, p, n);\n"
     "    mssm_faces f = mssm_point_faces(p.x, p.y, p.z);\n"
     "    color = vec4(sum * f.weight[0], lamp(0, p) + lamp_at(1, p));\n"
     "}\n";
 
 // Two shadow maps, all else of both headers.
-static void all_texts(const char *text[9])
+static void all_texts(const char *text[10])
 {
     text[0] = "#define LIGHTPROBE_UNIFORMS 16\n";
     text[1] = shadow_text(6, 16, NULL, 0);
@@ -71,8 +73,9 @@ static void all_texts(const char *text[9])
     text[4] = mssm_glsl_scattering();
     text[5] = lightprobe_glsl_math();
     text[6] = lightprobe_glsl_lights();
-    text[7] = everything;
-    text[8] = NULL;
+    text[7] = lightprobe_glsl_specular();
+    text[8] = everything;
+    text[9] = NULL;
 }
 
 static bool compiles(const char *version, const char *const *text, char log[2000])
@@ -84,7 +87,7 @@ static bool compiles(const char *version, const char *const *text, char log[2000
 
 static void texts_compile(const char *version)
 {
-    const char *text[9];
+    const char *text[10];
     char line[40], log[2000];
     all_texts(text);
     snprintf(line, sizeof line, "#version %s\n", version);
@@ -247,7 +250,11 @@ static const char irradiance[] =
     "    vec3 n = normalize(vec3(at.x, 1.0 - dot(at, at), at.y));\n"
     "    vec3 sum = lightprobe_residual_irradiance(n);\n"
     "    for (int i = 0; i < lightprobe_count; i++) sum += lightprobe_irradiance(i, n);\n"
-    "    color = vec4(sum, 1.0);\n"
+    "    vec3 view = normalize(vec3(at.x + 0.3, 1.0 - at.y * at.y, -at.y));\n"
+    "    lightprobe_lobe lobe = lightprobe_specular_lobe(n, view, 0.5 * abs(at.x) + 0.03, vec3(0.04, 0.5, 1.0));\n"
+    "    vec3 shine = vec3(0.0);\n"
+    "    for (int i = 0; i < lightprobe_count; i++) shine += lightprobe_specular(i, at.xyx, lobe);\n"
+    "    color = gl_FragCoord.x > gl_FragCoord.y ? vec4(shine, 1.0) : vec4(sum, 1.0);\n"
     "}\n";
 
 static void set_lights(GLuint program)
@@ -278,7 +285,7 @@ static void probe_lights_are_the_cpus(const char *version)
     gl33.BindBufferBase(GL_UNIFORM_BUFFER, 4, uniforms);
     gl33.BufferData(GL_UNIFORM_BUFFER, sizeof block, block, 0x88E8);
     const char *const fragment[] = {"#define LIGHTPROBE_UNIFORMS 12\n", lightprobe_glsl_math(), lightprobe_glsl_lights(),
-                                    irradiance, NULL};
+                                    lightprobe_glsl_specular(), irradiance, NULL};
     image picture;
     message why = {"OpenGL refused a call"};
     const bool drawn = draw(version, fragment, &picture, &why, set_lights);
@@ -294,11 +301,22 @@ static void probe_lights_are_the_cpus(const char *version)
             const float part = lightprobe_disc_irradiance(light[k].cos_alpha, d[0] * n[0] + d[1] * n[1] + d[2] * n[2]);
             for (int c = 0; c < 3; c++) sum[c] += part * light[k].irradiance[c];
         }
+        if (i % SIDE > i / SIDE) {
+            const vec3 to_viewer = vec_unit(vec(x + 0.3f, 1 - z * z, -z));
+            const float view[3] = {to_viewer.x, to_viewer.y, to_viewer.z}, f0[3] = {0.04f, 0.5f, 1};
+            const lightprobe_lobe lobe = lightprobe_specular_lobe(n, view, 0.5f * fabsf(x) + 0.03f, f0);
+            memset(sum, 0, sizeof sum);
+            for (int k = 0; k < count; k++) {
+                float part[3];
+                lightprobe_specular(light[k], lobe, x, z, x, part);
+                for (int c = 0; c < 3; c++) sum[c] += part[c];
+            }
+        }
         const vec3 seen = image_get(&picture, i % SIDE, SIDE - 1 - i / SIDE);
         worst = fmax(worst, fmax(fabs(seen.x - sum[0]), fmax(fabs(seen.y - sum[1]), fabs(seen.z - sum[2]))));
         most = fmax(most, sum[1]);
     }
-    check(drawn && most > 0.1 && worst < 1e-5 * most, "%.6s: irradiance of a probe's lights is the CPU's (at worst %.1e of %.2f)%s",
+    check(drawn && most > 0.1 && worst < 1e-5 * most, "%.6s: irradiance and reflection of a probe's lights are the CPU's (at worst %.1e of %.2f)%s",
           version + 9, worst, most, drawn ? "" : why.text);
     if (drawn) image_free(&picture);
     free(scratch);
@@ -385,7 +403,7 @@ static void compute_in(bool es)
     shadows_are_the_cpus(version, 100, 6, 1);
     shadows_are_the_cpus(version, 100, 4, 2);
     probe_lights_are_the_cpus(version);
-    const char *text[9];
+    const char *text[10];
     char log[2000];
     all_texts(text);
     check(!compiles(es ? "#version 100\n" : "#version 150\n", text + 1, log) && strstr(log, "#version 330"),
@@ -396,9 +414,9 @@ static void compute_in(bool es)
 static void print_every_text(void)
 {
     gl_context context = {0};
-    const char *missing, *text[9];
+    const char *missing, *text[10];
     all_texts(text);
-    for (int i = 1; i < 7; i++) puts(text[i]);
+    for (int i = 1; i < 8; i++) puts(text[i]);
     puts(mssm_glsl_translucent());
     if (!gl_context_create(&context, &missing)) return;
     for (int filtered = 0; filtered < 2; filtered++) {
@@ -421,7 +439,7 @@ static void print_every_text(void)
 int main(int argc, char **argv)
 {
     gl_context context = {0};
-    const char *missing, *text[9];
+    const char *missing, *text[10];
     if (argc > 1 && !strcmp(argv[1], "words")) {
         print_every_text();
         return failures;
@@ -429,7 +447,7 @@ int main(int argc, char **argv)
     if (argc > 1) {
         all_texts(text);
         printf("#version %s\n", argv[1]);
-        for (int i = 0; i < 8; i++) fputs(text[i], stdout);
+        for (int i = 0; i < 9; i++) fputs(text[i], stdout);
         return failures;
     }
     bad_arguments_are_refused();

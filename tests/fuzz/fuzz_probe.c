@@ -96,6 +96,9 @@ static void check_light(const lightprobe_light *l, int paper)
     EXPECT(fabs(dot(seen.direction, seen.direction) - 1) < 1e-3 && seen.irradiance[1] >= 0, "direction of length^2 %.9g",
            dot(seen.direction, seen.direction));
     EXPECT(l->cos_alpha >= -1 && l->cos_alpha <= 1, "opening angle %a", (double)l->cos_alpha);
+    float rgb[3];
+    lightprobe_specular(*l, lightprobe_specular_lobe(l->axis_u, l->direction, 0.1f, l->axis_v), away, -away, 0.1f, rgb);
+    for (int i = 0; i < 3; i++) EXPECT(rgb[i] >= 0, "reflects %a", (double)rgb[i]);
 }
 
 static void check_energy(const lightprobe_cube *cube, const lightprobe_light *lights, int count,

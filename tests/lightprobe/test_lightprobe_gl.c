@@ -399,7 +399,10 @@ static void shading_at_places_is_the_cpus(void)
         "{\n"
         "    uint i = gl_GlobalInvocationID.x;\n"
         "    vec3 offset = vec3(i % 5u, i % 7u, i % 3u) * 0.3 - vec3(0.6, 0.9, 0.3);\n"
-        "    sums[i] = vec4(lightprobe_irradiance(int(i) % lightprobe_count, offset, normalize(vec3(1, 2, 0.5) - offset)), 0);\n"
+        "    vec3 normal = normalize(vec3(1, 2, 0.5) - offset);\n"
+        "    sums[2 * i] = vec4(lightprobe_irradiance(int(i) % lightprobe_count, offset, normal), 0);\n"
+        "    lightprobe_lobe lobe = lightprobe_specular_lobe(normal, vec3(0, 1, 0), 0.05 * i, vec3(0.2, 0.5, 1));\n"
+        "    sums[2 * i + 1] = vec4(lightprobe_specular(int(i) % lightprobe_count, offset, lobe), 0);\n"
         "}\n";
     lightprobe_gl_desc d = description(16, 6);
     subject s;
@@ -407,8 +410,9 @@ static void shading_at_places_is_the_cpus(void)
     if (!begin_gl()) return;
     if (make_subject(&s, &d)) {
         enum { SUMS = 105 };
-        static float sums[SUMS][4], rgba[6 * 16 * 16 * 4];
-        const char *const text[] = {body, lightprobe_glsl_math(), lightprobe_glsl_lights(), test, NULL};
+        static float sums[2 * SUMS][4], rgba[6 * 16 * 16 * 4];
+        const float up[3] = {0, 1, 0}, f0[3] = {0.2f, 0.5f, 1};
+        const char *const text[] = {body, lightprobe_glsl_math(), lightprobe_glsl_lights(), lightprobe_glsl_specular(), test, NULL};
         const GLuint program = gl_test_compute("places", text);
         GLuint result;
         for (int i = 0; i < 6 * 256 * 4; i++) rgba[i] = i % 4 < 3 ? 1 + (float)(i / 64 % 9) : 1.5f + (float)(i / 1024);
@@ -431,12 +435,18 @@ static void shading_at_places_is_the_cpus(void)
         for (int i = 0; i < SUMS; i++) {
             const float x = (float)(i % 5) * 0.3f - 0.6f, y = (float)(i % 7) * 0.3f - 0.9f, z = (float)(i % 3) * 0.3f - 0.3f;
             const float n[3] = {1 - x, 2 - y, 0.5f - z}, length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+            const float unit[3] = {n[0] / length, n[1] / length, n[2] / length};
+            float shine[3];
             const lightprobe_light l = lightprobe_light_at(s.gpu.light[i % s.gpu.count], x, y, z);
             const float cosine = (l.direction[0] * n[0] + l.direction[1] * n[1] + l.direction[2] * n[2]) / length;
             for (int c = 0; c < 3; c++) {
                 const float e = l.irradiance[c] * lightprobe_disc_irradiance(l.cos_alpha, cosine);
-                CHECK(fabsf(sums[i][c] - e) < 1e-5f * (l.irradiance[c] + 1), "receiver %d: %g, not %g", i, (double)sums[i][c], (double)e);
+                CHECK(fabsf(sums[2 * i][c] - e) < 1e-5f * (l.irradiance[c] + 1), "receiver %d: %g, not %g", i, (double)sums[2 * i][c], (double)e);
             }
+            lightprobe_specular(s.gpu.light[i % s.gpu.count], lightprobe_specular_lobe(unit, up, 0.05f * (float)i, f0), x, y, z, shine);
+            for (int c = 0; c < 3; c++)
+                CHECK(fabsf(sums[2 * i + 1][c] - shine[c]) < 1e-4f * (shine[c] + 0.1f), "shine of %d: %g, not %g", i,
+                      (double)sums[2 * i + 1][c], (double)shine[c]);
         }
         gl.DeleteBuffers(1, &result);
         gl.DeleteProgram(program);

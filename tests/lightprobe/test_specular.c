@@ -1,0 +1,406 @@
+// Specular reflection of the lights: against GGX integrated over the light, and what must hold for any light.
+#include "../../lightprobe.h"
+#include "../support/test.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+static double dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void random_unit(uint64_t *seed, double d[3])
+{
+    const double z = test_range(seed, -1, 1), a = test_range(seed, 0, 2 * pi), r = sqrt(1 - z * z);
+    d[0] = r * cos(a);
+    d[1] = r * sin(a);
+    d[2] = z;
+}
+
+// ---- The oracle: radiance per radiance of the light, by a grid over it
+
+// A rectangle; its half-sizes u and v in a plane at c.
+typedef struct panel {
+    double direction[3], axis_u[3], axis_v[3], c, u, v, offset[3];
+} panel;
+
+typedef struct surface {
+    double normal[3], view[3], alpha, f0;
+} surface;
+
+// GGX times cosine for light from the unit vector l: Walter et al. 2007, Heitz 2014, Schlick 1994.
+static double reflected(const surface *s, const double l[3])
+{
+    double h[3], a2 = s->alpha * s->alpha;
+    for (int i = 0; i < 3; i++) h[i] = s->view[i] + l[i];
+    const double size = sqrt(dot(h, h)), nv = dot(s->normal, s->view), nl = dot(s->normal, l);
+    const double nh = dot(s->normal, h) / size, vh = dot(s->view, h) / size;
+    if (nl <= 0) return 0;
+    const double d = a2 / (pi * pow(nh * nh * (a2 - 1) + 1, 2));
+    const double lambda_v = (sqrt(1 + a2 * (1 / (nv * nv) - 1)) - 1) / 2;
+    const double lambda_l = (sqrt(1 + a2 * (1 / (nl * nl) - 1)) - 1) / 2;
+    return d / (1 + lambda_v + lambda_l) / (4 * nv) * (s->f0 + (1 - s->f0) * pow(1 - vh, 5));
+}
+
+// What the header makes of it, by its own matrix: a cosine lobe, transformed.
+static double transformed(const lightprobe_lobe *lobe, const double l[3])
+{
+    double x = 0, z = 0;
+    for (int i = 0; i < 3; i++) {
+        x += lobe->away[i] * l[i];
+        z += lobe->normal[i] * l[i];
+    }
+    const double p = lobe->along * x - lobe->shear * z, q2 = fmax(0, 1 - x * x - z * z) * lobe->across * lobe->across;
+    const double r = lobe->width * z, square = p * p + q2 + r * r;
+    return z > 0 ? r * lobe->along * lobe->across * lobe->width / (pi * square * square) : 0;
+}
+
+static double solid_angle(const panel *p)
+{
+    return 4 * atan2(p->u * p->v, p->c * sqrt(p->c * p->c + p->u * p->u + p->v * p->v));
+}
+
+// Sum over a grid of n^2 places, of one of the two.
+static double integral(const panel *p, const surface *s, const lightprobe_lobe *lobe, int n)
+{
+    double sum = 0;
+    for (int i = 0; i < n * n; i++) {
+        const double x = p->u * (2 * (i % n + 0.5) / n - 1), y = p->v * (2 * (i / n + 0.5) / n - 1);
+        double l[3];
+        for (int k = 0; k < 3; k++)
+            l[k] = p->c * (p->direction[k] - p->offset[k]) + x * p->axis_u[k] + y * p->axis_v[k];
+        const double square = dot(l, l), size = sqrt(square), facing = dot(l, p->direction) / size;
+        for (int k = 0; k < 3; k++) l[k] /= size;
+        if (facing > 0)
+            sum += 4 * p->u * p->v / (n * n) * facing / square * (lobe ? transformed(lobe, l) : reflected(s, l));
+    }
+    return sum;
+}
+
+// ---- Lights and surfaces
+
+static void random_axes(uint64_t *seed, panel *p)
+{
+    double size = 0;
+    do {
+        random_unit(seed, p->axis_u);
+        const double along = dot(p->axis_u, p->direction);
+        for (int i = 0; i < 3; i++) p->axis_u[i] -= along * p->direction[i];
+        size = sqrt(dot(p->axis_u, p->axis_u));
+    } while (size < 0.1);
+    for (int i = 0; i < 3; i++) p->axis_u[i] /= size;
+    const double hand = test_uniform(seed) < 0.5 ? -1 : 1; // both occur
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        p->axis_v[i] = hand * (p->direction[j] * p->axis_u[k] - p->direction[k] * p->axis_u[j]);
+    }
+}
+
+// Uniform of radiance 1.
+static lightprobe_light light_of(panel *p, double tan_u, double tan_v, double cos_alpha)
+{
+    lightprobe_light l;
+    memset(&l, 0, sizeof l);
+    l.tan_half_u = (float)tan_u;
+    l.tan_half_v = (float)tan_v;
+    l.cos_alpha = (float)cos_alpha;
+    const double wide = cos_alpha < 0 ? sqrt(1 - cos_alpha * cos_alpha) : 1;
+    p->c = l.cos_alpha;
+    p->u = wide * l.tan_half_u / sqrt(1 + (double)l.tan_half_u * l.tan_half_u);
+    p->v = wide * l.tan_half_v / sqrt(1 + (double)l.tan_half_v * l.tan_half_v);
+    for (int i = 0; i < 3; i++) {
+        l.direction[i] = (float)p->direction[i];
+        l.axis_u[i] = (float)p->axis_u[i];
+        l.axis_v[i] = (float)p->axis_v[i];
+        l.irradiance[i] = (float)solid_angle(p);
+    }
+    return l;
+}
+
+static lightprobe_lobe lobe_of(const surface *s)
+{
+    float n[3], v[3], f0[3];
+    for (int i = 0; i < 3; i++) {
+        n[i] = (float)s->normal[i];
+        v[i] = (float)s->view[i];
+        f0[i] = (float)s->f0;
+    }
+    return lightprobe_specular_lobe(n, v, (float)s->alpha, f0);
+}
+
+// Seen under an angle from the normal.
+static surface surface_at(uint64_t *seed, double alpha, double angle, double f0)
+{
+    surface s = {{0}, {0}, alpha, f0};
+    panel frame;
+    random_unit(seed, s.normal);
+    memcpy(frame.direction, s.normal, sizeof s.normal);
+    random_axes(seed, &frame);
+    for (int i = 0; i < 3; i++) s.view[i] = cos(angle) * s.normal[i] - sin(angle) * frame.axis_u[i];
+    return s;
+}
+
+// About where a mirror would show it, so that it matters.
+static void aim(uint64_t *seed, panel *p, const surface *s, double reach)
+{
+    const double nv = dot(s->normal, s->view);
+    double off[3], size;
+    random_unit(seed, off);
+    for (int i = 0; i < 3; i++) p->direction[i] = 2 * nv * s->normal[i] - s->view[i] + reach * off[i];
+    size = sqrt(dot(p->direction, p->direction));
+    for (int i = 0; i < 3; i++) p->direction[i] /= size;
+    random_axes(seed, p);
+    memset(p->offset, 0, sizeof p->offset);
+}
+
+// ---- The properties
+
+// The light's part of the lobe, by edges, is that of a grid: near and far, across the horizon, from beside the probe.
+static void part_of_the_lobe_is_exact(void)
+{
+    uint64_t seed = 11;
+    double worst = 0, cut = 0;
+    for (int i = 0; i < test_trials(2000); i++) {
+        const double alpha = pow(test_range(&seed, 0.15, 1), 2);
+        const surface s = surface_at(&seed, alpha, test_range(&seed, 0, 1.5), 1);
+        const lightprobe_lobe lobe = lobe_of(&s);
+        panel p;
+        aim(&seed, &p, &s, 1.5);
+        const double t = pow(10, test_range(&seed, -2.5, 0.3));
+        lightprobe_light l = light_of(&p, t, t * test_range(&seed, 0.1, 1), test_range(&seed, 0.2, 1));
+        if (i % 3 == 0) l.distance = 2.5f;
+        for (int k = 0; k < 3 && i % 3 == 0; k++) p.offset[k] = test_range(&seed, -0.5, 0.5);
+        float rgb[3];
+        lightprobe_specular(l, lobe, (float)(2.5 * p.offset[0]), (float)(2.5 * p.offset[1]), (float)(2.5 * p.offset[2]), rgb);
+        const double truth = integral(&p, &s, &lobe, 200), part = rgb[0] / lobe.whole;
+        worst = fmax(worst, fabs(part - truth) / (0.02 + truth));
+        cut += fabs(dot(p.direction, s.normal)) < t && truth > 0.01;
+    }
+    test_note("worst %.1e of the part and 0.02; %g lights cut by the horizon", worst, cut);
+    CHECK(worst < 0.01, "worst %g", worst); // the grid's own error where the horizon or a narrow lobe cuts it
+    CHECK(cut > 0.05 * test_trials(2000), "only %g were cut", cut);
+}
+
+// Single precision: a light of 1/20 degree and its grid agree to four digits.
+static void small_lights_keep_their_digits(void)
+{
+    uint64_t seed = 5;
+    double worst = 0;
+    for (int i = 0; i < test_trials(2000); i++) {
+        const surface s = surface_at(&seed, pow(test_range(&seed, 0.3, 1), 2), test_range(&seed, 0, 1.4), 1);
+        const lightprobe_lobe lobe = lobe_of(&s);
+        panel p;
+        aim(&seed, &p, &s, 0.2);
+        if (dot(p.direction, s.normal) < 0.1) continue;
+        const lightprobe_light l = light_of(&p, 1e-3, 1e-3, 1);
+        float rgb[3];
+        lightprobe_specular(l, lobe, 0, 0, 0, rgb);
+        worst = fmax(worst, fabs(rgb[0] / (lobe.whole * integral(&p, &s, &lobe, 4)) - 1));
+    }
+    CHECK(worst < 2e-3, "worst %g", worst);
+}
+
+// Against GGX itself, in parts of rms radiance: what docs/lightprobe.md says of each roughness and angle.
+static void radiance_is_that_of_ggx(void)
+{
+    static const double alphas[] = {0.05, 0.1, 0.2, 0.5, 1}, ends[] = {0, 0.7, 1.22, 1.48};
+    static const double most[5][3] = {{0.02, 0.03, 0.06}, {0.03, 0.05, 0.1}, {0.04, 0.07, 0.15},
+                                      {0.04, 0.07, 0.15}, {0.04, 0.04, 0.12}};
+    for (int a = 0; a < 5; a++) {
+        for (int part = 0; part < 3; part++) {
+            uint64_t seed = 21;
+            double wrong = 0, right = 0;
+            for (int i = 0; i < 150; i++) { // whatever the scale: fewer are no mean
+                const surface s = surface_at(&seed, alphas[a], test_range(&seed, ends[part], ends[part + 1]), i % 2 ? 1 : 0.04);
+                panel p;
+                const double t = pow(10, test_range(&seed, -1.5, 0));
+                aim(&seed, &p, &s, 2 * alphas[a] + t);
+                const lightprobe_light l = light_of(&p, t, t * test_range(&seed, 0.3, 1), 1 / sqrt(1 + t * t));
+                float rgb[3];
+                lightprobe_specular(l, lobe_of(&s), 0, 0, 0, rgb);
+                const double truth = integral(&p, &s, NULL, 64);
+                wrong += pow(rgb[1] - truth, 2) / s.f0;
+                right += truth * truth / s.f0;
+            }
+            const double rms = sqrt(wrong / right);
+            test_note("alpha %g, up to %2.0f degrees: %.3f", alphas[a], ends[part + 1] * 180 / pi, rms);
+            CHECK(rms < most[a][part], "alpha %g, part %d: %g", alphas[a], part, rms);
+        }
+    }
+}
+
+// The whole hemisphere of light gives the whole reflectance, and so does the sphere; by f0 and angle.
+static void whole_reflectance_is_ggxs(void)
+{
+    static const double f0[] = {0, 0.04, 1};
+    uint64_t seed = 2;
+    double worst = 0, between = 0;
+    for (int i = 0; i < test_trials(300); i++) {
+        const double alpha = pow(test_range(&seed, 0.1415, 1), 2), angle = test_range(&seed, 0, 1.5);
+        const surface s = surface_at(&seed, alpha, angle, f0[i % 3]);
+        // GGX's own sum, over half vectors as GGX has them: their density cancels most of it.
+        double sum = 0;
+        const int n = 150;
+        for (int k = 0; k < n * n; k++) {
+            const double u = (k / n + 0.5) / n, phi = pi * (k % n + 0.5) / n;
+            const double hz = sqrt((1 - u) / (1 - u + alpha * alpha * u)), hr = sqrt(1 - hz * hz);
+            const double vh = sin(angle) * hr * cos(phi) + cos(angle) * hz, nl = 2 * vh * hz - cos(angle);
+            if (vh <= 0 || nl <= 0) continue;
+            const double lv = sqrt(1 + pow(alpha * tan(angle), 2)), ll = sqrt(1 + alpha * alpha * (1 / (nl * nl) - 1));
+            sum += 2 / (lv + ll) * vh / (cos(angle) * hz) * (s.f0 + (1 - s.f0) * pow(1 - vh, 5)) / (n * n);
+        }
+        panel p;
+        memcpy(p.direction, s.normal, sizeof p.direction);
+        random_axes(&seed, &p);
+        float hemisphere[3], sphere[3];
+        const lightprobe_light half = light_of(&p, 4, 4, 0);
+        random_unit(&seed, p.direction);
+        random_axes(&seed, &p);
+        const lightprobe_light all = light_of(&p, 4, 4, -1);
+        lightprobe_specular(half, lobe_of(&s), 0, 0, 0, hemisphere);
+        lightprobe_specular(all, lobe_of(&s), 0, 0, 0, sphere);
+        worst = fmax(worst, fabs(hemisphere[0] - sum));
+        between = fmax(between, fabs(hemisphere[0] - sphere[0]));
+        CHECK(hemisphere[0] <= 1, "more than all: %g", (double)hemisphere[0]);
+    }
+    test_note("worst %.4f of the light's radiance", worst);
+    CHECK(worst < 0.016 && between < 1e-5, "worst %g, between hemisphere and sphere %g", worst, between);
+}
+
+// A light and all the rest of the sphere make the whole.
+static void light_and_its_opposite_make_the_whole(void)
+{
+    uint64_t seed = 3;
+    double worst = 0;
+    for (int i = 0; i < test_trials(3000); i++) {
+        const surface s = surface_at(&seed, pow(test_range(&seed, 0.2, 1), 2), test_range(&seed, 0, 1.5), 1);
+        const lightprobe_lobe lobe = lobe_of(&s);
+        const double c = test_range(&seed, 0.02, 0.9), shrink = sqrt(1 - c * c), sine = test_range(&seed, 0.1, 0.9) * shrink;
+        panel p, q;
+        float light[3], rest[3];
+        random_unit(&seed, p.direction);
+        random_axes(&seed, &p);
+        q = p;
+        for (int k = 0; k < 3; k++) q.direction[k] = -q.direction[k];
+        const double t = sine / sqrt(1 - sine * sine), wide = sine / shrink / sqrt(1 - sine * sine / (shrink * shrink));
+        lightprobe_specular(light_of(&p, t, t, c), lobe, 0, 0, 0, light);
+        lightprobe_specular(light_of(&q, wide, wide, -c), lobe, 0, 0, 0, rest);
+        worst = fmax(worst, fabs(light[0] + rest[0] - lobe.whole));
+    }
+    CHECK(worst < 2e-5, "worst %g", worst);
+}
+
+// While a light sets nothing jumps; once it is below the horizon, behind a receiver or faces away, there is none.
+static void setting_lights_fade(void)
+{
+    uint64_t seed = 8;
+    for (int i = 0; i < test_trials(300); i++) {
+        const surface s = surface_at(&seed, pow(test_range(&seed, 0.3, 1), 2), test_range(&seed, 0, 1.5), 1);
+        const lightprobe_lobe lobe = lobe_of(&s);
+        const double t = pow(10, test_range(&seed, -2, -0.3));
+        panel frame = {{0}, {0}, {0}, 0, 0, 0, {0}};
+        memcpy(frame.direction, s.normal, sizeof s.normal);
+        random_axes(&seed, &frame);
+        float before = 0, rgb[3];
+        for (int step = 0; step <= 200; step++) {
+            const double h = (1 - step / 100.0) * 2 * t; // of its centre; both corners at most 1.42 t away
+            panel p = frame;
+            for (int k = 0; k < 3; k++) {
+                p.direction[k] = sin(h) * s.normal[k] + cos(h) * frame.axis_u[k];
+                p.axis_u[k] = cos(h) * s.normal[k] - sin(h) * frame.axis_u[k];
+            }
+            lightprobe_specular(light_of(&p, t, t, 1), lobe, 0, 0, 0, rgb);
+            CHECK(step > 0 || rgb[0] > 0, "nothing from above");
+            CHECK(step == 0 || fabsf(rgb[0] - before) < 0.1f, "step %d from %g to %g", step, (double)before, (double)rgb[0]);
+            if (step > 180) CHECK(rgb[0] == 0, "%g from below", (double)rgb[0]);
+            before = rgb[0];
+        }
+    }
+    const surface s = {{0, 1, 0}, {0, 1, 0}, 0.5, 1};
+    panel p = {{0, 1, 0}, {1, 0, 0}, {0, 0, -1}, 0, 0, 0, {0}};
+    lightprobe_light l = light_of(&p, 0.2, 0.2, 0.98);
+    float rgb[3];
+    l.distance = 3;
+    lightprobe_specular(l, lobe_of(&s), 0, 2.9f, 0, rgb);
+    CHECK(rgb[0] > 0.9f * lobe_of(&s).whole, "close below it: %g", (double)rgb[0]);
+    lightprobe_specular(l, lobe_of(&s), 0, 3.1f, 0, rgb);
+    CHECK(rgb[0] == 0 && rgb[2] == 0, "behind it: %g", (double)rgb[0]);
+}
+
+static float garbage(uint64_t *seed)
+{
+    const double kind = test_uniform(seed);
+    if (kind < 0.3) return (float)test_range(seed, -1, 1);
+    if (kind < 0.5) return (float)((int)test_range(seed, 0, 3) - 1);
+    return (float)(test_range(seed, -1, 1) * pow(10, test_range(seed, -40, 38)));
+}
+
+// Any finite numbers: at least 0, at most the light's radiance, which is limited by the least solid angle.
+static void any_arguments_give_radiance(void)
+{
+    uint64_t seed = 4;
+    for (int i = 0; i < test_trials(200000); i++) {
+        lightprobe_light l;
+        float n[3], v[3], f0[3], at[3], rgb[3];
+        memset(&l, 0, sizeof l);
+        for (int k = 0; k < 3; k++) {
+            n[k] = garbage(&seed);
+            v[k] = garbage(&seed);
+            f0[k] = garbage(&seed);
+            at[k] = garbage(&seed);
+            l.direction[k] = garbage(&seed);
+            l.axis_u[k] = garbage(&seed);
+            l.axis_v[k] = garbage(&seed);
+            l.irradiance[k] = 1;
+        }
+        l.tan_half_u = garbage(&seed);
+        l.tan_half_v = garbage(&seed);
+        l.cos_alpha = garbage(&seed);
+        l.distance = garbage(&seed);
+        lightprobe_specular(l, lightprobe_specular_lobe(n, v, garbage(&seed), f0), at[0], at[1], at[2], rgb);
+        for (int k = 0; k < 3; k++) CHECK(rgb[k] >= 0 && rgb[k] <= 2.6e5f, "trial %d: %g", i, (double)rgb[k]);
+    }
+}
+
+static void arguments_are_clamped(void)
+{
+    const float up[3] = {0, 1, 0}, aside[3] = {0.8f, 0.6f, 0}, below[3] = {0.8f, -0.6f, 0}, along[3] = {1, 0, 0};
+    const float f0[3] = {-1, 0.5f, 2}, inside[3] = {0, 0.5f, 1};
+    const lightprobe_lobe a = lightprobe_specular_lobe(up, aside, 0.001f, f0), b = lightprobe_specular_lobe(up, aside, 0.02f, inside);
+    const lightprobe_lobe c = lightprobe_specular_lobe(up, aside, 7, f0), d = lightprobe_specular_lobe(up, aside, 1, inside);
+    CHECK(!memcmp(&a, &b, sizeof a) && !memcmp(&c, &d, sizeof c), "alpha or f0 beyond the limits");
+    CHECK(lightprobe_specular_lobe(up, below, 0.3f, f0).whole == lightprobe_specular_lobe(up, along, 0.3f, f0).whole, "from below");
+    // Straight from above the lobe is as wide in each direction.
+    panel p = {{0.6, 0.8, 0}, {0, 0, 1}, {0, 0, 0}, 0, 0, 0, {0}};
+    const lightprobe_lobe e = lightprobe_specular_lobe(up, up, 0.3f, inside);
+    float least = FLT_MAX, most = 0;
+    for (int i = 0; i < 12; i++) {
+        p.direction[0] = 0.6 * cos(i);
+        p.direction[2] = 0.6 * sin(i);
+        for (int k = 0; k < 3; k++) p.axis_v[k] = p.direction[(k + 1) % 3] * p.axis_u[(k + 2) % 3] - p.direction[(k + 2) % 3] * p.axis_u[(k + 1) % 3];
+        const double u[3] = {-sin(i), 0, cos(i)}, v[3] = {0.8 * cos(i), -0.6, 0.8 * sin(i)};
+        memcpy(p.axis_u, u, sizeof u);
+        memcpy(p.axis_v, v, sizeof v);
+        float rgb[3];
+        lightprobe_specular(light_of(&p, 0.1, 0.1, 1), e, 0, 0, 0, rgb);
+        least = fminf(least, rgb[1]);
+        most = fmaxf(most, rgb[1]);
+    }
+    CHECK(most > 0 && most - least < 1e-4f * most, "%g to %g around", (double)least, (double)most);
+}
+
+const test_case specular_tests[] = {
+    {"specular: a light's part of the lobe is that of a grid", part_of_the_lobe_is_exact},
+    {"specular: small lights keep their digits", small_lights_keep_their_digits},
+    {"specular: radiance is that of GGX over the light", radiance_is_that_of_ggx},
+    {"specular: all light gives all reflectance", whole_reflectance_is_ggxs},
+    {"specular: a light and the rest of the sphere make the whole", light_and_its_opposite_make_the_whole},
+    {"specular: lights set without a step", setting_lights_fade},
+    {"specular: any finite arguments give radiance", any_arguments_give_radiance},
+    {"specular: arguments are clamped", arguments_are_clamped},
+    {NULL, NULL},
+};
