@@ -108,8 +108,8 @@ static bool make_lights(const room *r, mssm_light light[LIGHTS])
     const float square = 0.8660254f * ROOM_LAMP_RADIUS; // as wide as a disc by its variance
     float to[3], low[3], high[3], axis[3] = {0, 0, 1};
     floats(room_to_sun, to);
-    floats(room_low, low);
-    floats(room_high, high);
+    floats(room_wall_low, low);
+    floats(room_wall_high, high);
     return !light_at(&light[LAMP], r, r->lamp, square, square) && !sky_light(&light[SKY], r) &&
            !mssm_light_directional(&light[SUN], to, axis, ROOM_SUN_TANGENT, ROOM_SUN_TANGENT, low,
                                    high);

@@ -3,6 +3,7 @@
 #include <string.h>
 
 const vec3 room_low = {-3, 0, -2.5f}, room_high = {3, 3, 2.5f}, room_centre = {0, 1, 0};
+const vec3 room_wall_low = {-0.9f, -0.3f, -3.5f}, room_wall_high = {3, 4.5f, 2.8f};
 const vec3 room_ambient = {0.14f, 0.14f, 0.15f};
 const vec3 room_lamp_radiance = {66, 52, 35}, room_sky_radiance = {1.6f, 2.0f, 2.8f};
 const vec3 room_sun_irradiance = {20, 16, 11};
@@ -28,25 +29,26 @@ static void put_right(scene *s, float y0, float y1, float z0, float z1)
     if (z1 > z0) put_wall(s, vec(room_high.x, y0, z0), vec(0, 0, z1 - z0), vec(0, y1 - y0, 0));
 }
 
+// The wall goes on beyond the room's corners: all that could see the sun is behind it.
 static void put_sun_casters(scene *s, float door)
 {
-    const vec3 size = vec_sub(room_high, room_low);
     const float z0 = ROOM_DOOR_FROM, z1 = z0 + ROOM_DOOR_WIDTH, high = ROOM_DOOR_HEIGHT;
     scene_begin_object(s, 0.25f, 0.50f, 0.42f);
-    put_right(s, high, room_high.y, room_low.z, room_high.z);
-    put_right(s, 0, high, room_low.z, z0);
-    put_right(s, 0, high, z1, room_high.z);
+    put_right(s, high, room_wall_high.y, room_wall_low.z, room_wall_high.z);
+    put_right(s, room_wall_low.y, high, room_wall_low.z, z0);
+    put_right(s, room_wall_low.y, high, z1, room_wall_high.z);
+    put_right(s, room_wall_low.y, 0, z0, z1);
     scene_begin_object(s, 0.55f, 0.42f, 0.28f);
     put_right(s, 0, high, z0 + door, z1);
-    scene_begin_object(s, 0.80f, 0.79f, 0.76f);
-    put_wall(s, vec(room_low.x, room_high.y, room_low.z), vec(size.x, 0, 0), vec(0, 0, size.z));
-    scene_begin_object(s, 0.72f, 0.70f, 0.66f);
-    put_wall(s, room_low, vec(size.x, 0, 0), vec(0, size.y, 0));
 }
 
 static void put_other_walls(scene *s)
 {
     const vec3 size = vec_sub(room_high, room_low);
+    scene_begin_object(s, 0.80f, 0.79f, 0.76f);
+    put_wall(s, vec(room_low.x, room_high.y, room_low.z), vec(size.x, 0, 0), vec(0, 0, size.z));
+    scene_begin_object(s, 0.72f, 0.70f, 0.66f);
+    put_wall(s, room_low, vec(size.x, 0, 0), vec(0, size.y, 0));
     scene_begin_object(s, 0.70f, 0.12f, 0.08f);
     put_wall(s, room_low, vec(0, size.y, 0), vec(0, 0, size.z));
     scene_begin_object(s, 0.46f, 0.38f, 0.30f);

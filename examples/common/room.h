@@ -14,7 +14,7 @@
 enum { ROOM_LEFT, ROOM_RIGHT, ROOM_FLOOR, ROOM_CEILING, ROOM_BACK, ROOM_FRONT, ROOM_WALLS };
 
 typedef struct room {
-    // Triangles in an order: the things, walls that keep the sun out, the other walls, emitters. An
+    // Triangles in an order: the things, the wall that keeps the sun out, the other walls, emitters. An
     // object's albedo is an emitter's radiance.
     scene all;
     int things, sun_casters, walls;  // triangles up to the end of these
@@ -25,6 +25,7 @@ typedef struct room {
 } room;
 
 extern const vec3 room_low, room_high, room_centre; // of the room; where the probe is
+extern const vec3 room_wall_low, room_wall_high;     // what keeps the sun out, things included
 extern const vec3 room_ambient;                     // irradiance of walls, from nowhere
 extern const vec3 room_lamp_radiance, room_sky_radiance, room_sun_irradiance;
 extern const vec3 room_to_sun; // unit
