@@ -17,14 +17,23 @@
 enum { MOST_LIGHTS = 64, SIDE = 128 };
 static const char things_fragment[] = // behind the texts of both headers
     "layout(location = 1) uniform vec3 probe;\n"
-    "layout(location = 2) uniform int at_infinity;\n"
+    "layout(location = 2) uniform vec4 lamp;\n" // and its radius
+    "layout(location = 3) uniform int at_infinity;\n"
     "in vec3 position, normal, albedo;\n"
     "out vec4 color;\n"
+    "vec3 light_of(int i, vec3 n)\n"
+    "{\n"
+    "    lightprobe_light l = lightprobe_lights[i];\n"
+    "    vec3 place = probe + l.distance * l.direction, offset = position - probe;\n"
+    "    if (at_infinity != 0) return lightprobe_irradiance(i, n);\n"
+    "    if (distance(place, lamp.xyz) > 2 * lamp.w) return lightprobe_irradiance(i, offset, n);\n"
+    "    return lightprobe_sphere_irradiance(i, offset, n);\n" // the lamp has no shade
+    "}\n"
     "void main()\n"
     "{\n"
-    "    vec3 n = normalize(normal), sum = lightprobe_residual_irradiance(n), offset = position - probe;\n"
+    "    vec3 n = normalize(normal), sum = lightprobe_residual_irradiance(n);\n"
     "    for (int i = 0; i < lightprobe_count; i++) {\n"
-    "        vec3 light = at_infinity != 0 ? lightprobe_irradiance(i, n) : lightprobe_irradiance(i, offset, n);\n"
+    "        vec3 light = light_of(i, n);\n"
     "        if (light != vec3(0)) sum += light * mssm_visibility(i, position, n);\n"
     "    }\n"
     "    color = vec4(albedo * sum / 3.14159265, 1);\n"
@@ -91,10 +100,11 @@ static void draw_shadows(renderer *r, const room *world, bool at_infinity)
     mssm_gl_build(r->shadows);
 }
 
-static void draw_picture(renderer *r, bool at_infinity)
+static void draw_picture(renderer *r, const room *world, bool at_infinity)
 {
     const camera eye = room_camera((float)r->picture.width / (float)r->picture.height);
     const lightprobe_gl_range lights = lightprobe_gl_lights(r->probe, 1); // those the maps are of
+    const float lamp[4] = {world->lamp.x, world->lamp.y, world->lamp.z, ROOM_LAMP_RADIUS};
     float world_to_clip[16];
     gl_camera_matrix(&eye, 0.05f, 10, world_to_clip);
     gl_target_begin(&r->picture);
@@ -102,7 +112,8 @@ static void draw_picture(renderer *r, bool at_infinity)
     gl.UseProgram(r->things);
     gl.ProgramUniformMatrix4fv(r->things, 0, 1, GL_FALSE, world_to_clip);
     gl.ProgramUniform3fv(r->things, 1, 1, &room_centre.x);
-    gl.ProgramUniform1i(r->things, 2, at_infinity);
+    gl.ProgramUniform4fv(r->things, 2, 1, lamp);
+    gl.ProgramUniform1i(r->things, 3, at_infinity);
     gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, lights.buffer, lights.offset, lights.bytes);
     mssm_gl_bind(r->shadows);
     gl_room_draw_things(&r->walls);
@@ -123,7 +134,7 @@ static bool frame(renderer *r, const room *world, bool at_infinity, message *why
     if (lightprobe_gl_read(r->probe, 1, r->light, &r->lights, NULL)) return fail(why, "no lights");
     draw_shadows(r, world, at_infinity);
     gl_timer_mark(&r->timer);
-    draw_picture(r, at_infinity);
+    draw_picture(r, world, at_infinity);
     gl_timer_mark(&r->timer);
     return true;
 }

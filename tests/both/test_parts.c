@@ -12,6 +12,7 @@
 #define lightprobe_cube_without parts_cube_without
 #define lightprobe_residual_irradiance parts_residual_irradiance
 #define lightprobe_light_at parts_light_at
+#define lightprobe_sphere_at parts_sphere_at
 #ifndef LIGHTPROBE_NO_GL
 #define LIGHTPROBE_NO_GL
 #endif
