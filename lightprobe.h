@@ -533,16 +533,18 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
 lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)
 {
     lightprobe_light seen = light;
-    float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;
+    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);
+    float scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;
     if (!(scale > 0.0f) || c <= 0.0f) return seen;
-    // In units of the distance: the way to the centre, its square and the radius'.
+    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a small one.
+    // In units of the centre's distance: the way there, its square, and the radius' square.
+    scale *= 1.0f - 0.6666667f * sqrtf(radius2);
     float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;
     float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;
-    float radius2 = (1.0f - c) * (1.0f + c), inside = radius2 < away2 ? 0.0f : 1.0f;
-    float sine2 = inside > 0.0f ? 1.0f : radius2 / away2, away = away2 < 1e30f ? sqrtf(away2) : 0.0f;
-    seen.cos_alpha = sqrtf(1.0f - sine2);
-    // Solid angle over solid angle; a sphere of radius 0 by the inverse square.
-    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * (inside > 0.0f ? radius2 : away2));
+    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;
+    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);
+    // Solid angle over solid angle; of a point the inverse square.
+    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);
     for (int i = 0; i < 3; i++) {
         float way = i == 0 ? a : i == 1 ? b : d;
         if (away > 0.0f) seen.direction[i] = way / away;
@@ -3795,16 +3797,18 @@ static const char lightprobe__glsl_lights[] =
     "lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)\n"
     "{\n"
     "    lightprobe_light seen = light;\n"
-    "    float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
+    "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
+    "    float scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
     "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
-    "    // In units of the distance: the way to the centre, its square and the radius'.\n"
+    "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a small one.\n"
+    "    // In units of the centre's distance: the way there, its square, and the radius' square.\n"
+    "    scale *= 1.0f - 0.6666667f * sqrtf(radius2);\n"
     "    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;\n"
     "    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;\n"
-    "    float radius2 = (1.0f - c) * (1.0f + c), inside = radius2 < away2 ? 0.0f : 1.0f;\n"
-    "    float sine2 = inside > 0.0f ? 1.0f : radius2 / away2, away = away2 < 1e30f ? sqrtf(away2) : 0.0f;\n"
-    "    seen.cos_alpha = sqrtf(1.0f - sine2);\n"
-    "    // Solid angle over solid angle; a sphere of radius 0 by the inverse square.\n"
-    "    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * (inside > 0.0f ? radius2 : away2));\n"
+    "    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;\n"
+    "    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);\n"
+    "    // Solid angle over solid angle; of a point the inverse square.\n"
+    "    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        float way = i == 0 ? a : i == 1 ? b : d;\n"
     "        if (away > 0.0f) seen.direction[i] = way / away;\n"

@@ -5,7 +5,7 @@
 const vec3 room_low = {-3, 0, -2.5f}, room_high = {3, 3, 2.5f}, room_centre = {0, 1, 0};
 const vec3 room_wall_low = {-0.9f, -0.3f, -3.5f}, room_wall_high = {3, 4.5f, 2.8f};
 const vec3 room_ambient = {0.14f, 0.14f, 0.15f};
-const vec3 room_lamp_radiance = {66, 52, 35}, room_sky_radiance = {1.6f, 2.0f, 2.8f};
+const vec3 room_lamp_radiance = {36, 28.5f, 19}, room_sky_radiance = {1.6f, 2.0f, 2.8f};
 const vec3 room_sun_irradiance = {20, 16, 11};
 const vec3 room_to_sun = {0.975703f, 0.186525f, -0.114785f};
 

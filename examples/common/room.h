@@ -29,7 +29,7 @@ extern const vec3 room_wall_low, room_wall_high;     // what keeps the sun out, 
 extern const vec3 room_ambient;                     // irradiance of walls, from nowhere
 extern const vec3 room_lamp_radiance, room_sky_radiance, room_sun_irradiance;
 extern const vec3 room_to_sun; // unit
-#define ROOM_LAMP_RADIUS 0.13f
+#define ROOM_LAMP_RADIUS 0.18f
 #define ROOM_SUN_TANGENT 0.02f // of its half-angle: the sun in haze
 #define ROOM_DOOR_FROM -2.25f  // z of the end that opens
 #define ROOM_DOOR_WIDTH 1.2f   // towards the camera
