@@ -14,7 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_LIGHTS = 64, SIDE = 128 };
+enum { MOST_LIGHTS = 64 };
+#define STILL 0.06f
 static const char things_fragment[] = // behind the texts of both headers
     "layout(location = 1) uniform vec3 probe;\n"
     "layout(location = 2) uniform vec4 lamp;\n" // and its radius
@@ -50,10 +51,10 @@ typedef struct renderer {
     int lights;
 } renderer;
 
-static bool create(renderer *r, const options *o, message *why)
+static bool create(renderer *r, const options *o, int side, message *why)
 {
     const lightprobe_gl_desc from = {
-        .load = gl_context_function, .side = SIDE, .max_lights = o->lights, .distances = 1};
+        .load = gl_context_function,   .side = side, .max_lights = o->lights, .distances = 1};
     const mssm_gl_desc maps = {
         .load = gl_context_function, .lights = o->lights, .first_buffer_binding = 1};
     memset(r, 0, sizeof *r);
@@ -62,7 +63,7 @@ static bool create(renderer *r, const options *o, message *why)
     const char *const vertex[] = {gl_scene_vertex, NULL};
     const char *const texts[] = {lightprobe_glsl_math(), lightprobe_glsl_lights(),
                                  mssm_gl_shader(r->shadows), things_fragment, NULL};
-    return gl_room_create(&r->walls, SIDE, why) &&
+    return gl_room_create(&r->walls, side, why) &&
            (r->depth = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
            (r->things = gl_program("things", vertex, texts, why)) &&
            gl_target_create(&r->picture, o->width, o->height, 4, (GLenum[3]){GL_RGBA32F}, why);
@@ -158,7 +159,7 @@ static bool add_truth(renderer *r, const room *world, image *picture, message *w
 {
     const camera eye = room_camera((float)picture->width / (float)picture->height);
     float *things = malloc((size_t)picture->width * (size_t)picture->height * sizeof *things);
-    room_truth *rays = room_truth_create(world, 0.05f, 8, why);
+    room_truth *rays = room_truth_create(world, 0.05f, 12, why);
     image truth = {0}, endless = {0}, both = {0};
     bool done = things && rays && room_truth_picture(rays, &eye, picture->width, picture->height, &truth, things, why) &&
         frame(r, world, true, why) && gl_target_read(&r->picture, &endless, why) && image_create(&both, 2 * picture->width, picture->height);
@@ -182,14 +183,14 @@ static bool add_truth(renderer *r, const room *world, image *picture, message *w
 
 static bool run(renderer *r, const options *o, message *why)
 {
-    bool done = create(r, o, why);
+    bool done = create(r, o, 128, why);
     for (int i = 0; i < (o->orbit ? o->orbit : 1) && done; i++) {
         room world;
         image picture = {0};
         char file[1024], number[16] = "";
         if (o->orbit) snprintf(number, sizeof number, "-%04d", i);
         report_name(file, sizeof file, o->out, number);
-        done = room_create(&world, o->orbit ? (float)i / (float)o->orbit : 0.3f) && frame(r, &world, false, why) &&
+        done = room_create(&world, o->orbit ? (float)i / (float)o->orbit : STILL) && frame(r, &world, false, why) &&
                gl_target_read(&r->picture, &picture, why);
         static const char *const stage[] = {"", "walls' shadows", "cube", "lights", "maps", "picture"};
         printf("%d lights, ms:", r->lights);

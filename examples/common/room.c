@@ -126,7 +126,7 @@ bool room_create(room *r, float time)
     const float phase = 2 * VEC_PI * time;
     scene *s = &r->all;
     memset(r, 0, sizeof *r);
-    r->door = ROOM_DOOR_WIDTH * (0.55f - 0.45f * cosf(phase));
+    r->door = ROOM_DOOR_WIDTH * (0.55f + 0.45f * cosf(phase));
     put_things(s);
     r->things = s->triangles;
     r->things_objects = s->objects;
@@ -151,5 +151,5 @@ void room_free(room *r)
 
 camera room_camera(float aspect)
 {
-    return camera_look(vec(0.45f, 1.50f, 2.1f), vec(0.03f, 1.08f, -0.2f), 0.95f, aspect);
+    return camera_look(vec(0.45f, 1.50f, 2.1f), vec(0.03f, 1.2f, -0.2f), 0.95f, aspect);
 }
