@@ -51,11 +51,11 @@ bool gl_room_create(gl_room *g, int side, message *why)
     const char *const vertex[] = {gl_scene_vertex, NULL};
     const char *const texts[] = {mssm_gl_shader(g->shadows), walls_fragment, NULL};
     gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &g->cube);
-    gl.TextureStorage2D(g->cube, 1, GL_RGBA32F, side, side);
+    gl.TextureStorage2D(g->cube, 2, GL_RGBA32F, 2 * side, 2 * side);
     gl.CreateFramebuffers(1, &g->cube_target);
     return (g->depth = gl_program_simple("room's depth", gl_depth_vertex, NULL, why)) &&
            (g->program = gl_program("walls", vertex, texts, why)) &&
-           gl_target_create(&g->face, side, side, 4, formats, why);
+           gl_target_create(&g->face, 2 * side, 2 * side, 4, formats, why);
 }
 
 void gl_room_free(gl_room *g)
@@ -195,5 +195,6 @@ void gl_room_draw_cube(gl_room *g)
         gl.BlitNamedFramebuffer(g->face.framebuffer, g->cube_target, 0, 0, side, side, 0, 0, side,
                                 side, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     }
+    gl.GenerateTextureMipmap(g->cube);
     gl.Disable(GL_DEPTH_TEST);
 }
