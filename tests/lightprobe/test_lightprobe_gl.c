@@ -399,7 +399,10 @@ static void shading_at_places_is_the_cpus(void)
         "{\n"
         "    uint i = gl_GlobalInvocationID.x;\n"
         "    vec3 offset = vec3(i % 5u, i % 7u, i % 3u) * 0.3 - vec3(0.6, 0.9, 0.3);\n"
-        "    sums[i] = vec4(lightprobe_irradiance(int(i) % lightprobe_count, offset, normalize(vec3(1, 2, 0.5) - offset)), 0);\n"
+        "    vec3 n = normalize(vec3(1, 2, 0.5) - offset);\n"
+        "    int light = int(i) % lightprobe_count;\n"
+        "    sums[2 * i] = vec4(lightprobe_irradiance(light, offset, n), 0);\n"
+        "    sums[2 * i + 1] = vec4(lightprobe_sphere_irradiance(light, offset, n), 0);\n"
         "}\n";
     lightprobe_gl_desc d = description(16, 6);
     subject s;
@@ -407,7 +410,7 @@ static void shading_at_places_is_the_cpus(void)
     if (!begin_gl()) return;
     if (make_subject(&s, &d)) {
         enum { SUMS = 105 };
-        static float sums[SUMS][4], rgba[6 * 16 * 16 * 4];
+        static float sums[2 * SUMS][4], rgba[6 * 16 * 16 * 4];
         const char *const text[] = {body, lightprobe_glsl_math(), lightprobe_glsl_lights(), test, NULL};
         const GLuint program = gl_test_compute("places", text);
         GLuint result;
@@ -428,14 +431,17 @@ static void shading_at_places_is_the_cpus(void)
         gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
         gl.GetNamedBufferSubData(result, 0, sizeof sums, sums);
         gl.UseProgram(0);
-        for (int i = 0; i < SUMS; i++) {
+        for (int k = 0; k < 2 * SUMS; k++) {
+            const int i = k / 2;
             const float x = (float)(i % 5) * 0.3f - 0.6f, y = (float)(i % 7) * 0.3f - 0.9f, z = (float)(i % 3) * 0.3f - 0.3f;
             const float n[3] = {1 - x, 2 - y, 0.5f - z}, length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-            const lightprobe_light l = lightprobe_light_at(s.gpu.light[i % s.gpu.count], x, y, z);
+            const lightprobe_light from = s.gpu.light[i % s.gpu.count];
+            const lightprobe_light l = k % 2 ? lightprobe_sphere_at(from, x, y, z) : lightprobe_light_at(from, x, y, z);
             const float cosine = (l.direction[0] * n[0] + l.direction[1] * n[1] + l.direction[2] * n[2]) / length;
             for (int c = 0; c < 3; c++) {
                 const float e = l.irradiance[c] * lightprobe_disc_irradiance(l.cos_alpha, cosine);
-                CHECK(fabsf(sums[i][c] - e) < 1e-5f * (l.irradiance[c] + 1), "receiver %d: %g, not %g", i, (double)sums[i][c], (double)e);
+                CHECK(fabsf(sums[k][c] - e) < 1e-5f * (l.irradiance[c] + 1), "receiver %d: %g, not %g", k, (double)sums[k][c],
+                      (double)e);
             }
         }
         gl.DeleteBuffers(1, &result);
