@@ -56,7 +56,7 @@ static bool create(renderer *r, const options *o, int side, message *why)
     const lightprobe_gl_desc from = {
         .load = gl_context_function,   .side = side, .max_lights = o->lights, .distances = 1};
     const mssm_gl_desc maps = {
-        .load = gl_context_function, .lights = o->lights, .first_buffer_binding = 1};
+        .load = gl_context_function, .lights = o->lights, .side = 512, .first_buffer_binding = 1};
     memset(r, 0, sizeof *r);
     if (lightprobe_gl_create(&r->probe, &from)) return fail(why, "no lights from probes");
     if (mssm_gl_create(&r->shadows, &maps)) return fail(why, "no shadow maps");
@@ -210,7 +210,7 @@ int main(int argc, char **argv)
 {
     static renderer r;
     static const char usage[] = "gl_room [--out PICTURE.png] [--truth] [--orbit FRAMES] [--lights N] [--size WxH]";
-    options o = {.out = "room.png", .lights = 24, .width = 640, .height = 360};
+    options o = {.out = "room.png", .lights = 16, .width = 640, .height = 360};
     gl_context context = {0};
     const char *missing;
     message why = {"no memory"};
