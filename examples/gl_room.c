@@ -11,7 +11,6 @@
 #include "mssm.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_LIGHTS = 64 };
@@ -54,7 +53,7 @@ typedef struct renderer {
 static bool create(renderer *r, const options *o, int side, message *why)
 {
     const lightprobe_gl_desc from = {
-        .load = gl_context_function,   .side = side, .max_lights = o->lights, .distances = 1};
+        .load = gl_context_function, .side = side, .max_lights = o->lights, .distances = 1};
     const mssm_gl_desc maps = {
         .load = gl_context_function, .lights = o->lights, .side = 512, .first_buffer_binding = 1};
     memset(r, 0, sizeof *r);
@@ -140,65 +139,46 @@ static bool frame(renderer *r, const room *world, bool at_infinity, message *why
     return true;
 }
 
-// Root mean square of the difference over what shows things, in parts of their mean in the truth.
-static double error_of(const image *a, const image *truth, const float *things)
-{
-    double squares = 0, sum = 0, count = 0;
-    for (int i = 0; i < a->width * a->height; i++) {
-        if (things[i] < 1) continue;
-        for (int k = 3 * i; k < 3 * i + 3; k++, count++) {
-            squares += pow((double)(a->rgb[k] - truth->rgb[k]), 2);
-            sum += (double)truth->rgb[k];
-        }
-    }
-    return sqrt(squares * count) / sum;
-}
-
-// The truth on the right of it, and how far off it is.
+// The truth on the right of it, and how far off it is; the same lights at infinity for comparison.
 static bool add_truth(renderer *r, const room *world, image *picture, message *why)
 {
-    const camera eye = room_camera((float)picture->width / (float)picture->height);
-    float *things = malloc((size_t)picture->width * (size_t)picture->height * sizeof *things);
-    room_truth *rays = room_truth_create(world, 0.05f, 12, why);
-    image truth = {0}, endless = {0}, both = {0};
-    bool done = things && rays && room_truth_picture(rays, &eye, picture->width, picture->height, &truth, things, why) &&
-        frame(r, world, true, why) && gl_target_read(&r->picture, &endless, why) && image_create(&both, 2 * picture->width, picture->height);
-    if (done) {
-        printf("rms error of the things: %.3f of their mean; with lights at infinity %.3f\n", error_of(picture, &truth, things), error_of(&endless, &truth, things));
-    }
-    for (int y = 0; y < truth.height && done; y++) {
-        for (int x = 0; x < truth.width; x++) {
-            image_set(&both, x, y, image_get(picture, x, y));
-            image_set(&both, x + truth.width, y, image_get(&truth, x, y));
-        }
-    }
-    image_free(&truth);
+    image endless = {0};
+    double error[2];
+    const bool done = frame(r, world, true, why) && gl_target_read(&r->picture, &endless, why) &&
+                      room_truth_beside(world, picture, &endless, error, why);
+    if (done)
+        printf("rms error of the things %.3f of their mean, at infinity %.3f\n", error[0],
+               error[1]);
     image_free(&endless);
-    room_truth_free(rays);
-    free(things);
-    image_free(picture);
-    *picture = both;
     return done;
+}
+
+static void print_times(const renderer *r)
+{
+    static const char *const stage[] = {"walls' shadows", "cube", "lights", "maps", "picture"};
+    printf("%d lights, ms:", r->lights);
+    for (int k = 0; k < 5; k++)
+        printf(" %s %.1f", stage[k], 1e3 * gl_timer_seconds(&r->timer, k + 1));
+    printf("\n");
 }
 
 static bool run(renderer *r, const options *o, message *why)
 {
-    bool done = create(r, o, 128, why);
+    const float exposure = 2.7f; // of all frames
+    bool done = o->lights <= MOST_LIGHTS || fail(why, "at most %d lights", MOST_LIGHTS);
+    done = done && create(r, o, 128, why);
     for (int i = 0; i < (o->orbit ? o->orbit : 1) && done; i++) {
-        room world;
-        image picture = {0};
+        const float time = o->orbit ? (float)i / (float)o->orbit : STILL;
         char file[1024], number[16] = "";
+        image picture = {0};
+        room world;
         if (o->orbit) snprintf(number, sizeof number, "-%04d", i);
         report_name(file, sizeof file, o->out, number);
-        done = room_create(&world, o->orbit ? (float)i / (float)o->orbit : STILL) && frame(r, &world, false, why) &&
+        done = room_create(&world, time) && frame(r, &world, false, why) &&
                gl_target_read(&r->picture, &picture, why);
-        static const char *const stage[] = {"", "walls' shadows", "cube", "lights", "maps", "picture"};
-        printf("%d lights, ms:", r->lights);
-        for (int k = 1; k < 6; k++) printf(" %s %.1f", stage[k], 1e3 * gl_timer_seconds(&r->timer, k));
-        printf("\n");
-        const float exposure = 3.4f;
-        if (done && o->truth) done = add_truth(r, &world, &picture, why);
-        done = done && image_save_png(&picture, exposure, file, why);
+        print_times(r);
+        done = done && (!o->truth || add_truth(r, &world, &picture, why)) &&
+               image_save_png(&picture, exposure, file, why);
         image_free(&picture);
         room_free(&world);
     }
@@ -209,14 +189,16 @@ static bool run(renderer *r, const options *o, message *why)
 int main(int argc, char **argv)
 {
     static renderer r;
-    static const char usage[] = "gl_room [--out PICTURE.png] [--truth] [--orbit FRAMES] [--lights N] [--size WxH]";
+    static const char usage[] =
+        "gl_room [--out PICTURE.png] [--truth] [--orbit FRAMES] [--lights N] [--size WxH]";
     options o = {.out = "room.png", .lights = 16, .width = 640, .height = 360};
     gl_context context = {0};
     const char *missing;
     message why = {"no memory"};
     if (options_help_asked(argc, argv, usage)) return 0;
-    const bool done = options_parse_some(&o, "--out --truth --orbit --lights --size", argc, argv, &why) &&
-                      (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) && run(&r, &o, &why);
+    const bool done =
+        options_parse_some(&o, "--out --truth --orbit --lights --size", argc, argv, &why) &&
+        (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) && run(&r, &o, &why);
     if (!done) fprintf(stderr, "gl_room: %s\n", why.text);
     gl_context_destroy(&context);
     return done ? 0 : 1;

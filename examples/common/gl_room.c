@@ -39,7 +39,8 @@ static const char walls_fragment[] =
     "    for (int i = 0; i < 3; i++)\n"
     "        if (emits == 0 && share[i] > 0)\n"
     "            sum += strength[i] * (share[i] * mssm_visibility(i, position, n));\n"
-    "    color = vec4(emits == 0 ? albedo * sum / 3.14159265 : albedo, distance(position, centre));\n"
+    "    color = vec4(emits == 0 ? albedo * sum / 3.14159265 : albedo, distance(position, "
+    "centre));\n"
     "}\n";
 
 bool gl_room_create(gl_room *g, int side, message *why)
@@ -80,7 +81,8 @@ static void floats(vec3 v, float out[3])
 }
 
 // An emitter of these half-sizes across the way from the things to it.
-static mssm_result light_at(mssm_light *light, const room *r, vec3 place, float half_z, float half_y)
+static mssm_result light_at(mssm_light *light, const room *r, vec3 place, float half_z,
+                            float half_y)
 {
     const vec3 way = vec_sub(place, room_centre);
     const float distance = vec_length(way), axis[3] = {0, 0, 1};
@@ -89,15 +91,14 @@ static mssm_result light_at(mssm_light *light, const room *r, vec3 place, float 
     floats(way, to);
     floats(r->low, low);
     floats(r->high, high);
-    return mssm_light_area(light, from, to, axis, half_z / distance, half_y / distance, distance, low,
-                           high);
+    return mssm_light_area(light, from, to, axis, half_z / distance, half_y / distance, distance,
+                           low, high);
 }
 
 // The door's rectangle, as the things see it: foreshortened.
 static mssm_result sky_light(mssm_light *light, const room *r)
 {
-    const vec3 middle =
-        vec(room_high.x, 0.5f * ROOM_DOOR_HEIGHT, ROOM_DOOR_FROM + 0.5f * r->door);
+    const vec3 middle = vec(room_high.x, 0.5f * ROOM_DOOR_HEIGHT, ROOM_DOOR_FROM + 0.5f * r->door);
     const vec3 way = vec_unit(vec_sub(middle, room_centre));
     return light_at(light, r, middle, 0.5f * r->door * sqrtf(1 - way.z * way.z),
                     0.5f * ROOM_DOOR_HEIGHT * sqrtf(1 - way.y * way.y));
@@ -125,9 +126,10 @@ static void draw_triangles(const gl_mesh *m, int from, int to)
 static void set_uniforms(gl_room *g, const room *r)
 {
     const float x = room_high.x, z0 = ROOM_DOOR_FROM, z1 = z0 + r->door, high = ROOM_DOOR_HEIGHT;
-    const vec3 v[] = {room_centre, r->lamp, room_to_sun,
-                      {x, 0, z0}, {x, high, z0}, {x, high, z1}, {x, 0, z1},
-                      room_lamp_radiance, room_sky_radiance, room_sun_irradiance, room_ambient};
+    const vec3 v[] = {
+        room_centre,   r->lamp,    room_to_sun,        {x, 0, z0},        {x, high, z0},
+        {x, high, z1}, {x, 0, z1}, room_lamp_radiance, room_sky_radiance, room_sun_irradiance,
+        room_ambient};
     const float area = VEC_PI * ROOM_LAMP_RADIUS * ROOM_LAMP_RADIUS;
     for (GLint i = 0; i < 3; i++) gl.ProgramUniform3fv(g->program, 1 + i, 1, &v[i].x);
     gl.ProgramUniform3fv(g->program, 4, 4, &v[3].x);
@@ -177,8 +179,12 @@ void gl_room_draw_things(const gl_room *g)
 static camera face_camera(int face)
 {
     const vec3 ahead = probe_direction(face, 0, 0);
-    return (camera){room_centre, vec_sub(probe_direction(face, 1, 0), ahead),
-                    vec_sub(probe_direction(face, 0, 1), ahead), vec_scale(ahead, -1), 1, 1};
+    return (camera){room_centre,
+                    vec_sub(probe_direction(face, 1, 0), ahead),
+                    vec_sub(probe_direction(face, 0, 1), ahead),
+                    vec_scale(ahead, -1),
+                    1,
+                    1};
 }
 
 void gl_room_draw_cube(gl_room *g)

@@ -2,7 +2,7 @@
 // with things on it stands in the middle. What its light is, and the truth about it by rays.
 //
 // Walls are lit by lamp, sky and sun in the shadow of the things, and by a little light that is the
-// same everywhere. Things are lit by all of that and once more by what the walls reflect; they
+// same everywhere. Things are lit by the same three and by what the walls reflect; they
 // reflect nothing onto each other.
 #ifndef ROOM_H
 #define ROOM_H
@@ -17,15 +17,15 @@ typedef struct room {
     // Triangles in an order: the things, the wall that keeps the sun out, the other walls, emitters. An
     // object's albedo is an emitter's radiance.
     scene all;
-    int things, sun_casters, walls;  // triangles up to the end of these
+    int things, sun_casters, walls;   // triangles up to the end of these
     int things_objects, wall_objects; // objects up to the end of these
-    vec3 low, high;                  // the things' box
-    vec3 lamp;                       // its centre
-    float door;                      // how wide it stands open, in metres
+    vec3 low, high;                   // the things' box
+    vec3 lamp;                        // its centre
+    float door;                       // how wide it stands open, in metres
 } room;
 
 extern const vec3 room_low, room_high, room_centre; // of the room; where the probe is
-extern const vec3 room_wall_low, room_wall_high;     // what keeps the sun out, things included
+extern const vec3 room_wall_low, room_wall_high;    // what keeps the sun out, things included
 extern const vec3 room_ambient;                     // irradiance of walls, from nowhere
 extern const vec3 room_lamp_radiance, room_sky_radiance, room_sun_irradiance;
 extern const vec3 room_to_sun; // unit
@@ -53,5 +53,9 @@ vec3 room_truth_irradiance(const room_truth *t, vec3 point, vec3 normal, bool wa
 // A picture, four samples a pixel. things, unless NULL, gets the share of each pixel that shows them.
 bool room_truth_picture(const room_truth *t, const camera *eye, int width, int height, image *out,
                         float *things, message *why);
+// How far two pictures from room_camera() are from it: root mean square over the pixels that show
+// things, in parts of their mean. The first one becomes twice as wide, with the truth on its right.
+bool room_truth_beside(const room *r, image *first, const image *second, double error[2],
+                       message *why);
 
 #endif

@@ -297,3 +297,55 @@ bool room_truth_picture(const room_truth *t, const camera *eye, int width, int h
     view_free(&w.v);
     return true;
 }
+
+// ---- Beside pictures
+
+static double error_of(const image *a, const image *truth, const float *things)
+{
+    double squares = 0, sum = 0, count = 0;
+    for (int i = 0; i < a->width * a->height; i++) {
+        if (things[i] < 1) continue;
+        for (int k = 3 * i; k < 3 * i + 3; k++, count++) {
+            squares += pow((double)(a->rgb[k] - truth->rgb[k]), 2);
+            sum += (double)truth->rgb[k];
+        }
+    }
+    return sum > 0 ? sqrt(squares * count) / sum : 0;
+}
+
+// The second on the right of the first, into which both go.
+static bool put_beside(image *first, const image *second)
+{
+    image both;
+    if (!image_create(&both, 2 * first->width, first->height)) return false;
+    for (int y = 0; y < first->height; y++) {
+        for (int x = 0; x < first->width; x++) {
+            image_set(&both, x, y, image_get(first, x, y));
+            image_set(&both, x + first->width, y, image_get(second, x, y));
+        }
+    }
+    image_free(first);
+    *first = both;
+    return true;
+}
+
+bool room_truth_beside(const room *r, image *first, const image *second, double error[2],
+                       message *why)
+{
+    const int width = first->width, height = first->height;
+    const camera eye = room_camera((float)width / (float)height);
+    room_truth *t = room_truth_create(r, 0.05f, 12, why);
+    float *things = malloc((size_t)width * (size_t)height * sizeof *things);
+    image truth = {0, 0, NULL};
+    bool done = t && (things || fail(why, "no memory for a picture")) &&
+                room_truth_picture(t, &eye, width, height, &truth, things, why);
+    if (done) {
+        error[0] = error_of(first, &truth, things);
+        error[1] = error_of(second, &truth, things);
+        done = put_beside(first, &truth) || fail(why, "no memory for a picture");
+    }
+    image_free(&truth);
+    room_truth_free(t);
+    free(things);
+    return done;
+}
