@@ -1,6 +1,6 @@
-// A light probe that is rendered each frame: a room with a swinging lamp and a sliding door is drawn into
-// a cube map with distances, its lights are found on the GPU, and things on a table are lit by them, so
-// that they get the light that the walls reflect, with its shadows. OpenGL 4.5, no window:
+// A light probe that is rendered each frame: a room with a swinging lamp and a sliding door is
+// drawn into a cube map with distances, its lights are found on the GPU, and things on a table lit by
+// them, so that they get the light that the walls reflect, with its shadows. OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_room.c examples/common/*.c -lm -lpthread -ldl && ./a.out --truth
 #include "common/gl_context.h"
 #include "common/gl_room.h"
@@ -130,7 +130,7 @@ static bool frame(renderer *r, const room *world, bool at_infinity, message *why
     gl_timer_mark(&r->timer);
     if (lightprobe_gl_update(r->probe, r->walls.cube)) return fail(why, "no lights in the probe");
     gl_timer_mark(&r->timer);
-    // Waits, so that the picture is of this room; a game takes those of the frame before (gl_deferred).
+    // Waits, so that the picture is of this room; a game takes what is there, a frame late.
     if (lightprobe_gl_read(r->probe, 1, r->light, &r->lights, NULL)) return fail(why, "no lights");
     draw_shadows(r, world, at_infinity);
     gl_timer_mark(&r->timer);

@@ -1,5 +1,5 @@
-// The room of room.h in OpenGL: its walls lit by lamp, sky and sun with soft shadows, for a camera and
-// as a cube map with distances around a place, and its things to be drawn with a shader of one's own.
+// The room of room.h in OpenGL: its walls lit by lamp, sky and sun with soft shadows, for a camera
+// and as a cube map with distances, and its things, to be drawn with a shader of one's own.
 #ifndef GL_ROOM_H
 #define GL_ROOM_H
 
@@ -16,8 +16,8 @@ typedef struct gl_room {
     int things, sun_casters, walls; // triangles up to the end of these
 } gl_room;
 
-// side: of the cube's faces, which are level 1 of its texture. Each of their texels is the mean of 16
-// samples: with 4 the light of the lamp would change by a third of a percent from frame to frame.
+// side: of the cube's faces, which are level 1 of its texture. Each of their texels is the mean of
+// 16 samples: with 4 the lamp's light would jitter by a third of a percent from frame to frame.
 bool gl_room_create(gl_room *g, int side, message *why);
 void gl_room_free(gl_room *g);
 

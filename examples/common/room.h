@@ -1,5 +1,5 @@
-// A room for examples/gl_room.c: a lamp swings in it, a sliding door lets in sky and sun, and a table
-// with things on it stands in the middle. What its light is, and the truth about it by rays.
+// A room for examples/gl_room.c: a lamp swings in it, a sliding door lets in sky and sun, and a
+// table with things on it stands in the middle. What its light is, and the truth about it by rays.
 //
 // Walls are lit by lamp, sky and sun in the shadow of the things, and by a little light that is the
 // same everywhere. Things are lit by the same three and by what the walls reflect; they
@@ -14,8 +14,8 @@
 enum { ROOM_LEFT, ROOM_RIGHT, ROOM_FLOOR, ROOM_CEILING, ROOM_BACK, ROOM_FRONT, ROOM_WALLS };
 
 typedef struct room {
-    // Triangles in an order: the things, the wall that keeps the sun out, the other walls, emitters. An
-    // object's albedo is an emitter's radiance.
+    // Triangles in an order: the things, the wall that keeps the sun out, the other walls,
+    // emitters. An emitter's albedo is its radiance.
     scene all;
     int things, sun_casters, walls;   // triangles up to the end of these
     int things_objects, wall_objects; // objects up to the end of these
@@ -50,7 +50,7 @@ room_truth *room_truth_create(const room *r, float grid, int rays, message *why)
 void room_truth_free(room_truth *t);
 // Irradiance of a point of the things or (wall) of the walls; the seed shifts the rays.
 vec3 room_truth_irradiance(const room_truth *t, vec3 point, vec3 normal, bool wall, unsigned seed);
-// A picture, four samples a pixel. things, unless NULL, gets the share of each pixel that shows them.
+// A picture, four samples a pixel. things, unless NULL: the share of each pixel that shows them.
 bool room_truth_picture(const room_truth *t, const camera *eye, int width, int height, image *out,
                         float *things, message *why);
 // How far two pictures from room_camera() are from it: root mean square over the pixels that show

@@ -66,7 +66,7 @@ static vec3 wall_light(const wall_map *m, int wall, vec3 at)
     return vec_mix(vec_mix(p[0], p[1], a), vec_mix(p[m->columns], p[m->columns + 1], a), b);
 }
 
-// What a ray from inside the room meets there; nothing from lamp and sky, which are asked themselves.
+// What a ray from inside the room meets; nothing from lamp and sky, which are asked themselves.
 static vec3 reflected(const room_truth *t, vec3 from, vec3 ray)
 {
     float nearest = HUGE_VALF;
@@ -94,7 +94,7 @@ typedef struct receiver {
     uint32_t seed;
 } receiver;
 
-// Number i of count x count in the unit square, shifted within its cell (Wellons' lowbias32 as hash).
+// Number i of count x count in the unit square, each shifted within its cell (lowbias32 as hash).
 static void sample(const receiver *to, int i, int count, float *u, float *v)
 {
     uint32_t h = to->seed + (uint32_t)i * 0x9e3779b9u;

@@ -8,7 +8,15 @@
 #include "../support/test.h"
 #include "../../examples/common/threads.h"
 
-enum { WIDTH = 192, HEIGHT = 108, LIGHTS = 16, PROBE = 64, RECEIVERS = 400, FRAMES = 9, TRUTHS = 3 };
+enum {
+    WIDTH = 192,
+    HEIGHT = 108,
+    LIGHTS = 16,
+    PROBE = 64,
+    RECEIVERS = 400,
+    FRAMES = 9,
+    TRUTHS = 3
+};
 
 typedef struct stage {
     gl_context context;
@@ -18,7 +26,8 @@ typedef struct stage {
     float drawn[FRAMES][RECEIVERS][3], truth[TRUTHS][RECEIVERS][3];
 } stage;
 
-static float seen[3][HEIGHT][WIDTH][4]; // position, normal, albedo in the middles of pixels, from below
+static float seen[3][HEIGHT][WIDTH]
+                 [4]; // position, normal, albedo in the middles of pixels, from below
 
 static vec3 seen_at(int what, int x, int y)
 {
@@ -30,7 +39,8 @@ static bool is_inside(const room *world, int x, int y)
 {
     const vec3 p = seen_at(0, x, y), n = seen_at(1, x, y);
     const vec3 low = vec_min(p, world->low), high = vec_max(p, world->high);
-    bool inside = vec_length(vec_sub(low, world->low)) + vec_length(vec_sub(high, world->high)) < 1e-4f;
+    bool inside =
+        vec_length(vec_sub(low, world->low)) + vec_length(vec_sub(high, world->high)) < 1e-4f;
     for (int i = 0; i < 9; i++) {
         const int u = x + i % 3 - 1, v = y + i / 3 - 1;
         inside = inside && vec_dot(n, seen_at(1, u, v)) > 0.9f &&
@@ -48,12 +58,14 @@ static void choose_receivers(stage *s)
     uint64_t state = 3;
     message why = {"no memory"};
     CHECK(room_create(&world, 0) && gl_mesh_upload(&all, &world.all, &why) &&
-              gl_surfaces_create(&surfaces, WIDTH, HEIGHT, &why), "%s", why.text);
+              gl_surfaces_create(&surfaces, WIDTH, HEIGHT, &why),
+          "%s", why.text);
     gl_surfaces_draw(&surfaces, &all, &eye);
     for (int i = 0; i < 3; i++)
         gl.GetTextureImage(surfaces.target.color[i], 0, GL_RGBA, GL_FLOAT, sizeof seen[i], seen[i]);
     for (int i = 0; i < 100000 && s->receivers < RECEIVERS; i++) {
-        const int x = (int)test_range(&state, 1, WIDTH - 1), y = (int)test_range(&state, 1, HEIGHT - 1), k = s->receivers;
+        const int x = (int)test_range(&state, 1, WIDTH - 1),
+                  y = (int)test_range(&state, 1, HEIGHT - 1), k = s->receivers;
         if (!is_inside(&world, x, y)) continue;
         s->pixel[k] = (HEIGHT - 1 - y) * WIDTH + x;
         s->point[k] = seen_at(0, x, y);
@@ -84,8 +96,9 @@ enum { KINDS = 7, NAMES = 2000, DELETE_STATUS = 0x8B80 };
 // Not counting what is marked for deletion: Mesa keeps the program of the last pass for depth alone.
 static int living_objects(void)
 {
-    static const char *const is[KINDS] = {"glIsTexture",     "glIsBuffer", "glIsFramebuffer", "glIsProgram",
-                                          "glIsVertexArray", "glIsQuery",  "glIsShader"};
+    static const char *const is[KINDS] = {"glIsTexture", "glIsBuffer",      "glIsFramebuffer",
+                                          "glIsProgram", "glIsVertexArray", "glIsQuery",
+                                          "glIsShader"};
     int count = 0;
     for (int k = 0; k < KINDS; k++) {
         GLboolean(GL_CALL * living)(GLuint name);
@@ -135,7 +148,8 @@ typedef struct trace_work {
 static void trace_one(void *context, int i)
 {
     const trace_work *w = context;
-    const vec3 e = room_truth_irradiance(w->rays, w->s->point[i], w->s->normal[i], false, (unsigned)i);
+    const vec3 e =
+        room_truth_irradiance(w->rays, w->s->point[i], w->s->normal[i], false, (unsigned)i);
     const vec3 color = vec_scale(vec_mul(e, w->s->albedo[i]), 1 / VEC_PI);
     memcpy(w->out[i], &color, sizeof w->out[i]);
 }
@@ -169,16 +183,19 @@ static stage s;
 
 static void things_are_lit_as_by_rays(void)
 {
-    const float times[] = {STILL, 0.3f}; // the lamp above the things, and aside; the door open, half open
+    const float times[] = {STILL,
+                           0.3f}; // the lamp above the things, and aside; the door open, half open
     if (!begin(&s, LIGHTS)) return;
     for (int i = 0; i < 2; i++) {
         lightprobe_gl_restart(s.r.probe);
         draw(&s, times[i], false, s.drawn[0]);
         draw(&s, times[i], true, s.drawn[1]);
         trace(&s, times[i], s.truth[0]);
-        const double all = mean(&s, s.truth[0]), placed = difference(&s, s.drawn[0], s.truth[0]) / all;
+        const double all = mean(&s, s.truth[0]),
+                     placed = difference(&s, s.drawn[0], s.truth[0]) / all;
         const double endless = difference(&s, s.drawn[1], s.truth[0]) / all;
-        test_note("at %.2f: rms error %.3f, with lights at infinity %.3f", (double)times[i], placed, endless);
+        test_note("at %.2f: rms error %.3f, with lights at infinity %.3f", (double)times[i], placed,
+                  endless);
         CHECK(placed < 0.12, "at %.2f: rms error %.3f", (double)times[i], placed);
         CHECK(placed < 0.25 * endless, "at infinity only %.3f", endless);
     }
@@ -199,7 +216,8 @@ static void nothing_flickers(void)
         double squares = 0, own = 0;
         for (int j = 0; j < 3 * s.receivers; j++) {
             const double is = (double)(s.drawn[i + 1][0][j] - s.drawn[i][0][j]);
-            const double was = (double)(s.truth[i / every + 1][0][j] - s.truth[i / every][0][j]) / every;
+            const double was =
+                (double)(s.truth[i / every + 1][0][j] - s.truth[i / every][0][j]) / every;
             squares += pow(is - was, 2);
             own += was * was;
         }
@@ -208,10 +226,11 @@ static void nothing_flickers(void)
         steps += own;
     }
     const double all = mean(&s, s.truth[0]);
-    test_note("from %.1f: steps of the truth %.4f of the mean; what differs %.4f, at most %.4f", (double)start,
-              sqrt(steps / (3 * s.receivers) / (FRAMES - 1)) / all,
+    test_note("from %.1f: steps of the truth %.4f of the mean; what differs %.4f, at most %.4f",
+              (double)start, sqrt(steps / (3 * s.receivers) / (FRAMES - 1)) / all,
               sqrt(unlike / (3 * s.receivers) / (FRAMES - 1)) / all, worst / all);
-    CHECK(unlike < steps && worst < 0.015 * all, "a step that is %.4f of the mean off", worst / all);
+    CHECK(unlike < steps && worst < 0.015 * all, "a step that is %.4f of the mean off",
+          worst / all);
     end(&s);
 }
 
