@@ -120,7 +120,7 @@ static void draw_triangles(const gl_mesh *m, int from, int to)
 {
     gl.BindVertexArray(m->array);
     gl.DrawElements(GL_TRIANGLES, 3 * (to - from), GL_UNSIGNED_INT,
-                    (const char *)NULL + 12 * (size_t)from);
+                    (const void *)(3 * sizeof(GLuint) * (uintptr_t)from));
 }
 
 static void set_uniforms(gl_room *g, const room *r)
