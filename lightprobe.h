@@ -242,6 +242,9 @@ LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta
 // is taken for a disc that faces the probe: its vector irradiance is exact, nothing comes from behind it.
 // Lights at infinity or of half-angles from 90 degrees on stay as they are.
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z);
+// The same for emitters that shine to all sides alike, lamps without a shade say: the light is taken for a
+// sphere as wide as its disc. Which lights are of that kind only the caller knows; their places tell.
+LIGHTPROBE_API lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z);
 
 // How a surface reflects light towards a viewer without scattering it inside: GGX with height-correlated
 // Smith shadowing and Schlick's Fresnel term, a single bounce. One for all lights, so made once a point.
@@ -352,6 +355,7 @@ LIGHTPROBE_API lightprobe_gl_range lightprobe_gl_lights(const lightprobe_gl *gl,
 // lightprobe_residual, at binding LIGHTPROBE_BINDING (0 unless defined before), and
 //     vec3 lightprobe_irradiance(int light, vec3 normal)  // times visibility; nothing in between
 //     vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)  // lightprobe_light_at
+//     vec3 lightprobe_sphere_irradiance(int light, vec3 offset, vec3 normal)  // lightprobe_sphere_at
 //     vec3 lightprobe_residual_irradiance(vec3 normal)    // what the lights do not carry
 LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
 
@@ -555,6 +559,29 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
         float off = inward * (i == 0 ? a : i == 1 ? b : d);
         if (bright > 0.0f) seen.direction[i] = (axis * light.direction[i] - off) / size;
         seen.irradiance[i] = part * light.irradiance[i];
+    }
+    return seen;
+}
+
+lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)
+{
+    lightprobe_light seen = light;
+    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);
+    float scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;
+    if (!(scale > 0.0f) || c <= 0.0f) return seen;
+    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a small one.
+    // In units of the centre's distance: the way there, its square, and the radius' square.
+    scale *= 1.0f - 0.6666667f * sqrtf(radius2);
+    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;
+    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;
+    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;
+    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);
+    // Solid angle over solid angle; of a point the inverse square.
+    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);
+    for (int i = 0; i < 3; i++) {
+        float way = i == 0 ? a : i == 1 ? b : d;
+        if (away > 0.0f) seen.direction[i] = way / away;
+        seen.irradiance[i] = away > 0.0f ? part * light.irradiance[i] : 0.0f;
     }
     return seen;
 }
@@ -4035,6 +4062,29 @@ static const char lightprobe__glsl_lights[] =
     "    }\n"
     "    return seen;\n"
     "}\n"
+    "\n"
+    "lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)\n"
+    "{\n"
+    "    lightprobe_light seen = light;\n"
+    "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
+    "    float scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
+    "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
+    "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a small one.\n"
+    "    // In units of the centre's distance: the way there, its square, and the radius' square.\n"
+    "    scale *= 1.0f - 0.6666667f * sqrtf(radius2);\n"
+    "    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;\n"
+    "    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;\n"
+    "    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;\n"
+    "    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);\n"
+    "    // Solid angle over solid angle; of a point the inverse square.\n"
+    "    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float way = i == 0 ? a : i == 1 ? b : d;\n"
+    "        if (away > 0.0f) seen.direction[i] = way / away;\n"
+    "        seen.irradiance[i] = away > 0.0f ? part * light.irradiance[i] : 0.0f;\n"
+    "    }\n"
+    "    return seen;\n"
+    "}\n"
     // [glsl text end]
     "#undef sqrtf\n"
     "#undef fabsf\n"
@@ -4049,6 +4099,12 @@ static const char lightprobe__glsl_lights[] =
     "vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)\n"
     "{\n"
     "    lightprobe_light l = lightprobe_light_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
+    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
+    "}\n"
+    "// The same from an emitter that shines to all sides, lightprobe_sphere_at.\n"
+    "vec3 lightprobe_sphere_irradiance(int light, vec3 offset, vec3 normal)\n"
+    "{\n"
+    "    lightprobe_light l = lightprobe_sphere_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
     "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
     "}\n"
     "// From what the lights do not carry, in no shadow.\n"

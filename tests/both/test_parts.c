@@ -14,6 +14,7 @@
 #define lightprobe_light_at parts_light_at
 #define lightprobe_specular_lobe parts_specular_lobe
 #define lightprobe_specular parts_specular
+#define lightprobe_sphere_at parts_sphere_at
 #ifndef LIGHTPROBE_NO_GL
 #define LIGHTPROBE_NO_GL
 #endif

@@ -434,6 +434,67 @@ static void discs_at_places_are_exact(void)
     }
 }
 
+// A ball of even radiance: the light that a probe makes of it, by integration over what is seen, and its
+// irradiance elsewhere, in closed form (facing the ball: radiance * pi * radius^2 / distance^2).
+static void spheres_shine_to_all_sides(void)
+{
+    const int trials = test_trials(400);
+    uint64_t state = 6;
+    double worst = 0, wide = 0;
+    for (int t = 0; t < trials; t++) {
+        enum { RINGS = 2000 };
+        const double radius = test_range(&state, 0.01, 0.5), away = exp(test_range(&state, -3, 3));
+        double inverse = 0, all = 0, p[3];
+        for (int i = 0; i < RINGS; i++) { // of equal solid angle
+            const double least = sqrt(1 - radius * radius), cosine = 1 - (1 - least) * (i + 0.5) / RINGS;
+            inverse += 1 / (cosine - sqrt(cosine * cosine - 1 + radius * radius));
+            all += 6.283185307179586 * (1 - least) / RINGS;
+        }
+        lightprobe_light l;
+        memset(&l, 0, sizeof l);
+        l.direction[2] = 1;
+        for (int c = 0; c < 3; c++) l.irradiance[c] = (float)all;
+        l.cos_alpha = (float)sqrt(1 - radius * radius);
+        l.distance = (float)(away * RINGS / inverse);
+        do {
+            for (int c = 0; c < 3; c++) p[c] = test_range(&state, -2, 2);
+        } while (p[0] * p[0] + p[1] * p[1] + (p[2] - 1) * (p[2] - 1) < 2 * radius * radius);
+        const lightprobe_light seen =
+            lightprobe_sphere_at(l, (float)(p[0] * away), (float)(p[1] * away), (float)(p[2] * away));
+        const double to[3] = {-p[0], -p[1], 1 - p[2]}, d2 = dot(to, to);
+        const double truth = 3.141592653589793 * radius * radius / d2;
+        const double facing = (double)seen.irradiance[1] * 0.5 * (1 + (double)seen.cos_alpha);
+        double cosine = 0;
+        for (int c = 0; c < 3; c++) cosine += to[c] * (double)seen.direction[c] / sqrt(d2);
+        const double off = fmax(fabs(facing / truth - 1), 1 - cosine);
+        if (radius < 0.1) worst = fmax(worst, off);
+        wide = fmax(wide, off);
+    }
+    test_note("worst irradiance %.2g, for radii up to 0.1 of the distance %.2g", wide, worst);
+    CHECK(worst < 0.02 && wide < 0.3, "%g, %g", worst, wide);
+    lightprobe_light l;
+    memset(&l, 0, sizeof l);
+    l.direction[1] = l.irradiance[0] = 1;
+    l.cos_alpha = 0.9f;
+    for (int k = 0; k < 2; k++) {
+        const lightprobe_light seen = lightprobe_sphere_at(l, 1, 2, 3);
+        CHECK(!memcmp(&seen, &l, sizeof l), "a light without a place moves");
+        l.distance = 1;
+        l.cos_alpha = -0.1f;
+    }
+    for (int k = 0; k < 10; k++) { // in its centre, in it, behind it, far away; points too
+        const float y[] = {1, 1.2f, 3, -1e30f, -3e38f};
+        l.cos_alpha = k > 4 ? 0.9f : 1;
+        l.distance = k % 5 == 4 ? 1e-9f : 1;
+        const lightprobe_light seen = lightprobe_sphere_at(l, 0, y[k % 5], 0);
+        const float e = seen.irradiance[0], way = seen.direction[1];
+        CHECK(e >= 0 && e < 1e30f && seen.cos_alpha >= 0 && seen.cos_alpha <= 1 && way >= -1 && way <= 1, "%d: %g", k,
+              (double)e);
+        CHECK(k % 5 != 2 || (e > 0 && way < 0), "not seen from behind");
+        CHECK(k % 5 < 3 || e < 1e-20f, "seen from afar");
+    }
+}
+
 static mssm_result area(mssm_light *l, float x, float distance, float size)
 {
     const float at[3] = {x, 0, 0}, to[3] = {0, 2, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
@@ -484,6 +545,7 @@ const test_case room_tests[] = {
     {"lights tell what is near from what is far", near_is_told_from_far},
     {"bad distances of a probe are infinite", bad_distances_are_infinite},
     {"discs at finite places have the right vector irradiance", discs_at_places_are_exact},
+    {"spheres at finite places shine to all sides alike", spheres_shine_to_all_sides},
     {"area lights cover their casters' box", area_lights_cover_their_box},
     {NULL, NULL},
 };

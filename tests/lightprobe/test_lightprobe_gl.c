@@ -400,9 +400,11 @@ static void shading_at_places_is_the_cpus(void)
         "    uint i = gl_GlobalInvocationID.x;\n"
         "    vec3 offset = vec3(i % 5u, i % 7u, i % 3u) * 0.3 - vec3(0.6, 0.9, 0.3);\n"
         "    vec3 normal = normalize(vec3(1, 2, 0.5) - offset);\n"
-        "    sums[2 * i] = vec4(lightprobe_irradiance(int(i) % lightprobe_count, offset, normal), 0);\n"
+        "    int light = int(i) % lightprobe_count;\n"
         "    lightprobe_lobe lobe = lightprobe_specular_lobe(normal, vec3(0, 1, 0), 0.05 * i, vec3(0.2, 0.5, 1));\n"
-        "    sums[2 * i + 1] = vec4(lightprobe_specular(int(i) % lightprobe_count, offset, lobe), 0);\n"
+        "    sums[3 * i] = vec4(lightprobe_irradiance(light, offset, normal), 0);\n"
+        "    sums[3 * i + 1] = vec4(lightprobe_sphere_irradiance(light, offset, normal), 0);\n"
+        "    sums[3 * i + 2] = vec4(lightprobe_specular(light, offset, lobe), 0);\n"
         "}\n";
     lightprobe_gl_desc d = description(16, 6);
     subject s;
@@ -410,7 +412,7 @@ static void shading_at_places_is_the_cpus(void)
     if (!begin_gl()) return;
     if (make_subject(&s, &d)) {
         enum { SUMS = 105 };
-        static float sums[2 * SUMS][4], rgba[6 * 16 * 16 * 4];
+        static float sums[3 * SUMS][4], rgba[6 * 16 * 16 * 4];
         const float up[3] = {0, 1, 0}, f0[3] = {0.2f, 0.5f, 1};
         const char *const text[] = {body, lightprobe_glsl_math(), lightprobe_glsl_lights(), lightprobe_glsl_specular(), test, NULL};
         const GLuint program = gl_test_compute("places", text);
@@ -432,21 +434,29 @@ static void shading_at_places_is_the_cpus(void)
         gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
         gl.GetNamedBufferSubData(result, 0, sizeof sums, sums);
         gl.UseProgram(0);
-        for (int i = 0; i < SUMS; i++) {
-            const float x = (float)(i % 5) * 0.3f - 0.6f, y = (float)(i % 7) * 0.3f - 0.9f, z = (float)(i % 3) * 0.3f - 0.3f;
-            const float n[3] = {1 - x, 2 - y, 0.5f - z}, length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-            const float unit[3] = {n[0] / length, n[1] / length, n[2] / length};
-            float shine[3];
-            const lightprobe_light l = lightprobe_light_at(s.gpu.light[i % s.gpu.count], x, y, z);
-            const float cosine = (l.direction[0] * n[0] + l.direction[1] * n[1] + l.direction[2] * n[2]) / length;
+        for (int k = 0; k < 3 * SUMS; k++) {
+            const int i = k / 3;
+            const lightprobe_light from = s.gpu.light[i % s.gpu.count];
+            const float x = (float)(i % 5) * 0.3f - 0.6f, y = (float)(i % 7) * 0.3f - 0.9f;
+            const float z = (float)(i % 3) * 0.3f - 0.3f;
+            float n[3] = {1 - x, 2 - y, 0.5f - z};
+            const float length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+            for (int c = 0; c < 3; c++) n[c] /= length;
+            if (k % 3 == 2) {
+                float shine[3];
+                lightprobe_specular(from, lightprobe_specular_lobe(n, up, 0.05f * (float)i, f0), x, y, z, shine);
+                for (int c = 0; c < 3; c++)
+                    CHECK(fabsf(sums[k][c] - shine[c]) < 1e-4f * (shine[c] + 0.1f), "shine of %d: %g, not %g", i,
+                          (double)sums[k][c], (double)shine[c]);
+                continue;
+            }
+            const lightprobe_light l = k % 3 ? lightprobe_sphere_at(from, x, y, z) : lightprobe_light_at(from, x, y, z);
+            const float cosine = l.direction[0] * n[0] + l.direction[1] * n[1] + l.direction[2] * n[2];
             for (int c = 0; c < 3; c++) {
                 const float e = l.irradiance[c] * lightprobe_disc_irradiance(l.cos_alpha, cosine);
-                CHECK(fabsf(sums[2 * i][c] - e) < 1e-5f * (l.irradiance[c] + 1), "receiver %d: %g, not %g", i, (double)sums[2 * i][c], (double)e);
+                CHECK(fabsf(sums[k][c] - e) < 1e-5f * (l.irradiance[c] + 1), "receiver %d: %g, not %g", k,
+                      (double)sums[k][c], (double)e);
             }
-            lightprobe_specular(s.gpu.light[i % s.gpu.count], lightprobe_specular_lobe(unit, up, 0.05f * (float)i, f0), x, y, z, shine);
-            for (int c = 0; c < 3; c++)
-                CHECK(fabsf(sums[2 * i + 1][c] - shine[c]) < 1e-4f * (shine[c] + 0.1f), "shine of %d: %g, not %g", i,
-                      (double)sums[2 * i + 1][c], (double)shine[c]);
         }
         gl.DeleteBuffers(1, &result);
         gl.DeleteProgram(program);
