@@ -1666,11 +1666,13 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late, l
     return m;
 }
 
-// Late flux such that those of all lights sum to 0. sum: what they do sum to.
+// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most of the
+// total away, as of a colour that was not there before, little but rounding is left, and none is late.
 LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)
 {
-    LIGHTPROBE_PRECISE float part = total + sum > 0.0f ? total / (total + sum) : 1.0f;
-    LIGHTPROBE_PRECISE float balanced = (late + now) * part - now;
+    LIGHTPROBE_PRECISE float left = total + sum;
+    if (!(left > 0.25f * total)) return 0.0f;
+    LIGHTPROBE_PRECISE float balanced = (late + now) * (total / left) - now;
     return balanced;
 }
 // [glsl end]
@@ -2286,25 +2288,37 @@ static void lightprobe__share_out(lightprobe__work *w)
     }
 }
 
+// Whether a previous light can be gone on from: not if the caller has spoiled it, nor if it is there twice,
+// as what an earlier frame left behind the last light is.
+static int lightprobe__is_sound(const lightprobe_light *all, int i)
+{
+    const lightprobe_light *l = all + i;
+    int sound = l->cos_alpha >= -1 && l->cos_alpha <= 1 && l->solid_angle >= 0 && l->solid_angle < 13 &&
+                l->tan_half_u >= 0 && l->tan_half_u <= 4 && l->tan_half_v >= 0 && l->tan_half_v <= 4;
+    for (int c = 0; c < 3; c++)
+        sound &= l->irradiance[c] >= 0 && l->irradiance[c] <= FLT_MAX && fabsf(l->direction[c]) <= 2 &&
+                 fabsf(l->axis_u[c]) <= 2 && fabsf(l->axis_v[c]) <= 2;
+    for (int k = 0; k < i && l->id >= 0; k++) sound &= all[k].id != l->id;
+    return sound;
+}
+
 // The cluster of a previous light; 0 if it gives none. scale: from its irradiance to this frame's flux.
-static int lightprobe__recall(const lightprobe__work *w, lightprobe_cluster *c, const lightprobe_light *l,
-                              float scale)
+static int lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c, const lightprobe_light *l, float scale)
 {
     const float total = w->total_luminance, luminance = lightprobe_luminance(l->irradiance) * LIGHTPROBE_SCALE;
     const float share = l->state[4];
     int stranger = !(share > 0 || share < 0); // not made here, as far as can be seen
     for (int i = 0; i < 18; i++) stranger |= !(fabsf(l->state[i]) <= LIGHTPROBE_FADE);
-    const float *d = stranger ? l->direction : l->state;
     memset(c, 0, sizeof *c);
-    if (!lightprobe__is_number(d[0] + d[1] + d[2])) return 0;
-    memcpy(c->seed, d, sizeof c->seed);
+    memcpy(c->seed, stranger ? l->direction : l->state, sizeof c->seed);
     if (!(lightprobe_normalize(c->seed) > 0)) return 0;
     c->seed_tone = stranger ? lightprobe_tone(luminance, l->solid_angle, w->mean) : l->state[3];
     c->seed_share = !stranger ? share : luminance >= 0 && luminance < total ? luminance / total : 1;
     c->lives = stranger || share > 0;
     c->id = l->id;
-    c->distance = l->distance > 0 ? l->distance : 0;
+    c->distance = l->distance > 0 && l->distance <= 1e9f ? l->distance : 0;
     if (w->jumps) return 1;
+    if (!stranger) w->fading = l->state[5] < 0 ? -1 : l->state[5];
     c->late = stranger ? lightprobe_no_moments() : lightprobe_late(l->state, total);
     c->past = lightprobe_past(*l, c->late, scale);
     c->longest = lightprobe_evenness(lightprobe_more(c->past, c->late, 1));
@@ -2316,12 +2330,14 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
 {
     double all = 0;
     w->cluster_count = 0;
-    for (int i = 0; i < count; i++) all += (double)lightprobe_luminance(previous[i].irradiance);
+    for (int i = 0; i < count; i++)
+        all += lightprobe__is_sound(previous, i) ? (double)lightprobe_luminance(previous[i].irradiance) : 0;
     const float scale = lightprobe_scale((float)all, w->total_luminance);
     w->jumps = w->jumps || count > w->max_lights || !(scale > 0);
-    w->fading = w->jumps ? 0 : previous->state[5];
+    w->fading = 0;
     for (int i = 0; i < count && w->cluster_count < w->max_lights; i++)
-        w->cluster_count += lightprobe__recall(w, w->clusters + w->cluster_count, previous + i, scale);
+        if (lightprobe__is_sound(previous, i))
+            w->cluster_count += lightprobe__recall(w, w->clusters + w->cluster_count, previous + i, scale);
     int lives = 0;
     for (int k = 0; k < w->cluster_count; k++) lives |= w->clusters[k].lives;
     if (!lives) {
@@ -6367,11 +6383,13 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "// Late flux such that those of all lights sum to 0. sum: what they do sum to.\n"
+    "// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most of the\n"
+    "// total away, as of a colour that was not there before, little but rounding is left, and none is late.\n"
     "LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float part = total + sum > 0.0f ? total / (total + sum) : 1.0f;\n"
-    "    LIGHTPROBE_PRECISE float balanced = (late + now) * part - now;\n"
+    "    LIGHTPROBE_PRECISE float left = total + sum;\n"
+    "    if (!(left > 0.25f * total)) return 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float balanced = (late + now) * (total / left) - now;\n"
     "    return balanced;\n"
     "}\n"
     // [glsl text end]
