@@ -2614,25 +2614,28 @@ MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
     return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);
 }
 
-// Where the range of depth is long, the moment bias lets light through: up to about half of
-// alpha / distance^2, in depths from -1 to 1. Less than a hundredth of the light is not worth a look.
-MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance)
+// Where the range of depth is long, the moment bias lets light through: about half of alpha / distance^2, in
+// depths from -1 to 1. Whether that may be all of a visibility; less than a hundredth is not worth a look.
+MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance, float visible)
 {
     float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;
-    return alpha > 0.02f * distance * distance ? 1 : 0;
+    return alpha > mssm_max(visible, 0.02f) * distance * distance ? 1 : 0;
 }
 
 // Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.
 MSSM_SHARED int mssm_may_leak(struct mssm_options o, struct mssm_receiver r, float visible)
 {
-    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;
+    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;
 }
 
-// Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.
-MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_receiver r, float d, float z)
+// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may not be its
+// own surface, and more than the bias lets through comes through gaps between layers, which the depth that
+// is greatest does not tell of.
+MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_receiver r, float d, float z,
+                           float visible)
 {
     float w = mssm_blocked(r, z, 1.0f);
-    if (mssm_bias_leaks(o, r.z_test - z) == 0) return 0;
+    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;
     if (r.plane == 1) w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));
     return w < 1.0f ? 0 : 1;
 }
@@ -2660,11 +2663,11 @@ MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receive
 
 // Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.
 MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r,
-                            float d)
+                            float d, float visible)
 {
     if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
     float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);
-    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));
+    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width), visible);
 }
 
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
@@ -2869,7 +2872,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         i = i + 1;
     } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);
     float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);
-    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;
+    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;
     return visible;
 }
 
@@ -2891,7 +2894,7 @@ MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o, 
     float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);
     s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));
     float visible = mssm_split_bounds(s).upper;
-    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;
+    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;
     return visible;
 }
 
@@ -7574,25 +7577,28 @@ const char *mssm_glsl_shading(void)
     "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "}\n"
     "\n"
-    "// Where the range of depth is long, the moment bias lets light through: up to about half of\n"
-    "// alpha / distance^2, in depths from -1 to 1. Less than a hundredth of the light is not worth a look.\n"
-    "MSSM_SHARED int mssm_bias_leaks(mssm_options o, float distance)\n"
+    "// Where the range of depth is long, the moment bias lets light through: about half of alpha / distance^2, in\n"
+    "// depths from -1 to 1. Whether that may be all of a visibility; less than a hundredth is not worth a look.\n"
+    "MSSM_SHARED int mssm_bias_leaks(mssm_options o, float distance, float visible)\n"
     "{\n"
     "    float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;\n"
-    "    return alpha > 0.02f * distance * distance ? 1 : 0;\n"
+    "    return alpha > mssm_max(visible, 0.02f) * distance * distance ? 1 : 0;\n"
     "}\n"
     "\n"
     "// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.\n"
     "MSSM_SHARED int mssm_may_leak(mssm_options o, mssm_receiver r, float visible)\n"
     "{\n"
-    "    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;\n"
+    "    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;\n"
     "}\n"
     "\n"
-    "// Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.\n"
-    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_options o, mssm_receiver r, float d, float z)\n"
+    "// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may not be its\n"
+    "// own surface, and more than the bias lets through comes through gaps between layers, which the depth that\n"
+    "// is greatest does not tell of.\n"
+    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_options o, mssm_receiver r, float d, float z,\n"
+    "                           float visible)\n"
     "{\n"
     "    float w = mssm_blocked(r, z, 1.0f);\n"
-    "    if (mssm_bias_leaks(o, r.z_test - z) == 0) return 0;\n"
+    "    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;\n"
     "    if (r.plane == 1) w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));\n"
     "    return w < 1.0f ? 0 : 1;\n"
     "}\n"
@@ -7758,11 +7764,11 @@ const char *mssm_glsl_shading(void)
     "\n"
     "// Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.\n"
     "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r,\n"
-    "                            float d)\n"
+    "                            float d, float visible)\n"
     "{\n"
     "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
     "    float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);\n"
-    "    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));\n"
+    "    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width), visible);\n"
     "}\n"
     "\n"
     "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
@@ -7834,7 +7840,7 @@ const char *mssm_glsl_shading(void)
     "        i = i + 1;\n"
     "    } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);\n"
     "    float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);\n"
-    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;\n"
+    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;\n"
     "    return visible;\n"
     "}\n"
     "\n"
@@ -7856,7 +7862,7 @@ const char *mssm_glsl_shading(void)
     "    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);\n"
     "    s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));\n"
     "    float visible = mssm_split_bounds(s).upper;\n"
-    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;\n"
+    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;\n"
     "    return visible;\n"
     "}\n"
     "\n"
