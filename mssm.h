@@ -2907,6 +2907,12 @@ MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, struct mssm_options o
 }
 // [glsl end]
 
+static float mssm__or_default(float value, float otherwise)
+{
+    return mssm__is_finite(value) && value > 0 ? value : otherwise;
+}
+
+// Sizes that are no numbers are 0.
 static mssm_view mssm__view(const mssm_light *light, const mssm_settings *set, int side, int levels,
                             int averaged)
 {
@@ -2915,22 +2921,17 @@ static mssm_view mssm__view(const mssm_light *light, const mssm_settings *set, i
     const float scale = to_texels * (light->perspective ? 1.0f : 0.5f * range);
     const float extent = light->extent_u > light->extent_v ? light->extent_u : light->extent_v;
     memcpy(v.world_to_shadow, light->world_to_shadow, sizeof v.world_to_shadow);
-    v.kernel_u = scale * light->half_u / light->extent_u;
-    v.kernel_v = scale * light->half_v / light->extent_v;
+    v.kernel_u = mssm__or_default(scale * light->half_u / light->extent_u, 0.0f);
+    v.kernel_v = mssm__or_default(scale * light->half_v / light->extent_v, 0.0f);
     v.distance_scale = 0.5f * range;
     v.distance_offset = 0.5f * range + light->z_near;
-    v.texel = 2.0f * extent / ((float)side * v.distance_scale);
+    v.texel = mssm__or_default(2.0f * extent / ((float)side * v.distance_scale), 0.0f);
     v.side = (float)side;
     v.max_half = set && set->max_kernel > 0 ? 0.5f * (float)set->max_kernel : MSSM_FAR_AWAY;
     v.perspective = light->perspective;
     v.averaged = averaged;
     v.levels = levels;
     return v;
-}
-
-static float mssm__or_default(float value, float otherwise)
-{
-    return mssm__is_finite(value) && value > 0 ? value : otherwise;
 }
 
 static struct mssm_options mssm__options(const mssm_settings *set, int map_moments)
