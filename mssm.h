@@ -2615,11 +2615,11 @@ MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
 }
 
 // Where the range of depth is long, the moment bias lets light through: about half of alpha / distance^2, in
-// depths from -1 to 1. Whether that may be all of a visibility; less than a hundredth is not worth a look.
+// depths from -1 to 1. Whether that may be all of a visibility.
 MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance, float visible)
 {
     float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;
-    return alpha > mssm_max(visible, 0.02f) * distance * distance ? 1 : 0;
+    return alpha > visible * distance * distance ? 1 : 0;
 }
 
 // Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.
@@ -7579,11 +7579,11 @@ const char *mssm_glsl_shading(void)
     "}\n"
     "\n"
     "// Where the range of depth is long, the moment bias lets light through: about half of alpha / distance^2, in\n"
-    "// depths from -1 to 1. Whether that may be all of a visibility; less than a hundredth is not worth a look.\n"
+    "// depths from -1 to 1. Whether that may be all of a visibility.\n"
     "MSSM_SHARED int mssm_bias_leaks(mssm_options o, float distance, float visible)\n"
     "{\n"
     "    float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;\n"
-    "    return alpha > mssm_max(visible, 0.02f) * distance * distance ? 1 : 0;\n"
+    "    return alpha > visible * distance * distance ? 1 : 0;\n"
     "}\n"
     "\n"
     "// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.\n"

@@ -193,6 +193,17 @@ static void check_sound(const lightprobe_light *l, int kind)
         CHECK(fabsf(l->state[i]) <= (i < 5 ? 8 : 32), "kind %d: state[%d] %g", kind, i, (double)l->state[i]);
 }
 
+// Of each light another number.
+static void spoil_one(lightprobe_light *l, int i)
+{
+    float *const number[15] = {&l->cos_alpha, &l->cos_alpha, &l->cos_alpha, &l->solid_angle, &l->solid_angle,
+                               &l->tan_half_u, &l->tan_half_u, &l->tan_half_v, &l->tan_half_v, l->irradiance,
+                               l->irradiance + 2, l->direction, l->axis_u + 1, l->axis_v + 2, &l->distance};
+    static const float value[15] = {NAN, -2, HUGE_VALF, -1, 1e3f, NAN, HUGE_VALF, -1, 5, -1, NAN, 1e30f, NAN, HUGE_VALF, 1e30f};
+    if (i < 15) *number[i] = value[i];
+    else l->id = -1;
+}
+
 static void spoil(lightprobe_light *l, int kind, int i)
 {
     if (kind == 0) l->state[7] = NAN;
@@ -202,7 +213,7 @@ static void spoil(lightprobe_light *l, int kind, int i)
     if (kind == 5 && i == 0) l->state[5] = 1e30f;
     if (kind == 6 && i == 0) l->state[5] = -7;
     if (kind == 7) l->axis_u[i % 3] = l->axis_v[i / 3 % 3] = NAN;
-    if (kind == 8) l->tan_half_u = l->cos_alpha = i % 2 ? HUGE_VALF : NAN;
+    if (kind == 8) spoil_one(l, i);
     if (kind == 9) l->direction[1] = 1e30f;
     if (kind == 10 && i == 3) l->irradiance[2] = NAN;
     if (kind == 11) l->id = i / 2;
