@@ -506,7 +506,10 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     // In units of the distance: along the disc's axis, squared distance from it and squared radius.
     float a = scale * x, b = scale * y, d = scale * z;
     float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;
-    float height = 1.0f - along, aside2 = fabsf(a * a + b * b + d * d - along * along);
+    a = a - along * light.direction[0];
+    b = b - along * light.direction[1];
+    d = d - along * light.direction[2];
+    float height = 1.0f - along, aside2 = a * a + b * b + d * d;
     float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;
     float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;
     // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.
@@ -514,13 +517,12 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;
     float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));
     float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;
-    float bright = height > 0.0f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far
+    float bright = height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far
     seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
     float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));
-    float axis = facing + inward * along;
     for (int i = 0; i < 3; i++) {
         float off = inward * (i == 0 ? a : i == 1 ? b : d);
-        if (bright > 0.0f) seen.direction[i] = (axis * light.direction[i] - off) / size;
+        if (bright > 0.0f) seen.direction[i] = (facing * light.direction[i] - off) / size;
         seen.irradiance[i] = part * light.irradiance[i];
     }
     return seen;
@@ -3763,7 +3765,10 @@ static const char lightprobe__glsl_lights[] =
     "    // In units of the distance: along the disc's axis, squared distance from it and squared radius.\n"
     "    float a = scale * x, b = scale * y, d = scale * z;\n"
     "    float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;\n"
-    "    float height = 1.0f - along, aside2 = fabsf(a * a + b * b + d * d - along * along);\n"
+    "    a = a - along * light.direction[0];\n"
+    "    b = b - along * light.direction[1];\n"
+    "    d = d - along * light.direction[2];\n"
+    "    float height = 1.0f - along, aside2 = a * a + b * b + d * d;\n"
     "    float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;\n"
     "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
     "    // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.\n"
@@ -3771,13 +3776,12 @@ static const char lightprobe__glsl_lights[] =
     "    if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
     "    float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
     "    float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;\n"
-    "    float bright = height > 0.0f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far\n"
+    "    float bright = height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far\n"
     "    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
     "    float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));\n"
-    "    float axis = facing + inward * along;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        float off = inward * (i == 0 ? a : i == 1 ? b : d);\n"
-    "        if (bright > 0.0f) seen.direction[i] = (axis * light.direction[i] - off) / size;\n"
+    "        if (bright > 0.0f) seen.direction[i] = (facing * light.direction[i] - off) / size;\n"
     "        seen.irradiance[i] = part * light.irradiance[i];\n"
     "    }\n"
     "    return seen;\n"

@@ -1786,7 +1786,7 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
                             const float box_min[3], const float box_max[3])
 {
     mssm_light r;
-    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0;
+    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0, largest = 0;
     mssm_result result = mssm_light_directional(&r, direction, axis_u, tan_half_u, tan_half_v, box_min, box_max);
     if (result || !light || !probe || !mssm__all_finite(probe, 3) || (mssm_bits(distance) & 0x7fffffff) > 0x7f800000 ||
         distance < 0) {
@@ -1795,15 +1795,19 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
     mssm__frame(direction, axis_u, frame);
     for (int i = 0; i < 8; i++) {  // corners, from the probe
         double p[3];
-        for (int k = 0; k < 3; k++) p[k] = (double)(i >> k & 1 ? box_max : box_min)[k] - probe[k];
+        for (int k = 0; k < 3; k++) {
+            p[k] = (double)(i >> k & 1 ? box_max : box_min)[k] - probe[k];
+            largest = fmax(largest, fabs(p[k]) + fabs(probe[k]));
+        }
         z[i] = mssm__dot(frame[2], p);
         side[i] = fmax(fabs(mssm__dot(frame[0], p)), fabs(mssm__dot(frame[1], p)));
         low = fmin(low, z[i]);
         high = fmax(high, z[i]);
         away = fmax(away, z[i] + side[i] / 3);  // wider frusta spend their texels on the rim
     }
-    // Casters get depths as from a directional light; a flat box has some, too.
-    const double range = fmax(high - low, fmax(1e-3 * distance, 1e-6)) / (MSSM_FAR_CASTER + 0.99);
+    // Casters get depths as from a directional light; a flat box has some, too, and more than rounding.
+    const double least = fmax(1e-3 * distance, fmax(1e-4 * largest, 1e-6));
+    const double range = fmax(high - low, least) / (MSSM_FAR_CASTER + 0.99);
     away = fmax(away, high + 0.02 * range);
     for (int i = 0; i < 8; i++) tangent = fmax(tangent, side[i] / (away - z[i]));
     if (distance > 0 && distance <= FLT_MAX && tangent > fmax(1.0 / 512, fmin(tan_half_u, tan_half_v) / 64.0)) {
