@@ -543,7 +543,10 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     // In units of the distance: along the disc's axis, squared distance from it and squared radius.
     float a = scale * x, b = scale * y, d = scale * z;
     float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;
-    float height = 1.0f - along, aside2 = fabsf(a * a + b * b + d * d - along * along);
+    a = a - along * light.direction[0];
+    b = b - along * light.direction[1];
+    d = d - along * light.direction[2];
+    float height = 1.0f - along, aside2 = a * a + b * b + d * d;
     float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;
     float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;
     // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.
@@ -551,13 +554,12 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;
     float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));
     float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;
-    float bright = height > 0.0f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far
+    float bright = height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far
     seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
     float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));
-    float axis = facing + inward * along;
     for (int i = 0; i < 3; i++) {
         float off = inward * (i == 0 ? a : i == 1 ? b : d);
-        if (bright > 0.0f) seen.direction[i] = (axis * light.direction[i] - off) / size;
+        if (bright > 0.0f) seen.direction[i] = (facing * light.direction[i] - off) / size;
         seen.irradiance[i] = part * light.irradiance[i];
     }
     return seen;
@@ -1928,11 +1930,13 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late, l
     return m;
 }
 
-// Late flux such that those of all lights sum to 0. sum: what they do sum to.
+// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most of the
+// total away, as of a colour that was not there before, little but rounding is left, and none is late.
 LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)
 {
-    LIGHTPROBE_PRECISE float part = total + sum > 0.0f ? total / (total + sum) : 1.0f;
-    LIGHTPROBE_PRECISE float balanced = (late + now) * part - now;
+    LIGHTPROBE_PRECISE float left = total + sum;
+    if (!(left > 0.25f * total)) return 0.0f;
+    LIGHTPROBE_PRECISE float balanced = (late + now) * (total / left) - now;
     return balanced;
 }
 // [glsl end]
@@ -2548,25 +2552,37 @@ static void lightprobe__share_out(lightprobe__work *w)
     }
 }
 
+// Whether a previous light can be gone on from: not if the caller has spoiled it, nor if it is there twice,
+// as what an earlier frame left behind the last light is.
+static int lightprobe__is_sound(const lightprobe_light *all, int i)
+{
+    const lightprobe_light *l = all + i;
+    int sound = l->cos_alpha >= -1 && l->cos_alpha <= 1 && l->solid_angle >= 0 && l->solid_angle < 13 &&
+                l->tan_half_u >= 0 && l->tan_half_u <= 4 && l->tan_half_v >= 0 && l->tan_half_v <= 4;
+    for (int c = 0; c < 3; c++)
+        sound &= l->irradiance[c] >= 0 && l->irradiance[c] <= FLT_MAX && fabsf(l->direction[c]) <= 2 &&
+                 fabsf(l->axis_u[c]) <= 2 && fabsf(l->axis_v[c]) <= 2;
+    for (int k = 0; k < i && l->id >= 0; k++) sound &= all[k].id != l->id;
+    return sound;
+}
+
 // The cluster of a previous light; 0 if it gives none. scale: from its irradiance to this frame's flux.
-static int lightprobe__recall(const lightprobe__work *w, lightprobe_cluster *c, const lightprobe_light *l,
-                              float scale)
+static int lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c, const lightprobe_light *l, float scale)
 {
     const float total = w->total_luminance, luminance = lightprobe_luminance(l->irradiance) * LIGHTPROBE_SCALE;
     const float share = l->state[4];
     int stranger = !(share > 0 || share < 0); // not made here, as far as can be seen
     for (int i = 0; i < 18; i++) stranger |= !(fabsf(l->state[i]) <= LIGHTPROBE_FADE);
-    const float *d = stranger ? l->direction : l->state;
     memset(c, 0, sizeof *c);
-    if (!lightprobe__is_number(d[0] + d[1] + d[2])) return 0;
-    memcpy(c->seed, d, sizeof c->seed);
+    memcpy(c->seed, stranger ? l->direction : l->state, sizeof c->seed);
     if (!(lightprobe_normalize(c->seed) > 0)) return 0;
     c->seed_tone = stranger ? lightprobe_tone(luminance, l->solid_angle, w->mean) : l->state[3];
     c->seed_share = !stranger ? share : luminance >= 0 && luminance < total ? luminance / total : 1;
     c->lives = stranger || share > 0;
     c->id = l->id;
-    c->distance = l->distance > 0 ? l->distance : 0;
+    c->distance = l->distance > 0 && l->distance <= 1e9f ? l->distance : 0;
     if (w->jumps) return 1;
+    if (!stranger) w->fading = l->state[5] < 0 ? -1 : l->state[5];
     c->late = stranger ? lightprobe_no_moments() : lightprobe_late(l->state, total);
     c->past = lightprobe_past(*l, c->late, scale);
     c->longest = lightprobe_evenness(lightprobe_more(c->past, c->late, 1));
@@ -2578,12 +2594,14 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
 {
     double all = 0;
     w->cluster_count = 0;
-    for (int i = 0; i < count; i++) all += (double)lightprobe_luminance(previous[i].irradiance);
+    for (int i = 0; i < count; i++)
+        all += lightprobe__is_sound(previous, i) ? (double)lightprobe_luminance(previous[i].irradiance) : 0;
     const float scale = lightprobe_scale((float)all, w->total_luminance);
     w->jumps = w->jumps || count > w->max_lights || !(scale > 0);
-    w->fading = w->jumps ? 0 : previous->state[5];
+    w->fading = 0;
     for (int i = 0; i < count && w->cluster_count < w->max_lights; i++)
-        w->cluster_count += lightprobe__recall(w, w->clusters + w->cluster_count, previous + i, scale);
+        if (lightprobe__is_sound(previous, i))
+            w->cluster_count += lightprobe__recall(w, w->clusters + w->cluster_count, previous + i, scale);
     int lives = 0;
     for (int k = 0; k < w->cluster_count; k++) lives |= w->clusters[k].lives;
     if (!lives) {
@@ -4043,7 +4061,10 @@ static const char lightprobe__glsl_lights[] =
     "    // In units of the distance: along the disc's axis, squared distance from it and squared radius.\n"
     "    float a = scale * x, b = scale * y, d = scale * z;\n"
     "    float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;\n"
-    "    float height = 1.0f - along, aside2 = fabsf(a * a + b * b + d * d - along * along);\n"
+    "    a = a - along * light.direction[0];\n"
+    "    b = b - along * light.direction[1];\n"
+    "    d = d - along * light.direction[2];\n"
+    "    float height = 1.0f - along, aside2 = a * a + b * b + d * d;\n"
     "    float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;\n"
     "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
     "    // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.\n"
@@ -4051,13 +4072,12 @@ static const char lightprobe__glsl_lights[] =
     "    if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
     "    float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
     "    float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;\n"
-    "    float bright = height > 0.0f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far\n"
+    "    float bright = height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far\n"
     "    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
     "    float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));\n"
-    "    float axis = facing + inward * along;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        float off = inward * (i == 0 ? a : i == 1 ? b : d);\n"
-    "        if (bright > 0.0f) seen.direction[i] = (axis * light.direction[i] - off) / size;\n"
+    "        if (bright > 0.0f) seen.direction[i] = (facing * light.direction[i] - off) / size;\n"
     "        seen.irradiance[i] = part * light.irradiance[i];\n"
     "    }\n"
     "    return seen;\n"
@@ -6897,11 +6917,13 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "// Late flux such that those of all lights sum to 0. sum: what they do sum to.\n"
+    "// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most of the\n"
+    "// total away, as of a colour that was not there before, little but rounding is left, and none is late.\n"
     "LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float part = total + sum > 0.0f ? total / (total + sum) : 1.0f;\n"
-    "    LIGHTPROBE_PRECISE float balanced = (late + now) * part - now;\n"
+    "    LIGHTPROBE_PRECISE float left = total + sum;\n"
+    "    if (!(left > 0.25f * total)) return 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float balanced = (late + now) * (total / left) - now;\n"
     "    return balanced;\n"
     "}\n"
     // [glsl text end]

@@ -1791,7 +1791,7 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
                             const float box_min[3], const float box_max[3])
 {
     mssm_light r;
-    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0;
+    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0, largest = 0;
     mssm_result result = mssm_light_directional(&r, direction, axis_u, tan_half_u, tan_half_v, box_min, box_max);
     if (result || !light || !probe || !mssm__all_finite(probe, 3) || (mssm_bits(distance) & 0x7fffffff) > 0x7f800000 ||
         distance < 0) {
@@ -1800,15 +1800,19 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
     mssm__frame(direction, axis_u, frame);
     for (int i = 0; i < 8; i++) {  // corners, from the probe
         double p[3];
-        for (int k = 0; k < 3; k++) p[k] = (double)(i >> k & 1 ? box_max : box_min)[k] - probe[k];
+        for (int k = 0; k < 3; k++) {
+            p[k] = (double)(i >> k & 1 ? box_max : box_min)[k] - probe[k];
+            largest = fmax(largest, fabs(p[k]) + fabs(probe[k]));
+        }
         z[i] = mssm__dot(frame[2], p);
         side[i] = fmax(fabs(mssm__dot(frame[0], p)), fabs(mssm__dot(frame[1], p)));
         low = fmin(low, z[i]);
         high = fmax(high, z[i]);
         away = fmax(away, z[i] + side[i] / 3);  // wider frusta spend their texels on the rim
     }
-    // Casters get depths as from a directional light; a flat box has some, too.
-    const double range = fmax(high - low, fmax(1e-3 * distance, 1e-6)) / (MSSM_FAR_CASTER + 0.99);
+    // Casters get depths as from a directional light; a flat box has some, too, and more than rounding.
+    const double least = fmax(1e-3 * distance, fmax(1e-4 * largest, 1e-6));
+    const double range = fmax(high - low, least) / (MSSM_FAR_CASTER + 0.99);
     away = fmax(away, high + 0.02 * range);
     for (int i = 0; i < 8; i++) tangent = fmax(tangent, side[i] / (away - z[i]));
     if (distance > 0 && distance <= FLT_MAX && tangent > fmax(1.0 / 512, fmin(tan_half_u, tan_half_v) / 64.0)) {
@@ -2619,25 +2623,28 @@ MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
     return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);
 }
 
-// Where the range of depth is long, the moment bias lets light through: up to about half of
-// alpha / distance^2, in depths from -1 to 1. Less than a hundredth of the light is not worth a look.
-MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance)
+// Where the range of depth is long, the moment bias lets light through: about half of alpha / distance^2, in
+// depths from -1 to 1. Whether that may be all of a visibility.
+MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance, float visible)
 {
     float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;
-    return alpha > 0.02f * distance * distance ? 1 : 0;
+    return alpha > visible * distance * distance ? 1 : 0;
 }
 
 // Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.
 MSSM_SHARED int mssm_may_leak(struct mssm_options o, struct mssm_receiver r, float visible)
 {
-    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;
+    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;
 }
 
-// Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.
-MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_receiver r, float d, float z)
+// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may not be its
+// own surface, and more than the bias lets through comes through gaps between layers, which the depth that
+// is greatest does not tell of.
+MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_receiver r, float d, float z,
+                           float visible)
 {
     float w = mssm_blocked(r, z, 1.0f);
-    if (mssm_bias_leaks(o, r.z_test - z) == 0) return 0;
+    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;
     if (r.plane == 1) w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));
     return w < 1.0f ? 0 : 1;
 }
@@ -2665,11 +2672,11 @@ MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receive
 
 // Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.
 MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r,
-                            float d)
+                            float d, float visible)
 {
     if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
     float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);
-    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));
+    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width), visible);
 }
 
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
@@ -2876,7 +2883,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         i = i + 1;
     } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);
     float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);
-    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;
+    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;
     return visible;
 }
 
@@ -2898,7 +2905,7 @@ MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o, 
     float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);
     s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));
     float visible = mssm_split_bounds(s).upper;
-    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;
+    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;
     return visible;
 }
 
@@ -2911,6 +2918,12 @@ MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, struct mssm_options o
 }
 // [glsl end]
 
+static float mssm__or_default(float value, float otherwise)
+{
+    return mssm__is_finite(value) && value > 0 ? value : otherwise;
+}
+
+// Sizes that are no numbers are 0.
 static mssm_view mssm__view(const mssm_light *light, const mssm_settings *set, int side, int levels,
                             int averaged)
 {
@@ -2919,22 +2932,17 @@ static mssm_view mssm__view(const mssm_light *light, const mssm_settings *set, i
     const float scale = to_texels * (light->perspective ? 1.0f : 0.5f * range);
     const float extent = light->extent_u > light->extent_v ? light->extent_u : light->extent_v;
     memcpy(v.world_to_shadow, light->world_to_shadow, sizeof v.world_to_shadow);
-    v.kernel_u = scale * light->half_u / light->extent_u;
-    v.kernel_v = scale * light->half_v / light->extent_v;
+    v.kernel_u = mssm__or_default(scale * light->half_u / light->extent_u, 0.0f);
+    v.kernel_v = mssm__or_default(scale * light->half_v / light->extent_v, 0.0f);
     v.distance_scale = 0.5f * range;
     v.distance_offset = 0.5f * range + light->z_near;
-    v.texel = 2.0f * extent / ((float)side * v.distance_scale);
+    v.texel = mssm__or_default(2.0f * extent / ((float)side * v.distance_scale), 0.0f);
     v.side = (float)side;
     v.max_half = set && set->max_kernel > 0 ? 0.5f * (float)set->max_kernel : MSSM_FAR_AWAY;
     v.perspective = light->perspective;
     v.averaged = averaged;
     v.levels = levels;
     return v;
-}
-
-static float mssm__or_default(float value, float otherwise)
-{
-    return mssm__is_finite(value) && value > 0 ? value : otherwise;
 }
 
 static struct mssm_options mssm__options(const mssm_settings *set, int map_moments)
@@ -7616,25 +7624,28 @@ const char *mssm_glsl_shading(void)
     "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "}\n"
     "\n"
-    "// Where the range of depth is long, the moment bias lets light through: up to about half of\n"
-    "// alpha / distance^2, in depths from -1 to 1. Less than a hundredth of the light is not worth a look.\n"
-    "MSSM_SHARED int mssm_bias_leaks(mssm_options o, float distance)\n"
+    "// Where the range of depth is long, the moment bias lets light through: about half of alpha / distance^2, in\n"
+    "// depths from -1 to 1. Whether that may be all of a visibility.\n"
+    "MSSM_SHARED int mssm_bias_leaks(mssm_options o, float distance, float visible)\n"
     "{\n"
     "    float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;\n"
-    "    return alpha > 0.02f * distance * distance ? 1 : 0;\n"
+    "    return alpha > visible * distance * distance ? 1 : 0;\n"
     "}\n"
     "\n"
     "// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.\n"
     "MSSM_SHARED int mssm_may_leak(mssm_options o, mssm_receiver r, float visible)\n"
     "{\n"
-    "    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp) : 0;\n"
+    "    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;\n"
     "}\n"
     "\n"
-    "// Whether a depth of the kernel at distance d hides the receiver: it may not be its own surface.\n"
-    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_options o, mssm_receiver r, float d, float z)\n"
+    "// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may not be its\n"
+    "// own surface, and more than the bias lets through comes through gaps between layers, which the depth that\n"
+    "// is greatest does not tell of.\n"
+    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_options o, mssm_receiver r, float d, float z,\n"
+    "                           float visible)\n"
     "{\n"
     "    float w = mssm_blocked(r, z, 1.0f);\n"
-    "    if (mssm_bias_leaks(o, r.z_test - z) == 0) return 0;\n"
+    "    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;\n"
     "    if (r.plane == 1) w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));\n"
     "    return w < 1.0f ? 0 : 1;\n"
     "}\n"
@@ -7802,11 +7813,11 @@ const char *mssm_glsl_shading(void)
     "\n"
     "// Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.\n"
     "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r,\n"
-    "                            float d)\n"
+    "                            float d, float visible)\n"
     "{\n"
     "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
     "    float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);\n"
-    "    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width));\n"
+    "    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width), visible);\n"
     "}\n"
     "\n"
     "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
@@ -7878,7 +7889,7 @@ const char *mssm_glsl_shading(void)
     "        i = i + 1;\n"
     "    } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);\n"
     "    float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);\n"
-    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;\n"
+    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;\n"
     "    return visible;\n"
     "}\n"
     "\n"
@@ -7900,7 +7911,7 @@ const char *mssm_glsl_shading(void)
     "    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);\n"
     "    s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));\n"
     "    float visible = mssm_split_bounds(s).upper;\n"
-    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach) == 1) return 0.0f;\n"
+    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;\n"
     "    return visible;\n"
     "}\n"
     "\n"

@@ -382,6 +382,34 @@ static void bad_distances_are_infinite(void)
     CHECK(count == -1, "a failure writes");
 }
 
+// Of a point: cosine over squared distance, next to it and far away; directions are unit at any distance.
+static void points_at_places_are_exact(void)
+{
+    uint64_t state = 8;
+    for (int t = 0; t < test_trials(4000); t++) {
+        lightprobe_light l;
+        double from[3], axis[3] = {0.36, 0.48, 0.8};
+        memset(&l, 0, sizeof l);
+        float3(axis, l.direction);
+        l.irradiance[0] = l.cos_alpha = 1;
+        l.distance = (float)exp(test_range(&state, -5, 5));
+        const double away = (double)l.distance * exp(test_range(&state, -6, 21));
+        do {
+            for (int c = 0; c < 3; c++) from[c] = test_range(&state, -1, 1);
+        } while (dot(from, from) > 1 || -dot(from, axis) < 0.1);
+        float p[3];
+        for (int c = 0; c < 3; c++) p[c] = (float)((double)l.distance * axis[c] + away * from[c]);
+        const double d2 = away * away * dot(from, from), cosine = -dot(from, axis) / sqrt(dot(from, from));
+        const double truth = cosine * (double)l.distance * (double)l.distance / d2;
+        const lightprobe_light seen = lightprobe_light_at(l, p[0], p[1], p[2]);
+        double unit[3] = {seen.direction[0], seen.direction[1], seen.direction[2]};
+        CHECK(fabs(dot(unit, unit) - 1) < 1e-3, "%g distances away: a direction of length %g", away / (double)l.distance,
+              sqrt(dot(unit, unit)));
+        CHECK(fabs((double)seen.irradiance[0] - truth) < 0.01 * truth + 1e-12, "%g distances away: %g, not %g",
+              away / (double)l.distance, (double)seen.irradiance[0], truth);
+    }
+}
+
 // Irradiance of a disc that faces the probe, by integration over it, for receivers that see all of it.
 static void discs_at_places_are_exact(void)
 {
@@ -527,6 +555,14 @@ static void area_lights_cover_their_box(void)
     }
     CHECK(!area(&l, 0, 200, 0) && l.perspective, "directional from 200");
     endless = l;
+    for (int k = 0; k < 8; k++) { // a flat box far from the world's origin, right in front of the light
+        const float at = expf((float)k), place[3] = {3 * at, 0.6f * at, 0.8f * at}, up[3] = {0.6f, 0, 0.8f}, u[3] = {0, 1, 0};
+        const float low[3] = {3 * at, 0.6f * at, 0.8f * at}, high[3] = {3 * at, 1.1f * at, 0.8f * at};
+        CHECK(!mssm_light_area(&l, place, up, u, 0.01f, 0.01f, 1e-4f * at, low, high), "area");
+        for (int i = 0; i < 2; i++)
+            CHECK(mssm_light_project(&l, i ? low : high, shadow) && shadow[2] > -1 && shadow[2] < 0.81f,
+                  "flat, %g from the origin: depth %g", (double)at, (double)shadow[2]);
+    }
     const float good[3] = {0, 1, 0}, bad[3] = {NAN, 0, 0}, null[3] = {0, 0, 0}, huge[3] = {3e38f, 0, 0};
     const float wide[2][3] = {{-3e37f, -3e37f, -3e37f}, {3e37f, 3e37f, 3e37f}};
     CHECK(area(&l, 0, -1, 0) && area(&l, 0, NAN, 0) && area(&l, 0, -NAN, 0) && !area(&l, 0, -0.0f, 0), "distance");
@@ -546,6 +582,7 @@ const test_case room_tests[] = {
     {"bad distances of a probe are infinite", bad_distances_are_infinite},
     {"discs at finite places have the right vector irradiance", discs_at_places_are_exact},
     {"spheres at finite places shine to all sides alike", spheres_shine_to_all_sides},
+    {"points at finite places shine by cosine over squared distance", points_at_places_are_exact},
     {"area lights cover their casters' box", area_lights_cover_their_box},
     {NULL, NULL},
 };

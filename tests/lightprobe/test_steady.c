@@ -181,23 +181,59 @@ static void lights_of_a_still_probe_come_to_rest(void)
     }
 }
 
-// Lights of which the caller took some away, spoiled the state, or that all fade out.
+// A frame of axes, sizes and a state that fades within LIGHTPROBE_FADE frames.
+static void check_sound(const lightprobe_light *l, int kind)
+{
+    const float *axis[3] = {l->direction, l->axis_u, l->axis_v};
+    for (int i = 0; i < 9; i++)
+        CHECK(fabs(dot(axis[i / 3], axis[i % 3]) - (i / 3 == i % 3)) < 1e-5, "kind %d: axes %d %d", kind, i / 3, i % 3);
+    CHECK(l->tan_half_v >= 0 && l->tan_half_v <= l->tan_half_u && l->tan_half_u <= 4, "kind %d: size", kind);
+    CHECK(fabsf(l->cos_alpha) <= 1 && l->id >= 0, "kind %d: angle or id", kind);
+    for (int i = 0; i < 18; i++)
+        CHECK(fabsf(l->state[i]) <= (i < 5 ? 8 : 32), "kind %d: state[%d] %g", kind, i, (double)l->state[i]);
+}
+
+// Of each light another number.
+static void spoil_one(lightprobe_light *l, int i)
+{
+    float *const number[15] = {&l->cos_alpha, &l->cos_alpha, &l->cos_alpha, &l->solid_angle, &l->solid_angle,
+                               &l->tan_half_u, &l->tan_half_u, &l->tan_half_v, &l->tan_half_v, l->irradiance,
+                               l->irradiance + 2, l->direction, l->axis_u + 1, l->axis_v + 2, &l->distance};
+    static const float value[15] = {NAN, -2, HUGE_VALF, -1, 1e3f, NAN, HUGE_VALF, -1, 5, -1, NAN, 1e30f, NAN, HUGE_VALF, 1e30f};
+    if (i < 15) *number[i] = value[i];
+    else l->id = -1;
+}
+
+static void spoil(lightprobe_light *l, int kind, int i)
+{
+    if (kind == 0) l->state[7] = NAN;
+    if (kind == 1) l->state[4] = -1;
+    if (kind == 2) memset(l->state, 0, sizeof l->state);
+    if (kind == 3) l->state[6] = i % 2 ? 1e30f : -1e30f;
+    if (kind == 5 && i == 0) l->state[5] = 1e30f;
+    if (kind == 6 && i == 0) l->state[5] = -7;
+    if (kind == 7) l->axis_u[i % 3] = l->axis_v[i / 3 % 3] = NAN;
+    if (kind == 8) spoil_one(l, i);
+    if (kind == 9) l->direction[1] = 1e30f;
+    if (kind == 10 && i == 3) l->irradiance[2] = NAN;
+    if (kind == 11) l->id = i / 2;
+    for (int k = 6; k < 18 && kind == 12; k++) l->state[k] = (float)((7 * i + 5 * k) % 9 - 8) * 3.9f;
+}
+
+// Lights of which the caller took some away, spoiled what the next frame goes on from, gave some twice, or
+// that all fade out.
 static void changed_lights_do_no_harm(void)
 {
     static lightprobe_light lights[16];
     test_probe p = test_scene_probe(SCENE_LAMPS, 32);
-    for (int kind = 0; kind < 5; kind++) {
+    for (int kind = 0; kind < 13; kind++) {
         int count = 0;
         for (int frame = 0; frame < 6; frame++) {
-            for (int i = 0; i < count && frame == 3; i++) {
-                if (kind == 0) lights[i].state[7] = NAN;
-                if (kind == 1) lights[i].state[4] = -1;
-                if (kind == 2) memset(lights[i].state, 0, sizeof lights[i].state);
-                if (kind == 3) lights[i].state[6] = i % 2 ? 1e30f : -1e30f;
-            }
+            for (int i = 0; i < count && frame == 3; i++) spoil(lights + i, kind, i);
             if (kind == 4 && frame == 3) count = 9;
             next(&p, frame < 5 ? 16 : 4, lights, &count, "lamps");
             CHECK(count == (frame < 5 ? 16 : 4), "kind %d, frame %d: %d lights", kind, frame, count);
+            for (int i = 0; i < count; i++) check_sound(lights + i, kind);
         }
     }
     test_probe_free(&p);

@@ -210,6 +210,33 @@ static void umbras_stay_dark_whatever_the_frustum(void)
     }
 }
 
+// Under a high plate, beside a lower one, and something far below: all of the light's cone meets plates in the
+// map, and yet light comes in between them.
+static void light_comes_through_gaps_between_plates(void)
+{
+    static const double below[2] = {30, 90}, height[2] = {0.1, 0.2};
+    uint64_t state = 4;
+    for (int way = 0; way < 4; way++) {
+        setup u;
+        memset(&u.scene, 0, sizeof u.scene);
+        scene_add_box(&u.scene, -1, way / 2 ? height[way % 2] / 2 : height[way % 2], 0, 1,
+                      way / 2 ? height[way % 2] / 2 : 0.002, 2);
+        scene_add_box(&u.scene, 1, 1, 0, 1, 0.002, 2);
+        scene_add_box(&u.scene, 2.2, -below[way % 2], 2.2, 0.05, 0.05, 0.05);
+        u.scene.sun[1] = 1;
+        scene_finish(&u.scene);
+        CHECK(scene_light(&u.scene, 0.3, 0.3, &u.light) == MSSM_OK, "light");
+        setup_map(&u, 256, 1, 0);
+        for (int i = 0; i < 5; i++) {
+            const double at[3] = {0.03 + 0.03 * i, 0, 0}, normal[3] = {0, 1, 0};
+            const double truth = scene_visibility(&u.scene, &u.light, at, normal, 20, &state);
+            const double seen = visibility(&u, NULL, at);
+            CHECK(fabs(seen - truth) < 0.15, "%g below, %.2f aside: %.3f of %.3f", below[way % 2], at[0], seen, truth);
+        }
+        setup_free(&u);
+    }
+}
+
 // Root mean square errors of the three estimators over receivers in a scene below its light.
 static void rms(const setup *u, int receivers, uint64_t seed, double error[3])
 {
@@ -641,6 +668,7 @@ const test_case estimators_tests[] = {
      penumbrae_only_brighten_outwards},
     {"umbras stay dark under tall boxes and near planes close to the light, with every estimator",
      umbras_stay_dark_whatever_the_frustum},
+    {"light comes through gaps between plates in tall boxes", light_comes_through_gaps_between_plates},
     {"near planes and masts cost no contact shadows",
      near_planes_and_masts_cost_no_contact_shadows},
     {"no light comes in past the rim of a cone or a cascade", no_light_comes_in_past_the_rim},

@@ -163,6 +163,13 @@ static void bad_arguments_change_nothing(void)
     CHECK(!memcmp(number, light.world_to_shadow, sizeof light.world_to_shadow), "the matrix");
     CHECK(number[21] == 30 && number[22] == 7 && !row[23] && !row[24] && row[25] == 2 && !row[26] && !row[27],
           "side %g, kernel %g, %d levels", (double)number[21], (double)number[22], row[25]);
+    bad = light; // sizes that are no numbers are none, also where shaders read them
+    bad.half_u = NAN;
+    bad.half_v = bad.extent_u = 0;
+    CHECK(!mssm_map_view(map, &bad, &set, row), "view");
+    memcpy(number, row, sizeof number);
+    for (int i = 0; i < 23; i++) CHECK(fabsf(number[i]) < 1e30f, "number %d of a spoiled view: %g", i, (double)number[i]);
+    CHECK(number[16] == 0 && number[17] == 0, "kernels of %g and %g", (double)number[16], (double)number[17]);
     free(memory);
     free(depth);
 }
