@@ -262,7 +262,7 @@ void probe_irradiance(const probe *p, const vec3 *normal, int normals, vec3 *irr
 bool probe_irradiance_map(const probe *p, int side, probe *map)
 {
     const int texels = 6 * side * side;
-    vec3 *normal = malloc(2 * (size_t)texels * sizeof *normal),
+    vec3 *normal = calloc(2 * (size_t)texels, sizeof *normal),
          *sum = normal ? normal + texels : NULL;
     const bool created = normal && probe_create(map, side);
     for (int i = 0; i < texels && created; i++) {
