@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: MIT OR Unlicense
 //
 // Turns an environment cube map into a few area lights: direction, rectangle, colour, and the
-// opening angle of a disc for shading. They are chosen for the shadows that they cast: a sun is told
-// from its haze with 8 lights. They hold all the energy of the probe, none is spent where the scene
-// does not need it, they do not care where the faces of the cube meet, and they
-// follow a moving probe without jumping. The header holds the extraction, the irradiance of a disc
-// light that is cut by the receiver's horizon, that same function as GLSL text, and the extraction
-// in OpenGL 4.5 compute shaders. No dependency but the C standard library.
+// opening angle of a disc for shading. They are chosen for the shadows that they cast: a sun is
+// told from its haze with 8 lights. They hold all the energy of the probe, none is spent where the
+// scene does not need it, they do not care where the faces of the cube meet, and they follow a
+// moving probe without jumping. The header holds the extraction, the irradiance of a disc light
+// that is cut by the receiver's horizon, that same function as GLSL text, and the extraction in
+// OpenGL 4.5 compute shaders. No dependency but the C standard library.
 //
 // QUICK START
 //
@@ -90,7 +90,7 @@
 
 #include <stddef.h>
 
-#define LIGHTPROBE_VERSION 200  // 10000 * major + 100 * minor + patch
+#define LIGHTPROBE_VERSION 200 // 10000 * major + 100 * minor + patch
 
 #ifndef LIGHTPROBE_API
 #ifndef LIGHTPROBE_STATIC
@@ -115,10 +115,10 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4, or no fourth one for distances
     LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, or above the largest number
     LIGHTPROBE_ERROR_SETTINGS, // tolerance, min_share or min_shadow negative or not finite, an unknown mode,
-                               // distances neither 0 nor 1, or a texture unit or buffer binding that the
-                               // driver does not have
-    LIGHTPROBE_ERROR_SCRATCH,  // scratch memory below lightprobe_scratch_bytes()
-    LIGHTPROBE_ERROR_MEMORY,   // LIGHTPROBE_MALLOC gave none
+    // distances neither 0 nor 1, or a texture unit or buffer binding that the
+    // driver does not have
+    LIGHTPROBE_ERROR_SCRATCH,    // scratch memory below lightprobe_scratch_bytes()
+    LIGHTPROBE_ERROR_MEMORY,     // LIGHTPROBE_MALLOC gave none
     LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
     LIGHTPROBE_ERROR_GL,         // the driver refused storage or a shader
     LIGHTPROBE_ERROR_TEXTURE,    // not a cube map with a level of this side
@@ -144,8 +144,9 @@ typedef struct lightprobe_cube {
 } lightprobe_cube;
 
 typedef struct lightprobe_light {
-    float direction[3];           // unit; that of the region's vector irradiance
-    float axis_u[3], axis_v[3];   // unit, orthogonal to direction and each other; the longer side is u
+    float direction[3]; // unit; that of the region's vector irradiance
+    float axis_u[3],
+        axis_v[3]; // unit, orthogonal to direction and each other; the longer side is u
     float tan_half_u, tan_half_v; // half-size of the rectangle at distance 1, at most 4
     float irradiance[3];          // integral of RGB radiance over the region's solid angle
     float solid_angle;            // of the region; all of them sum to 4 pi less black regions
@@ -157,8 +158,9 @@ typedef struct lightprobe_light {
 
 typedef enum lightprobe_mode {
     LIGHTPROBE_BEST = 0,
-    // The paper's way (sections 3.1 and 4.1), for comparison. Its axes are the face's, projected: u is
-    // not always the longer side, and towards a corner of the cube they are up to 30 degrees askew.
+    // The paper's way (sections 3.1 and 4.1), for comparison. Its axes are the face's, projected: u
+    // is not always the longer side, and towards a corner of the cube they are up to 30 degrees
+    // askew.
     LIGHTPROBE_MEDIAN_CUT = 1
 } lightprobe_mode;
 
@@ -173,28 +175,30 @@ typedef struct lightprobe_settings {
     // change irradiance behind a random edge by at most this, in the parts of tolerance: a map less
     // for each. 0: none.
     float min_shadow;
-    // Lights of the previous frame, all of them, for a probe that moves: the new lights go on from them, keep
-    // their order and ids, and change in number or region only where that pays; what changes then fades in or
-    // out over 32 frames, unless the map's light changed by a tenth, or min_share or min_shadow leave lights
-    // out. So the tolerance may be met some frames late. May be the array that receives the new lights. NULL:
-    // start afresh, brightest light first. Both are ignored by LIGHTPROBE_MEDIAN_CUT.
+    // Lights of the previous frame, all of them, for a probe that moves: the new lights go on from
+    // them, keep their order and ids, and change in number or region only where that pays; what
+    // changes then fades in or out over 32 frames, unless the map's light changed by a tenth, or
+    // min_share or min_shadow leave lights out. So the tolerance may be met some frames late. May
+    // be the array that receives the new lights. NULL: start afresh, brightest light first. Both
+    // are ignored by LIGHTPROBE_MEDIAN_CUT.
     const lightprobe_light *previous;
     int previous_count;
     void (*log)(void *user, const char *message); // told in one line why a call failed; or NULL
     void *user;
-    // 1: the fourth channel of the cube is the distance of what the texel shows from the probe's centre,
-    // in world units. Then lights have a place, and what is near is told from what is far behind it, where
-    // shadows would show that. What is not in [1e-9, 1e9], infinite or NaN say, is infinitely far.
+    // 1: the fourth channel of the cube is the distance of what the texel shows from the probe's
+    // centre, in world units. Then lights have a place, and what is near is told from what is far
+    // behind it, where shadows would show that. What is not in [1e-9, 1e9], infinite or NaN say, is
+    // infinitely far.
     int distances;
 } lightprobe_settings;
 
 typedef struct lightprobe_stats {
-    float total[3];      // irradiance[] of the whole probe, bad channels counting as 0
-    float residual[3];   // what the lights do not carry, total - their sum
+    float total[3];          // irradiance[] of the whole probe, bad channels counting as 0
+    float residual[3];       // what the lights do not carry, total - their sum
     float residual_sh[9][3]; // of it, for lightprobe_residual_irradiance
-    // Estimate of what the choice of lights costs: root mean square error of the irradiance of receivers
-    // of all orientations behind a random half-space (its border any great circle), in parts of the
-    // mean irradiance when nothing stands in between. Within 25% from 4 lights on. Of
+    // Estimate of what the choice of lights costs: root mean square error of the irradiance of
+    // receivers of all orientations behind a random half-space (its border any great circle), in
+    // parts of the mean irradiance when nothing stands in between. Within 25% from 4 lights on. Of
     // LIGHTPROBE_MEDIAN_CUT: the mean of half the square angle to the light's centre.
     float error;
     int lights;          // how many were written
@@ -208,19 +212,20 @@ LIGHTPROBE_API size_t lightprobe_scratch_bytes(int side, int max_lights);
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
 // defaults), stats too; scratch may have any alignment, and what it holds afterwards is of no use.
 //
-// The lights carry all of the probe: each texel belongs to exactly one (with settings->previous, those
-// between lights are shared), and the residual is
-// rounding (1e-7 of total, of either sign) unless min_share, min_shadow, or LIGHTPROBE_MEDIAN_CUT
-// with fewer than its six first regions, left something out. There may be fewer lights than asked for: where
-// texels run out, where the tolerance is met, and for black regions: none for a black probe.
+// The lights carry all of the probe: each texel belongs to exactly one (with settings->previous,
+// those between lights are shared), and the residual is rounding (1e-7 of total, of either sign)
+// unless min_share, min_shadow, or LIGHTPROBE_MEDIAN_CUT with fewer than its six first regions,
+// left something out. There may be fewer lights than asked for: where texels run out, where the
+// tolerance is met, and for black regions: none for a black probe.
 //
 // Deterministic. Scaling the radiance by a power of two scales irradiance, total and residual and
 // changes nothing else, bit for bit. Any finite texel is fine; sums beyond the range of float come
 // out as FLT_MAX. Whatever fails leaves lights, light_count and stats untouched.
 LIGHTPROBE_API lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
-                                                    const lightprobe_settings *settings, void *scratch,
-                                                    size_t scratch_bytes, lightprobe_light *lights,
-                                                    int *light_count, lightprobe_stats *stats);
+                                                    const lightprobe_settings *settings,
+                                                    void *scratch, size_t scratch_bytes,
+                                                    lightprobe_light *lights, int *light_count,
+                                                    lightprobe_stats *stats);
 
 // Solid angle of a texel of any face, to 1e-7 relative at every side (van Oosterom and Strackee
 // 1983). The sum over six faces is 4 pi. 0 outside the face.
@@ -237,44 +242,50 @@ LIGHTPROBE_API void lightprobe_texel_direction(int face, float s, float t, float
 // [0,1], error below 1e-6. Arguments outside [-1,1] count as the nearest number inside.
 LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
 
-// A light at a finite distance for a receiver that stands (x, y, z) from the probe's centre: with direction,
-// irradiance and cos_alpha as seen from there, for lightprobe_disc_irradiance; the rest stays. The emitter
-// is taken for a disc that faces the probe: its vector irradiance is exact, nothing comes from behind it.
-// Lights at infinity or of half-angles from 90 degrees on stay as they are.
-LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z);
-// The same for emitters that shine to all sides alike, lamps without a shade say: the light is taken for a
-// sphere as wide as its disc. Which lights are of that kind only the caller knows; their places tell.
-LIGHTPROBE_API lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z);
+// A light at a finite distance for a receiver that stands (x, y, z) from the probe's centre: with
+// direction, irradiance and cos_alpha as seen from there, for lightprobe_disc_irradiance; the rest
+// stays. The emitter is taken for a disc that faces the probe: its vector irradiance is exact,
+// nothing comes from behind it. Lights at infinity or of half-angles from 90 degrees on stay as
+// they are.
+LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y,
+                                                    float z);
+// The same for emitters that shine to all sides alike, lamps without a shade say: the light is
+// taken for a sphere as wide as its disc. Which lights are of that kind only the caller knows;
+// their places tell.
+LIGHTPROBE_API lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y,
+                                                     float z);
 
-// How a surface reflects light towards a viewer without scattering it inside: GGX with height-correlated
-// Smith shadowing and Schlick's Fresnel term, a single bounce. One for all lights, so made once a point.
+// How a surface reflects light towards a viewer without scattering it inside: GGX with
+// height-correlated Smith shadowing and Schlick's Fresnel term, a single bounce. One for all
+// lights, so made once a point.
 typedef struct lightprobe_lobe {
     float normal[3], view[3], away[3], f0[3]; // away: unit, along the surface, from the viewer
     float along, across, shear, width;        // matrix from directions of light to a cosine lobe
     float whole, fresnel; // sum over all directions where f0 is 1; Fresnel term, mean less middle
 } lightprobe_lobe;
 
-// normal and view (from the point to the viewer) are unit vectors; alpha is GGX's, often the square of
-// an artist's roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that is no
-// metal. What is out of range counts as the nearest number inside, a viewer below the surface as one
-// along it.
+// normal and view (from the point to the viewer) are unit vectors; alpha is GGX's, often the square
+// of an artist's roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that
+// is no metal. What is out of range counts as the nearest number inside, a viewer below the surface
+// as one along it.
 LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], const float view[3],
                                                         float alpha, const float f0[3]);
 
-// Radiance that goes to the viewer from one light, nothing in between, at a surface (x, y, z) from the
-// probe's centre, which matters where the light has a distance. The light, as extracted and not as
-// lightprobe_light_at gives it, is a uniform rectangle that faces the probe, in a plane at cos_alpha,
-// its half-sizes the sines for tan_half_u and tan_half_v (0.001 to 4); up to the whole sphere. Its part
-// of the lobe is exact, also where the horizon cuts it; the lobe is a linearly transformed cosine
-// (Heitz, Dupuy, Hill, Neubelt 2016): docs/lightprobe.md has its errors. At least 0, and at most the
-// light's radiance, for any finite arguments.
-LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y,
-                                        float z, float rgb[3]);
+// Radiance that goes to the viewer from one light, nothing in between, at a surface (x, y, z) from
+// the probe's centre, which matters where the light has a distance. The light, as extracted and not
+// as lightprobe_light_at gives it, is a uniform rectangle that faces the probe, in a plane at
+// cos_alpha, its half-sizes the sines for tan_half_u and tan_half_v (0.001 to 4); up to the whole
+// sphere. Its part of the lobe is exact, also where the horizon cuts it; the lobe is a linearly
+// transformed cosine (Heitz, Dupuy, Hill, Neubelt 2016): docs/lightprobe.md has its errors. At
+// least 0, and at most the light's radiance, for any finite arguments.
+LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x,
+                                        float y, float z, float rgb[3]);
 
-// Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow: add it
-// to that of the lights, nothing is counted twice. From nine spherical harmonics, at least 0.
-LIGHTPROBE_API void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float normal[3],
-                                                   float rgb[3]);
+// Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow:
+// add it to that of the lights, nothing is counted twice. From nine spherical harmonics, at least
+// 0.
+LIGHTPROBE_API void lightprobe_residual_irradiance(const lightprobe_stats *stats,
+                                                   const float normal[3], float rgb[3]);
 
 // GLSL 4.50 text that defines the same lightprobe_disc_irradiance. Goes behind #version; static
 // memory.
@@ -295,12 +306,13 @@ LIGHTPROBE_API const char *lightprobe_glsl_math(void);
 //     lightprobe_gl_range r = lightprobe_gl_lights(probe, 1); // for the shading: the same lights
 //     glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, r.buffer, r.offset, r.bytes);
 //
-// Arithmetic and order are those of lightprobe_extract: where neither compiler fuses a * b + c and the
-// GPU rounds quotients and roots as C does, the lights are the same; else some cut is another one, as
-// good. No shader takes doubles, which some GPUs lack. The decisions are taken in one work group. Every
-// call wants the context current that it was created in (or one that shares its objects), leaves GL's state as it found it
-// and raises no GL error. Not with transform feedback active (LIGHTPROBE_ERROR_ORDER), nor between
-// glBeginConditionalRender and its end, which GL cannot be asked about and which leaves out dispatches.
+// Arithmetic and order are those of lightprobe_extract: where neither compiler fuses a * b + c and
+// the GPU rounds quotients and roots as C does, the lights are the same; else some cut is another
+// one, as good. No shader takes doubles, which some GPUs lack. The decisions are taken in one work
+// group. Every call wants the context current that it was created in (or one that shares its
+// objects), leaves GL's state as it found it and raises no GL error. Not with transform feedback
+// active (LIGHTPROBE_ERROR_ORDER), nor between glBeginConditionalRender and its end, which GL
+// cannot be asked about and which leaves out dispatches.
 
 typedef void (*lightprobe_gl_function)(void);
 typedef lightprobe_gl_function (*lightprobe_gl_loader)(const char *name);
@@ -326,7 +338,8 @@ typedef struct lightprobe_gl_range { // for glBindBufferRange
 } lightprobe_gl_range;
 
 // *gl is untouched on failure, and nothing is left behind.
-LIGHTPROBE_API lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_desc *desc);
+LIGHTPROBE_API lightprobe_result lightprobe_gl_create(lightprobe_gl **gl,
+                                                      const lightprobe_gl_desc *desc);
 LIGHTPROBE_API void lightprobe_gl_destroy(lightprobe_gl *gl); // NULL is fine
 
 // Finds the lights of a cube-map texture of any colour format that can be sampled as float; never
@@ -342,8 +355,9 @@ LIGHTPROBE_API void lightprobe_gl_restart(lightprobe_gl *gl);
 // however long that takes.
 // A failure leaves lights, light_count and stats untouched. lights has room for max_lights; stats
 // may be NULL.
-LIGHTPROBE_API lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_light *lights,
-                                                    int *light_count, lightprobe_stats *stats);
+LIGHTPROBE_API lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait,
+                                                    lightprobe_light *lights, int *light_count,
+                                                    lightprobe_stats *stats);
 
 // Where the lights are in GPU memory: those of the last update, or (as_read) those that the last
 // lightprobe_gl_read gave out, which shading should use together with depth maps made from them.
@@ -365,12 +379,14 @@ LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
 //     vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)  // from the probe's centre
 LIGHTPROBE_API const char *lightprobe_glsl_specular(void);
 
-// With LIGHTPROBE_UNIFORMS defined before, as a number of lights, the text needs no lightprobe_gl but GLSL from 330 or
-// 300 es on: the buffer is the uniform block lightprobe_buffer, of 192 bytes and 80 a light. This fills it in from
-// what lightprobe_extract found. Fails, with block untouched, if a pointer is null (lights may be, without any) or,
-// LIGHTPROBE_ERROR_LIGHTS, if count is below 0 or needs more bytes.
+// With LIGHTPROBE_UNIFORMS defined before, as a number of lights, the text needs no lightprobe_gl
+// but GLSL from 330 or 300 es on: the buffer is the uniform block lightprobe_buffer, of 192 bytes
+// and 80 a light. This fills it in from what lightprobe_extract found. Fails, with block untouched,
+// if a pointer is null (lights may be, without any) or, LIGHTPROBE_ERROR_LIGHTS, if count is below
+// 0 or needs more bytes.
 LIGHTPROBE_API lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
-                                                     const lightprobe_stats *stats, void *block, size_t bytes);
+                                                     const lightprobe_stats *stats, void *block,
+                                                     size_t bytes);
 #endif // LIGHTPROBE_STATIC, LIGHTPROBE_NO_GL
 
 // ---- Pictures of probes: from panoramas, crosses and strips to cubes; cubes without lights ---- >>picture calls
@@ -398,26 +414,29 @@ typedef struct lightprobe_image {
 
 #define LIGHTPROBE_MAX_IMAGE 32768
 
-// Side of the faces that a cross or a strip holds; for a panorama a quarter of its width, at least 1.
-// 0 where the picture fits no layout.
+// Side of the faces that a cross or a strip holds; for a panorama a quarter of its width, at least
+// 1. 0 where the picture fits no layout.
 LIGHTPROBE_API int lightprobe_image_side(const lightprobe_image *image);
 
 // Fills texels, 18 side^2 floats, with the means of the picture over the solid angles of the cube's
 // texels, of any sizes: areas are exact, so that the energy is the picture's to 1e-6. Faces of the
 // same side are copied. cube, unless NULL, is set to texels. Negative and NaN channels count as 0,
 // infinite ones, which are suns that a half float could not hold, as 65504 or the picture's largest
-// number if that is more; *repaired, unless NULL, says how many pixels had one. Takes about 0.2 s for
-// 128^2 texels from 1024 x 512 pixels, and 3 s from 8192 x 4096. A failure leaves everything untouched.
-LIGHTPROBE_API lightprobe_result lightprobe_cube_from_image(const lightprobe_image *image, int side, float *texels,
-                                                            lightprobe_cube *cube, int *repaired);
+// number if that is more; *repaired, unless NULL, says how many pixels had one. Takes about 0.2 s
+// for 128^2 texels from 1024 x 512 pixels, and 3 s from 8192 x 4096. A failure leaves everything
+// untouched.
+LIGHTPROBE_API lightprobe_result lightprobe_cube_from_image(const lightprobe_image *image, int side,
+                                                            float *texels, lightprobe_cube *cube,
+                                                            int *repaired);
 
 // What lights leave of the probe that they were found in, for engines that shade these lights with
 // shadows and the rest with a prefiltered environment of their own: fills texels, 18 side^2 floats,
-// with the cube less irradiance[] of each light, channel by channel and to 1e-5 of it. Taken off are
-// the peaks within the light's rectangle, and around where that holds too little; nothing becomes
-// negative. Bad channels of the cube count as 0.
+// with the cube less irradiance[] of each light, channel by channel and to 1e-5 of it. Taken off
+// are the peaks within the light's rectangle, and around where that holds too little; nothing
+// becomes negative. Bad channels of the cube count as 0.
 LIGHTPROBE_API lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
-                                                         const lightprobe_light *lights, int count, float *texels);
+                                                         const lightprobe_light *lights, int count,
+                                                         float *texels);
 
 #ifdef __cplusplus
 }
@@ -439,8 +458,8 @@ LIGHTPROBE_API lightprobe_result lightprobe_cube_without(const lightprobe_cube *
 #include <stdio.h>
 #include <string.h>
 
-// With -ffast-math compilers take NaN for a number and add in any order: not in here. Clang 14 obeys for x86
-// and s390x; elsewhere it warns.
+// With -ffast-math compilers take NaN for a number and add in any order: not in here. Clang 14
+// obeys for x86 and s390x; elsewhere it warns.
 #if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
 #define LIGHTPROBE__PRECISE_MATH
 #if defined __clang__
@@ -549,13 +568,16 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     float height = 1.0f - along, aside2 = a * a + b * b + d * d;
     float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;
     float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;
-    // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.
+    // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance
+    // from it.
     float facing = 2.0f * height * height / (root * (root + beyond));
     if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;
     float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));
     float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;
-    float bright = height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far
-    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
+    float bright =
+        height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far
+    seen.cos_alpha =
+        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
     float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));
     for (int i = 0; i < 3; i++) {
         float off = inward * (i == 0 ? a : i == 1 ? b : d);
@@ -571,8 +593,9 @@ lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, 
     float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);
     float scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;
     if (!(scale > 0.0f) || c <= 0.0f) return seen;
-    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a small one.
-    // In units of the centre's distance: the way there, its square, and the radius' square.
+    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a
+    // small one. In units of the centre's distance: the way there, its square, and the radius'
+    // square.
     scale *= 1.0f - 0.6666667f * sqrtf(radius2);
     float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;
     float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;
@@ -591,8 +614,8 @@ lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, 
 
 // [glsl begin harmonics]
 
-// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1 and
-// 2 at a unit vector, without their constants.
+// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1
+// and 2 at a unit vector, without their constants.
 LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)
 {
     if (i < 4) return i == 0 ? 1.0f : i == 1 ? y : i == 2 ? z : x;
@@ -600,8 +623,8 @@ LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)
     return i == 4 ? x * y : i == 5 ? y * z : i == 7 ? z * x : x * x - y * y;
 }
 
-// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine
-// is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.
+// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped
+// cosine is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.
 LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y,
                                                    float z)
 {
@@ -696,8 +719,9 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 // One e-fold of radiance counts as much as so many radians: what keeps a sun out of its haze. From
 // 0.15 to 0.25 no probe changes much; with half of that city_sun's sun is lost at 4 lights.
 #define LIGHTPROBE_TONE 0.2f
-// Angle by which what is as far away as the mean shifts for a typical receiver: so many radians are a
-// difference in place between what lies near and what far behind it (docs/lightprobe.md, "Places").
+// Angle by which what is as far away as the mean shifts for a typical receiver: so many radians are
+// a difference in place between what lies near and what far behind it (docs/lightprobe.md,
+// "Places").
 #define LIGHTPROBE_PARALLAX 0.25f
 // Weight of a light's width next to its unevenness: its shadow is shaded as if the receiver saw all
 // of it at one cosine. 0.1 to 0.35 do alike; without it a night sky's 8 lights err twice as much.
@@ -705,9 +729,10 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE_BINS 8     // places for a cut, over so many standard deviations to both sides
 #define LIGHTPROBE_REACH 2.0f // of the mean
 #define LIGHTPROBE_NEAR 6     // clusters that a leaf may move to
-// On a moving probe: leaves are shared out among the lights whose seeds are up to so many radians further
-// than the nearest, seeds go so much of their way to the light in a frame, and other changes fade in over so
-// many frames. Half as soft flickers up to 1.7 times as much, twice as soft errs twice as much at 32 lights.
+// On a moving probe: leaves are shared out among the lights whose seeds are up to so many radians
+// further than the nearest, seeds go so much of their way to the light in a frame, and other
+// changes fade in over so many frames. Half as soft flickers up to 1.7 times as much, twice as soft
+// errs twice as much at 32 lights.
 #define LIGHTPROBE_SOFT 0.15f
 #define LIGHTPROBE_RATE 0.03f
 #define LIGHTPROBE_FADE 32.0f
@@ -728,13 +753,13 @@ typedef struct lightprobe_leaf {
     float strength, luminance;
     float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean, plus parallax
     float inverse, parallax; // mean of 1 / distance; that times the reach of receivers, at most 1
-    float half_width; // of the square that it spreads its light over
+    float half_width;        // of the square that it spreads its light over
     int face, level, x, y, cluster;
     float least, parts; // reach of the nearest seed, sum of what all lights take
 } lightprobe_leaf;
 
-// Sums over the leaves of a light, of RGB and of luminance times tone, direction, and the squares and
-// products of it, xx yy zz xy yz zx.
+// Sums over the leaves of a light, of RGB and of luminance times tone, direction, and the squares
+// and products of it, xx yy zz xy yz zx.
 typedef struct lightprobe_moments {
     lightprobe_vec3 flux;
     float tones;
@@ -769,8 +794,9 @@ typedef struct lightprobe_cluster {
     int nearby[LIGHTPROBE_NEAR], near_count;
     lightprobe_vec3 seed; // on a moving probe leaves go to the nearest
     float seed_tone, seed_share;
-    int lives;    // takes leaves, 2: and those of one that does no more; 0: fades out
-    float longest, distance; // mean direction that the light may have; what it was when it had leaves
+    int lives; // takes leaves, 2: and those of one that does no more; 0: fades out
+    // Mean direction that the light may have; what it was when it had leaves.
+    float longest, distance;
     // Of the leaves, now and in the last frame; what the light has besides, until it has faded.
     lightprobe_moments now, past, late;
 } lightprobe_cluster;
@@ -786,7 +812,8 @@ typedef struct lightprobe_region {
 } lightprobe_region;
 // [glsl end]
 
-// The clusters that share a leaf, and what they take of it; with more than these all are asked again.
+// The clusters that share a leaf, and what they take of it; with more than these all are asked
+// again.
 typedef struct lightprobe__share {
     int count, cluster[4];
     float part[4];
@@ -846,7 +873,8 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
         if (n == 1) break;
     }
     w->leaves = (lightprobe_leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe_leaf));
-    w->shares = (lightprobe__share *)lightprobe__take(base, &used, leaves * sizeof(lightprobe__share));
+    w->shares =
+        (lightprobe__share *)lightprobe__take(base, &used, leaves * sizeof(lightprobe__share));
     w->heap = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->order = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
     w->clusters =
@@ -921,39 +949,34 @@ LIGHTPROBE_SHARED float lightprobe_fresnel(float cosine)
     return t * t * t * t * t;
 }
 
-// The lobe of alpha a for the cosine m to the viewer. Directions of light, x away from the viewer and z
-// along the normal, become those of a cosine lobe by x' = along x - shear z, y' = across y, z' = width z:
-// the horizon stays where it is, so nothing is reflected from below it. All numbers are fitted and
-// checked by tests/proofs/specular.c.
+// The lobe of alpha a for the cosine m to the viewer. Directions of light, x away from the viewer
+// and z along the normal, become those of a cosine lobe by x' = along x - shear z, y' = across y,
+// z' = width z: the horizon stays where it is, so nothing is reflected from below it. All numbers
+// are fitted and checked by tests/proofs/specular.c.
 LIGHTPROBE_SHARED lightprobe_lobe lightprobe_fitted_lobe(lightprobe_lobe lobe, float a, float m)
 {
     lightprobe_lobe l = lobe;
     float r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));
-    float along = lightprobe_cubic(
-        a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),
-        lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),
-        lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),
-        lightprobe_cubic(r, 5.3654f, -10.166f, 0.6215f, 22.296f));
-    float shear = lightprobe_cubic(
-        a, lightprobe_cubic(r, 1.0225f, 0.56181f, -2.6402f, 1.1447f),
-        lightprobe_cubic(r, 3.5093f, -9.2535f, 29.787f, -28.027f),
-        lightprobe_cubic(r, -10.008f, 11.951f, -31.701f, 5.4128f),
-        lightprobe_cubic(r, 5.5156f, -3.3794f, -2.1185f, 28.337f));
-    float across = lightprobe_cubic(
-        a, lightprobe_cubic(r, 1.1531f, 14.567f, -37.403f, 22.137f),
-        lightprobe_cubic(r, -4.9333f, -55.706f, 140.44f, -81.959f),
-        lightprobe_cubic(r, 7.7695f, 76.784f, -189.68f, 115.76f),
-        lightprobe_cubic(r, -3.7285f, -34.908f, 90.516f, -63.043f));
-    float whole = lightprobe_cubic(
-        a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),
-        lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),
-        lightprobe_cubic(r, 0.92783f, -9.0341f, 9.2648f, -0.16572f),
-        lightprobe_cubic(r, -0.38267f, 1.986f, 4.6633f, -9.5373f));
-    float schlick = lightprobe_cubic(
-        a, lightprobe_cubic(r, 0.098366f, 2.6263f, -3.1047f, 1.392f),
-        lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),
-        lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),
-        lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));
+    float along = lightprobe_cubic(a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),
+                                   lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),
+                                   lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),
+                                   lightprobe_cubic(r, 5.3654f, -10.166f, 0.6215f, 22.296f));
+    float shear = lightprobe_cubic(a, lightprobe_cubic(r, 1.0225f, 0.56181f, -2.6402f, 1.1447f),
+                                   lightprobe_cubic(r, 3.5093f, -9.2535f, 29.787f, -28.027f),
+                                   lightprobe_cubic(r, -10.008f, 11.951f, -31.701f, 5.4128f),
+                                   lightprobe_cubic(r, 5.5156f, -3.3794f, -2.1185f, 28.337f));
+    float across = lightprobe_cubic(a, lightprobe_cubic(r, 1.1531f, 14.567f, -37.403f, 22.137f),
+                                    lightprobe_cubic(r, -4.9333f, -55.706f, 140.44f, -81.959f),
+                                    lightprobe_cubic(r, 7.7695f, 76.784f, -189.68f, 115.76f),
+                                    lightprobe_cubic(r, -3.7285f, -34.908f, 90.516f, -63.043f));
+    float whole = lightprobe_cubic(a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),
+                                   lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),
+                                   lightprobe_cubic(r, 0.92783f, -9.0341f, 9.2648f, -0.16572f),
+                                   lightprobe_cubic(r, -0.38267f, 1.986f, 4.6633f, -9.5373f));
+    float schlick = lightprobe_cubic(a, lightprobe_cubic(r, 0.098366f, 2.6263f, -3.1047f, 1.392f),
+                                     lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),
+                                     lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),
+                                     lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));
     along = m * m + a * along; // fitted up to 88 degrees, beyond that it would fall to 0
     float least = 3.0f * a * a / (1.0f + 3.0f * a * a);
     l.along = along > least ? along : least;
@@ -1010,18 +1033,22 @@ LIGHTPROBE_SHARED float lightprobe_to_viewer(lightprobe_lobe lobe, const lightpr
 }
 
 // Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the
-// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole edges.
+// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole
+// edges.
 LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,
-                                           const lightprobe_vec3 e, LIGHTPROBE_INOUT lightprobe_vec4 sum)
+                                           const lightprobe_vec3 e,
+                                           LIGHTPROBE_INOUT lightprobe_vec4 sum)
 {
     lightprobe_vec3 q, plane, flat_p, flat_q;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         q[i] = p[i] + e[i];
-        plane[i] = p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits
+        plane[i] =
+            p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits
     }
     float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);
-    for (int i = 0; i < 3; i++) { // straight below n azimuths hang on few digits, which must be the same ones
+    for (int i = 0; i < 3;
+         i++) { // straight below n azimuths hang on few digits, which must be the same ones
         flat_p[i] = p[i] - at_p * n[i];
         flat_q[i] = q[i] - at_q * n[i];
     }
@@ -1044,8 +1071,9 @@ LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightp
 // Adds the edges of the parallelogram with these half-sides, all in the lobe, unless all of what it
 // encloses is below the horizon; c as in lightprobe_specular.
 LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const lightprobe_vec3 middle,
-                                            const lightprobe_vec3 half_u, const lightprobe_vec3 half_v,
-                                            float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)
+                                            const lightprobe_vec3 half_u,
+                                            const lightprobe_vec3 half_v, float c,
+                                            LIGHTPROBE_INOUT lightprobe_vec4 sum)
 {
     lightprobe_vec3 p, e;
     float rise = fabsf(lightprobe_dot(half_u, n)) + fabsf(lightprobe_dot(half_v, n));
@@ -1062,7 +1090,8 @@ LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const light
 void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,
                          LIGHTPROBE_OUT lightprobe_vec3 rgb)
 {
-    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.
+    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a
+    // hemisphere.
     float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), before = 1.0f;
     float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);
     float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
@@ -1090,16 +1119,19 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     lightprobe_into_lobe(lobe, axis_v, half_v);
     if (before <= 0.0f) return; // it shines the other way
     lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);
-    // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.
+    // An outline around the point straight below leaves the horizon's whole circle out: Stokes'
+    // theorem.
     float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;
     for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];
     float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);
     float density = share / (4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v)));
-    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's mean.
+    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's
+    // mean.
     float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));
     fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);
     for (int i = 0; i < 3; i++)
-        rgb[i] = light.irradiance[i] * lobe.whole * density * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);
+        rgb[i] = light.irradiance[i] * lobe.whole * density *
+                 (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);
 }
 // [glsl end]
 
@@ -1214,15 +1246,17 @@ LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)
 }
 
 // Of a texel's light per distance: 0 where it is infinitely far, or no distance.
-LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, float omega, float distance)
+LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, float omega,
+                                                 float distance)
 {
     LIGHTPROBE_PRECISE float part = lightprobe_luminance(rgb) * omega / distance;
     return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;
 }
 
-// Weights: its solid angle, and that over the distance to its centre (s, t). The fourth of rgb: how far.
-LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb, float omega,
-                                                        float weight, float s, float t)
+// Weights: its solid angle, and that over the distance to its centre (s, t). The fourth of rgb: how
+// far.
+LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb,
+                                                        float omega, float weight, float s, float t)
 {
     lightprobe_vec3 rgb;
     for (int i = 0; i < 3; i++) rgb[i] = texel_rgb[i];
@@ -1431,12 +1465,14 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
         if (copied) w->repaired += lightprobe__gather(w, face, tx, ty, copy);
         // Called in one place, so that tiles are summed alike; a copy is always good.
         while (!lightprobe__sum_tile(copied ? copy + (flip ? 36 : 0) : texels,
-                                     copied ? copy_step : step, band, stride, s, t, omega[tx], cell)) {
+                                     copied ? copy_step : step, band, stride, s, t, omega[tx],
+                                     cell)) {
             w->repaired += lightprobe__gather(w, face, tx, ty, copy);
             copied = 1;
         }
         if (w->distances)
-            cell->resultant[3] = lightprobe__small_cell(w, face, LIGHTPROBE_TILE_LEVEL, tx, ty).resultant[3];
+            cell->resultant[3] =
+                lightprobe__small_cell(w, face, LIGHTPROBE_TILE_LEVEL, tx, ty).resultant[3];
     }
 }
 
@@ -1571,7 +1607,8 @@ LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, floa
     return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);
 }
 
-// Angle by which a light shifts for a receiver that is reach away from the probe; sums may be infinite.
+// Angle by which a light shifts for a receiver that is reach away from the probe; sums may be
+// infinite.
 LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)
 {
     LIGHTPROBE_PRECISE float angle = inverse * reach;
@@ -1583,8 +1620,9 @@ LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)
 // [glsl begin cells]
 
 // resultant: of the cell, in the world's axes. Of a black cell the direction is null.
-LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, const lightprobe_vec3 resultant,
-                                                     float mean, float reach)
+LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
+                                                     const lightprobe_vec3 resultant, float mean,
+                                                     float reach)
 {
     lightprobe_leaf leaf;
     for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];
@@ -1596,7 +1634,8 @@ LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, const
     LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;
     LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3
     leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;
-    LIGHTPROBE_PRECISE float inverse = leaf.luminance > 0.0f ? cell.resultant[3] / leaf.luminance : 0.0f;
+    LIGHTPROBE_PRECISE float inverse =
+        leaf.luminance > 0.0f ? cell.resultant[3] / leaf.luminance : 0.0f;
     leaf.inverse = inverse;
     leaf.parallax = lightprobe_parallax(inverse, reach);
     LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far
@@ -1694,9 +1733,9 @@ LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe
     return a;
 }
 
-// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves.
-// Mirrored cells have one luminance, but lie apart from the centre: this tells them from each other
-// whichever comes first.
+// What a leaf adds to the vector of a cluster with this centre. The one that adds most never
+// leaves. Mirrored cells have one luminance, but lie apart from the centre: this tells them from
+// each other whichever comes first.
 LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)
 {
     LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);
@@ -1731,8 +1770,8 @@ LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a
     return d;
 }
 
-// What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose
-// share goes one way for all lights along an edge and is summed before it is squared.
+// What lights err by, summed over clusters: squares of what unevenness does to each, and width,
+// whose share goes one way for all lights along an edge and is summed before it is squared.
 typedef struct lightprobe_errors {
     float squares, width;
 } lightprobe_errors;
@@ -1751,7 +1790,8 @@ LIGHTPROBE_SHARED float lightprobe_root_error(lightprobe_errors e, float total)
 // [glsl begin splits]
 
 // What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the
-// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a profile.
+// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a
+// profile.
 LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
 {
     if (!(s.luminance > 0.0f)) return 0.0f;
@@ -1764,9 +1804,11 @@ LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
 
 // [glsl begin moving]
 
-// What a cluster holds against a leaf on a moving probe. It must not hang on how fine the leaves are.
+// What a cluster holds against a leaf on a moving probe. It must not hang on how fine the leaves
+// are.
 LIGHTPROBE_SHARED float lightprobe_seed_distance(const lightprobe_vec3 direction, float tone,
-                                                 const lightprobe_vec3 seed, float seed_tone, float share)
+                                                 const lightprobe_vec3 seed, float seed_tone,
+                                                 float share)
 {
     LIGHTPROBE_PRECISE float all = share + 0.01f;
     return lightprobe_distance(all, direction, 0.5f * tone, seed, 0.5f * seed_tone);
@@ -1789,8 +1831,8 @@ LIGHTPROBE_SHARED float lightprobe_softness(float half_width, float unit)
     return softness;
 }
 
-// What a cluster takes of a leaf, to be divided by the sum of all. least: reach of the nearest; reach, the
-// 4th root of distance, grows about as the angle does.
+// What a cluster takes of a leaf, to be divided by the sum of all. least: reach of the nearest;
+// reach, the 4th root of distance, grows about as the angle does.
 LIGHTPROBE_SHARED float lightprobe_part(float distance, float least, float softness)
 {
     LIGHTPROBE_PRECISE float part = 1.0f - (sqrtf(sqrtf(distance)) - least) / softness;
@@ -1815,12 +1857,13 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_no_moments(void)
     return m;
 }
 
-LIGHTPROBE_SHARED lightprobe_moments lightprobe_add_moments(lightprobe_moments sum, lightprobe_leaf leaf,
-                                                            float part)
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_add_moments(lightprobe_moments sum,
+                                                            lightprobe_leaf leaf, float part)
 {
     LIGHTPROBE_PRECISE lightprobe_moments m = sum;
     LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;
-    LIGHTPROBE_PRECISE float spread = 0.5f * part * (leaf.luminance - leaf.strength) * (1.0f + mean);
+    LIGHTPROBE_PRECISE float spread =
+        0.5f * part * (leaf.luminance - leaf.strength) * (1.0f + mean);
     LIGHTPROBE_PRECISE float strength = part * leaf.strength, along = strength * mean - spread;
     LIGHTPROBE_PRECISE float luminance = part * leaf.luminance, tones = luminance * leaf.tone;
     m.tones += tones;
@@ -1837,7 +1880,8 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_add_moments(lightprobe_moments s
     return m;
 }
 
-LIGHTPROBE_SHARED lightprobe_moments lightprobe_more(lightprobe_moments a, lightprobe_moments b, float times)
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_more(lightprobe_moments a, lightprobe_moments b,
+                                                     float times)
 {
     LIGHTPROBE_PRECISE lightprobe_moments m = a;
     for (int i = 0; i < 3; i++) {
@@ -1856,8 +1900,8 @@ LIGHTPROBE_SHARED float lightprobe_evenness(lightprobe_moments m)
     return luminance > 0.0f ? lightprobe_length(m.resultant) / luminance : 0.0f;
 }
 
-// state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9 resultant and
-// 12 second moments, of the total's luminance.
+// state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9
+// resultant and 12 second moments, of the total's luminance.
 
 // From the previous lights' irradiance, in all, to this frame's flux; 0 if the map has jumped.
 LIGHTPROBE_SHARED float lightprobe_scale(float all, float total)
@@ -1886,21 +1930,25 @@ LIGHTPROBE_SHARED float lightprobe_variance(float tangent)
 }
 
 // What a previous light had of its leaves.
-LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late, float scale)
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late,
+                                                     float scale)
 {
     LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();
     LIGHTPROBE_PRECISE float luminance = scale * lightprobe_luminance(l.irradiance);
     LIGHTPROBE_PRECISE float strength = luminance * (0.5f + 0.5f * l.cos_alpha);
     LIGHTPROBE_PRECISE float u = luminance * lightprobe_variance(l.tan_half_u);
-    LIGHTPROBE_PRECISE float v = luminance * lightprobe_variance(l.tan_half_v), d = luminance - u - v;
+    LIGHTPROBE_PRECISE float v = luminance * lightprobe_variance(l.tan_half_v),
+                             d = luminance - u - v;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3;
         LIGHTPROBE_PRECISE float flux = scale * l.irradiance[i], vector = strength * l.direction[i];
-        LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i], dd = d * l.direction[i];
+        LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i],
+                                 dd = d * l.direction[i];
         m.flux[i] = flux - late.flux[i];
         m.resultant[i] = vector - late.resultant[i];
         m.second[i] = du * l.axis_u[i] + dv * l.axis_v[i] + dd * l.direction[i] - late.second[i];
-        m.second[3 + i] = du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];
+        m.second[3 + i] =
+            du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];
     }
     return m;
 }
@@ -1908,7 +1956,8 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightpr
 // Whether a light has other leaves than before, rather than the same ones elsewhere.
 LIGHTPROBE_SHARED int lightprobe_has_changed(lightprobe_moments past, lightprobe_moments now)
 {
-    float a = lightprobe_luminance(past.flux), b = lightprobe_luminance(now.flux), most = a > b ? a : b;
+    float a = lightprobe_luminance(past.flux), b = lightprobe_luminance(now.flux),
+          most = a > b ? a : b;
     LIGHTPROBE_PRECISE float wide_a = a - lightprobe_length(past.resultant);
     LIGHTPROBE_PRECISE float wide_b = b - lightprobe_length(now.resultant);
     LIGHTPROBE_PRECISE float width = 0.05f * (wide_a < wide_b ? wide_b : wide_a) + 1e-6f * most;
@@ -1916,7 +1965,8 @@ LIGHTPROBE_SHARED int lightprobe_has_changed(lightprobe_moments past, lightprobe
 }
 
 // What is left of it a frame later. No light becomes negative.
-LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late, lightprobe_moments now, float rest)
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,
+                                                      lightprobe_moments now, float rest)
 {
     LIGHTPROBE_PRECISE lightprobe_moments m = late;
     for (int i = 0; i < 3; i++) {
@@ -1930,8 +1980,9 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late, l
     return m;
 }
 
-// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most of the
-// total away, as of a colour that was not there before, little but rounding is left, and none is late.
+// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most
+// of the total away, as of a colour that was not there before, little but rounding is left, and
+// none is late.
 LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)
 {
     LIGHTPROBE_PRECISE float left = total + sum;
@@ -1960,7 +2011,8 @@ static void lightprobe__sum_clusters(lightprobe__work *w)
     for (int i = 0; i < w->leaf_count; i++) {
         lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
         const float worth = lightprobe_worth(w->leaves[i], c->centre);
-        if (c->brightest >= 0 && worth <= lightprobe_worth(w->leaves[c->brightest], c->centre)) continue;
+        if (c->brightest >= 0 && worth <= lightprobe_worth(w->leaves[c->brightest], c->centre))
+            continue;
         c->brightest = i;
     }
 }
@@ -2144,9 +2196,9 @@ LIGHTPROBE_SHARED float lightprobe_below(lightprobe_streak s, int bin)
     return most > 0.0f ? most : 0.0f;
 }
 
-// Cramer's distance between the light along an axis (luminance below the end of each bin) and that of
-// a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of their
-// squared difference. Its mean over all axes is the energy distance, but for a factor.
+// Cramer's distance between the light along an axis (luminance below the end of each bin) and that
+// of a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of
+// their squared difference. Its mean over all axes is the energy distance, but for a factor.
 LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,
                                               const float below[LIGHTPROBE_BINS], float luminance)
 {
@@ -2162,8 +2214,8 @@ LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,
     return sum / axis.scale;
 }
 
-// Unevenness of parts that shift against each other: d/2 for points of parallax d to both sides, d^3 / (12 a^2)
-// where they are evenly lit and 2 a wide, which is this variance of direction.
+// Unevenness of parts that shift against each other: d/2 for points of parallax d to both sides,
+// d^3 / (12 a^2) where they are evenly lit and 2 a wide, which is this variance of direction.
 LIGHTPROBE_SHARED float lightprobe_shift(lightprobe_spread s, float variance)
 {
     LIGHTPROBE_PRECISE float square = s.parallax2 - s.parallax * s.parallax;
@@ -2395,9 +2447,9 @@ static void lightprobe__find_near(lightprobe__work *w)
     }
 }
 
-// Lloyd's iteration on the sphere: each leaf goes to the cluster among its own one's neighbours that
-// holds least against it, without heed of cuts and faces. The one that adds most stays, so that no
-// cluster runs empty.
+// Lloyd's iteration on the sphere: each leaf goes to the cluster among its own one's neighbours
+// that holds least against it, without heed of cuts and faces. The one that adds most stays, so
+// that no cluster runs empty.
 static void lightprobe__relax(lightprobe__work *w, int rounds)
 {
     const float total = w->total_luminance;
@@ -2502,17 +2554,21 @@ static void lightprobe__respend(lightprobe__work *w, float tolerance)
         if (cost >= FLT_MAX || !pays) break;
         if (pays == 2) w->clusters[most].sum.count = 0; // nothing to split off
         e = merged; // at most: what the swap gains is not counted
-        if (w->jumps) lightprobe__swap(w, pair, most);
-        else lightprobe__retire(w, pair, most);
+        if (w->jumps)
+            lightprobe__swap(w, pair, most);
+        else
+            lightprobe__retire(w, pair, most);
     }
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
 }
 
 // What a cluster takes of a leaf, given its distance.
-static float lightprobe__takes(const lightprobe__work *w, const lightprobe_leaf *leaf, float distance)
+static float lightprobe__takes(const lightprobe__work *w, const lightprobe_leaf *leaf,
+                               float distance)
 {
-    const float softness = lightprobe_softness(leaf->half_width, w->unit), reach = leaf->least + softness;
+    const float softness = lightprobe_softness(leaf->half_width, w->unit),
+                reach = leaf->least + softness;
     if (distance > 1.0001f * (reach * reach) * (reach * reach)) return 0; // spares most roots
     return lightprobe_part(distance, leaf->least, softness);
 }
@@ -2528,8 +2584,9 @@ static void lightprobe__share_out(lightprobe__work *w)
         int nearest = 0;
         for (int k = 0; k < w->cluster_count; k++) {
             const lightprobe_cluster *c = w->clusters + k;
-            w->gains[k] = !c->lives ? FLT_MAX : lightprobe_seed_distance(leaf->direction, leaf->tone, c->seed,
-                                                                          c->seed_tone, c->seed_share);
+            w->gains[k] = !c->lives ? FLT_MAX
+                                    : lightprobe_seed_distance(leaf->direction, leaf->tone, c->seed,
+                                                               c->seed_tone, c->seed_share);
             if (!(w->gains[k] < least)) continue;
             least = w->gains[k];
             nearest = k;
@@ -2548,28 +2605,34 @@ static void lightprobe__share_out(lightprobe__work *w)
         leaf->parts = parts;
         for (int k = 0; k < w->cluster_count; k++)
             if (w->gains[k] > 0)
-                w->clusters[k].now = lightprobe_add_moments(w->clusters[k].now, *leaf, w->gains[k] / parts);
+                w->clusters[k].now =
+                    lightprobe_add_moments(w->clusters[k].now, *leaf, w->gains[k] / parts);
     }
 }
 
-// Whether a previous light can be gone on from: not if the caller has spoiled it, nor if it is there twice,
-// as what an earlier frame left behind the last light is.
+// Whether a previous light can be gone on from: not if the caller has spoiled it, nor if it is
+// there twice, as what an earlier frame left behind the last light is.
 static int lightprobe__is_sound(const lightprobe_light *all, int i)
 {
     const lightprobe_light *l = all + i;
-    int sound = l->cos_alpha >= -1 && l->cos_alpha <= 1 && l->solid_angle >= 0 && l->solid_angle < 13 &&
-                l->tan_half_u >= 0 && l->tan_half_u <= 4 && l->tan_half_v >= 0 && l->tan_half_v <= 4;
+    int sound = l->cos_alpha >= -1 && l->cos_alpha <= 1 && l->solid_angle >= 0 &&
+                l->solid_angle < 13 && l->tan_half_u >= 0 && l->tan_half_u <= 4 &&
+                l->tan_half_v >= 0 && l->tan_half_v <= 4;
     for (int c = 0; c < 3; c++)
-        sound &= l->irradiance[c] >= 0 && l->irradiance[c] <= FLT_MAX && fabsf(l->direction[c]) <= 2 &&
-                 fabsf(l->axis_u[c]) <= 2 && fabsf(l->axis_v[c]) <= 2;
+        sound &= l->irradiance[c] >= 0 && l->irradiance[c] <= FLT_MAX &&
+                 fabsf(l->direction[c]) <= 2 && fabsf(l->axis_u[c]) <= 2 &&
+                 fabsf(l->axis_v[c]) <= 2;
     for (int k = 0; k < i && l->id >= 0; k++) sound &= all[k].id != l->id;
     return sound;
 }
 
-// The cluster of a previous light; 0 if it gives none. scale: from its irradiance to this frame's flux.
-static int lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c, const lightprobe_light *l, float scale)
+// The cluster of a previous light; 0 if it gives none. scale: from its irradiance to this frame's
+// flux.
+static int lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c, const lightprobe_light *l,
+                              float scale)
 {
-    const float total = w->total_luminance, luminance = lightprobe_luminance(l->irradiance) * LIGHTPROBE_SCALE;
+    const float total = w->total_luminance,
+                luminance = lightprobe_luminance(l->irradiance) * LIGHTPROBE_SCALE;
     const float share = l->state[4];
     int stranger = !(share > 0 || share < 0); // not made here, as far as can be seen
     for (int i = 0; i < 18; i++) stranger |= !(fabsf(l->state[i]) <= LIGHTPROBE_FADE);
@@ -2595,13 +2658,16 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
     double all = 0;
     w->cluster_count = 0;
     for (int i = 0; i < count; i++)
-        all += lightprobe__is_sound(previous, i) ? (double)lightprobe_luminance(previous[i].irradiance) : 0;
+        all += lightprobe__is_sound(previous, i)
+                   ? (double)lightprobe_luminance(previous[i].irradiance)
+                   : 0;
     const float scale = lightprobe_scale((float)all, w->total_luminance);
     w->jumps = w->jumps || count > w->max_lights || !(scale > 0);
     w->fading = 0;
     for (int i = 0; i < count && w->cluster_count < w->max_lights; i++)
         if (lightprobe__is_sound(previous, i))
-            w->cluster_count += lightprobe__recall(w, w->clusters + w->cluster_count, previous + i, scale);
+            w->cluster_count +=
+                lightprobe__recall(w, w->clusters + w->cluster_count, previous + i, scale);
     int lives = 0;
     for (int k = 0; k < w->cluster_count; k++) lives |= w->clusters[k].lives;
     if (!lives) {
@@ -2619,7 +2685,8 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
     lightprobe__sort_leaves(w);
 }
 
-// Seeds of the lights that have none. Those of a first frame, and where the map jumped, start at the light.
+// Seeds of the lights that have none. Those of a first frame, and where the map jumped, start at
+// the light.
 static void lightprobe__plant(lightprobe__work *w)
 {
     for (int k = 0; k < w->cluster_count; k++) {
@@ -2674,7 +2741,8 @@ static void lightprobe__fade(lightprobe__work *w)
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
         for (int i = 0; i < 3; i++)
-            c->late.flux[i] = lightprobe_balanced(c->late.flux[i], c->now.flux[i], (float)sum[i], (float)w->total[i]);
+            c->late.flux[i] = lightprobe_balanced(c->late.flux[i], c->now.flux[i], (float)sum[i],
+                                                  (float)w->total[i]);
     }
 }
 
@@ -2748,15 +2816,17 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region)
     for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);
     // Light from all around has no direction: any will do.
     float size = lightprobe_normalize(r.d);
-    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++) r.d[i] = i == 1 ? 1.0f : 0.0f;
+    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++)
+        r.d[i] = i == 1 ? 1.0f : 0.0f;
     lightprobe_frame(r.d, r.e, r.f);
     return r;
 }
 
-// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is spread
-// evenly around its mean direction: how far is known from the length of the vector irradiance, only its shape
-// is not.
-LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region, lightprobe_leaf leaf)
+// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is
+// spread evenly around its mean direction: how far is known from the length of the vector
+// irradiance, only its shape is not.
+LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region,
+                                                          lightprobe_leaf leaf)
 {
     lightprobe_region r = region;
     LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;
@@ -2773,10 +2843,10 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region regi
     return r;
 }
 
-// What a light has besides its leaves; before its direction is found. It may not become narrower than what
-// it is made of.
-LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region, lightprobe_moments late,
-                                                        float longest)
+// What a light has besides its leaves; before its direction is found. It may not become narrower
+// than what it is made of.
+LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region,
+                                                        lightprobe_moments late, float longest)
 {
     lightprobe_region r = region;
     lightprobe_vec3 v;
@@ -2787,10 +2857,12 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region
     }
     // It lies as far as the leaves do.
     float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);
-    LIGHTPROBE_PRECISE float inverse = leaves > 0.0f ? LIGHTPROBE_VALUE(r.inverse) * (more / leaves) : 0.0f;
+    LIGHTPROBE_PRECISE float inverse =
+        leaves > 0.0f ? LIGHTPROBE_VALUE(r.inverse) * (more / leaves) : 0.0f;
     LIGHTPROBE_ADD(r.inverse, inverse);
     LIGHTPROBE_ADD(r.luminance, more);
-    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance), size = lightprobe_length(v);
+    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),
+                             size = lightprobe_length(v);
     for (int i = 0; i < 3 && size > most; i++) {
         LIGHTPROBE_PRECISE float off = v[i] * (most / size - 1.0f);
         LIGHTPROBE_ADD(r.resultant[i], off);
@@ -2798,7 +2870,8 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region
     return r;
 }
 
-LIGHTPROBE_SHARED float lightprobe_product(const float m[6], const lightprobe_vec3 a, const lightprobe_vec3 b)
+LIGHTPROBE_SHARED float lightprobe_product(const float m[6], const lightprobe_vec3 a,
+                                           const lightprobe_vec3 b)
 {
     LIGHTPROBE_PRECISE float sum = m[0] * a[0] * b[0] + m[1] * a[1] * b[1] + m[2] * a[2] * b[2];
     LIGHTPROBE_PRECISE float xy = a[0] * b[1] + a[1] * b[0], yz = a[1] * b[2] + a[2] * b[1];
@@ -2807,7 +2880,8 @@ LIGHTPROBE_SHARED float lightprobe_product(const float m[6], const lightprobe_ve
     return sum;
 }
 
-LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late_second(lightprobe_region region, lightprobe_moments late)
+LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late_second(lightprobe_region region,
+                                                               lightprobe_moments late)
 {
     lightprobe_region r = region;
     LIGHTPROBE_ADD(r.second[0], lightprobe_product(late.second, r.e, r.e));
@@ -2857,7 +2931,8 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     float sine = x < 0.0f ? larger : smaller;
     sine = b < 0.0f ? -sine : sine;
     // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.
-    LIGHTPROBE_PRECISE float cos_alpha = 1.0f - 2.0f * ((luminance - lightprobe_length(resultant)) / luminance);
+    LIGHTPROBE_PRECISE float cos_alpha =
+        1.0f - 2.0f * ((luminance - lightprobe_length(resultant)) / luminance);
     lightprobe_light light;
     for (int i = 0; i < 3; i++) {
         LIGHTPROBE_PRECISE float u = cosine * r.e[i] + sine * r.f[i];
@@ -2872,7 +2947,8 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;
     light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;
     light.id = -1;
-    // What shifts it for a receiver is 1 / distance, so that is averaged. Beyond 1e9 it is infinitely far.
+    // What shifts it for a receiver is 1 / distance, so that is averaged. Beyond 1e9 it is
+    // infinitely far.
     float inverse = LIGHTPROBE_VALUE(r.inverse);
     LIGHTPROBE_PRECISE float distance = luminance / inverse;
     light.distance = inverse > 0.0f && distance <= 1e9f ? distance : 0.0f;
@@ -2881,8 +2957,8 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
 }
 
 // What the next frame goes on from. rate: how much of its way the seed goes; 0 where it is new.
-LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, lightprobe_cluster c, float rate,
-                                                       float fading, float total)
+LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, lightprobe_cluster c,
+                                                       float rate, float fading, float total)
 {
     LIGHTPROBE_PRECISE lightprobe_light l = light;
     float luminance = lightprobe_luminance(c.now.flux);
@@ -2990,8 +3066,8 @@ static int lightprobe__median_cut(const lightprobe__work *w, lightprobe__rectang
     return count;
 }
 
-// Sums over the texels of a rectangle: m gets the moments of s and t (times luminance: s, t, s^2, t^2),
-// v the resultant. Returns the luminance.
+// Sums over the texels of a rectangle: m gets the moments of s and t (times luminance: s, t, s^2,
+// t^2), v the resultant. Returns the luminance.
 static double lightprobe__rectangle_sums(const lightprobe__work *w, const lightprobe__rectangle *r,
                                          double flux[4], double m[4], double v[3])
 {
@@ -3092,7 +3168,8 @@ static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings
 }
 
 // Adds a leaf, or a part of it, to a region: second moments, or what comes before.
-static void lightprobe__give(lightprobe__work *w, const lightprobe_leaf *leaf, int k, float part, int second)
+static void lightprobe__give(lightprobe__work *w, const lightprobe_leaf *leaf, int k, float part,
+                             int second)
 {
     const lightprobe_leaf given = lightprobe_part_of(*leaf, part);
     lightprobe_region *r = w->regions + k;
@@ -3110,8 +3187,8 @@ static void lightprobe__give_all(lightprobe__work *w, int shared, int second)
         for (int k = 0; shared && k < w->cluster_count && s->count > 4; k++) {
             const lightprobe_cluster *c = w->clusters + k;
             if (!c->lives) continue;
-            const float d =
-                lightprobe_seed_distance(leaf->direction, leaf->tone, c->seed, c->seed_tone, c->seed_share);
+            const float d = lightprobe_seed_distance(leaf->direction, leaf->tone, c->seed,
+                                                     c->seed_tone, c->seed_share);
             const float part = lightprobe__takes(w, leaf, d) / leaf->parts;
             if (part > 0) lightprobe__give(w, leaf, k, part, second);
         }
@@ -3144,7 +3221,8 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
         }
         int at = count++;
         for (; at > 0 && !animated; at--) {
-            if ((float)w->regions[w->order[at - 1]].luminance >= (float)w->regions[k].luminance) break;
+            if ((float)w->regions[w->order[at - 1]].luminance >= (float)w->regions[k].luminance)
+                break;
             w->order[at] = w->order[at - 1];
         }
         w->order[at] = k;
@@ -3154,8 +3232,8 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
             next_id = w->clusters[k].id + 1;
     for (int i = 0; i < count; i++) {
         const float rate = w->jumps || w->clusters[w->order[i]].id < 0 ? 0 : LIGHTPROBE_RATE;
-        out[i] = lightprobe_carry_on(lightprobe_light_of(w->regions[w->order[i]]), w->clusters[w->order[i]], rate,
-                                     w->fading, w->total_luminance);
+        out[i] = lightprobe_carry_on(lightprobe_light_of(w->regions[w->order[i]]),
+                                     w->clusters[w->order[i]], rate, w->fading, w->total_luminance);
         out[i].id = w->clusters[w->order[i]].id;
         if (out[i].id < 0) out[i].id = next_id++;
     }
@@ -3173,7 +3251,8 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
                             lightprobe_light *lights, float *error, float residual_sh[9][3])
 {
     const int animated = settings->previous && settings->previous_count > 0;
-    w->jumps = !animated || settings->min_share > 0 || settings->min_shadow > 0; // then lights are left out
+    w->jumps = !animated || settings->min_share > 0 ||
+               settings->min_shadow > 0; // then lights are left out
     w->unit = lightprobe__unit(w->max_lights);
     lightprobe__make_leaves(w, total);
     lightprobe__start(w, settings->previous, animated ? settings->previous_count : 0);
@@ -3239,41 +3318,49 @@ typedef struct lightprobe__range {
 } lightprobe__range;
 
 // The first that is out of its range, by name and number.
-static lightprobe_result lightprobe__check_ranges(const lightprobe_settings *s, const lightprobe__range *r,
-                                                  int count)
+static lightprobe_result lightprobe__check_ranges(const lightprobe_settings *s,
+                                                  const lightprobe__range *r, int count)
 {
     char line[160];
     for (int i = 0; i < count; i++, r++) {
-        if (lightprobe__is_number((float)r->value) && r->value >= r->low && r->value <= r->high) continue;
+        if (lightprobe__is_number((float)r->value) && r->value >= r->low && r->value <= r->high)
+            continue;
         const int open = r->high >= (double)FLT_MAX;
-        if (open) snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g or more", r->name, r->value, r->low);
-        else snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g to %.9g", r->name, r->value, r->low, r->high);
+        if (open)
+            snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g or more", r->name, r->value,
+                     r->low);
+        else
+            snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g to %.9g", r->name, r->value,
+                     r->low, r->high);
         if (s->log) s->log(s->user, line);
         return r->otherwise;
     }
     return LIGHTPROBE_OK;
 }
 
-static lightprobe_result lightprobe__check(const lightprobe_cube *cube, const lightprobe_settings *s,
-                                           int most_lights)
+static lightprobe_result lightprobe__check(const lightprobe_cube *cube,
+                                           const lightprobe_settings *s, int most_lights)
 {
     const lightprobe__range ranges[] = {
         {"side", (double)cube->side, 1, LIGHTPROBE_MAX_SIDE, LIGHTPROBE_ERROR_SIDE},
         {"channels", (double)cube->channels, 3, 4, LIGHTPROBE_ERROR_CHANNELS},
         {"max_lights", (double)s->max_lights, 0, (double)most_lights, LIGHTPROBE_ERROR_LIGHTS},
-        {"previous_count", (double)s->previous_count, 0, LIGHTPROBE_MAX_LIGHTS, LIGHTPROBE_ERROR_LIGHTS},
+        {"previous_count", (double)s->previous_count, 0, LIGHTPROBE_MAX_LIGHTS,
+         LIGHTPROBE_ERROR_LIGHTS},
         {"tolerance", (double)s->tolerance, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
         {"min_share", (double)s->min_share, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
         {"min_shadow", (double)s->min_shadow, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
-        {"mode", (double)s->mode, LIGHTPROBE_BEST, LIGHTPROBE_MEDIAN_CUT, LIGHTPROBE_ERROR_SETTINGS},
+        {"mode", (double)s->mode, LIGHTPROBE_BEST, LIGHTPROBE_MEDIAN_CUT,
+         LIGHTPROBE_ERROR_SETTINGS},
         {"distances", (double)s->distances, 0, 1, LIGHTPROBE_ERROR_SETTINGS},
         {"channels of a cube with distances", (double)cube->channels, s->distances ? 4.0 : 3.0, 4,
          LIGHTPROBE_ERROR_CHANNELS}};
     return lightprobe__check_ranges(s, ranges, (int)(sizeof ranges / sizeof *ranges));
 }
 
-static void lightprobe__fill_stats(const lightprobe__work *w, const lightprobe_light *lights, int count,
-                                   float error, float residual_sh[9][3], lightprobe_stats *stats)
+static void lightprobe__fill_stats(const lightprobe__work *w, const lightprobe_light *lights,
+                                   int count, float error, float residual_sh[9][3],
+                                   lightprobe_stats *stats)
 {
     for (int i = 0; i < 3; i++) {
         const double all = w->total[i] / (double)LIGHTPROBE_SCALE;
@@ -3311,8 +3398,8 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     if (s.tolerance > 1) s.tolerance = 1;
     if (s.min_share > 1) s.min_share = 1;
     const lightprobe__range bytes = {"scratch_bytes", (double)scratch_bytes,
-                                     (double)lightprobe_scratch_bytes(cube->side, s.max_lights), 1e300,
-                                     LIGHTPROBE_ERROR_SCRATCH};
+                                     (double)lightprobe_scratch_bytes(cube->side, s.max_lights),
+                                     1e300, LIGHTPROBE_ERROR_SCRATCH};
     if (lightprobe__check_ranges(&s, &bytes, 1)) return LIGHTPROBE_ERROR_SCRATCH;
 
     lightprobe__layout(&work, (char *)scratch + (15 & (0 - (uintptr_t)scratch)), cube->side,
@@ -3338,14 +3425,10 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
 const char *lightprobe_result_string(lightprobe_result result)
 {
     switch (result) {
-    case LIGHTPROBE_OK:
-        return "lightprobe: no error";
-    case LIGHTPROBE_ERROR_NULL:
-        return "lightprobe: a pointer that must be given is null";
-    case LIGHTPROBE_ERROR_SIDE:
-        return "lightprobe: the side of the cube's faces must be 1 to 8192";
-    case LIGHTPROBE_ERROR_CHANNELS:
-        return "lightprobe: texels must have 3 or 4 channels";
+    case LIGHTPROBE_OK: return "lightprobe: no error";
+    case LIGHTPROBE_ERROR_NULL: return "lightprobe: a pointer that must be given is null";
+    case LIGHTPROBE_ERROR_SIDE: return "lightprobe: the side of the cube's faces must be 1 to 8192";
+    case LIGHTPROBE_ERROR_CHANNELS: return "lightprobe: texels must have 3 or 4 channels";
     case LIGHTPROBE_ERROR_LIGHTS:
         return "lightprobe: max_lights and previous_count must be 0 to 4096, in OpenGL 0 to 1024";
     case LIGHTPROBE_ERROR_SETTINGS:
@@ -3353,18 +3436,14 @@ const char *lightprobe_result_string(lightprobe_result result)
                "lightprobe_mode";
     case LIGHTPROBE_ERROR_SCRATCH:
         return "lightprobe: less scratch memory than lightprobe_scratch_bytes() asks for";
-    case LIGHTPROBE_ERROR_MEMORY:
-        return "lightprobe: no memory";
-    case LIGHTPROBE_ERROR_GL_VERSION:
-        return "lightprobe: OpenGL 4.5 is needed";
-    case LIGHTPROBE_ERROR_GL:
-        return "lightprobe: the driver refused storage or a shader";
+    case LIGHTPROBE_ERROR_MEMORY: return "lightprobe: no memory";
+    case LIGHTPROBE_ERROR_GL_VERSION: return "lightprobe: OpenGL 4.5 is needed";
+    case LIGHTPROBE_ERROR_GL: return "lightprobe: the driver refused storage or a shader";
     case LIGHTPROBE_ERROR_TEXTURE:
         return "lightprobe: the texture is no cube map with a level of the side asked for";
     case LIGHTPROBE_ERROR_IMAGE:
         return "lightprobe: the picture has no texels, or its proportions fit no layout";
-    case LIGHTPROBE_ERROR_NOT_READY:
-        return "lightprobe: the GPU has not finished any lights yet";
+    case LIGHTPROBE_ERROR_NOT_READY: return "lightprobe: the GPU has not finished any lights yet";
     case LIGHTPROBE_ERROR_ORDER:
         return "lightprobe: transform feedback must be paused or ended before lightprobe_gl_update";
     }
@@ -3373,32 +3452,32 @@ const char *lightprobe_result_string(lightprobe_result result)
 
 // ---- GLSL texts: what stands around the quotes of >>generated ---- >>texts
 
-#define LIGHTPROBE__GLSL_BEGIN                                                                     \
-    "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n"                         \
-    "#define LIGHTPROBE_SHARED\n"                                                                  \
-    "#define sqrtf sqrt\n"                                                                         \
+#define LIGHTPROBE__GLSL_BEGIN                                             \
+    "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n" \
+    "#define LIGHTPROBE_SHARED\n"                                          \
+    "#define sqrtf sqrt\n"                                                 \
     "#define fabsf abs\n"
-#define LIGHTPROBE__GLSL_END                                                                       \
-    "#undef LIGHTPROBE_SHARED\n"                                                                   \
-    "#undef sqrtf\n"                                                                               \
+#define LIGHTPROBE__GLSL_END     \
+    "#undef LIGHTPROBE_SHARED\n" \
+    "#undef sqrtf\n"             \
     "#undef fabsf\n"
 
-#define LIGHTPROBE__SPECULAR_BEGIN                                                                 \
-    "struct lightprobe_lobe {\n    vec3 normal, view, away, f0;\n"                                 \
-    "    float along, across, shear, width, whole, fresnel;\n};\n"                                 \
-    "#define LIGHTPROBE_SHARED\n#define LIGHTPROBE_INOUT inout\n#define LIGHTPROBE_OUT out\n"      \
-    "#define lightprobe_vec3 vec3\n#define lightprobe_vec4 vec4\n#define lightprobe_dot dot\n"     \
+#define LIGHTPROBE__SPECULAR_BEGIN                                                             \
+    "struct lightprobe_lobe {\n    vec3 normal, view, away, f0;\n"                             \
+    "    float along, across, shear, width, whole, fresnel;\n};\n"                             \
+    "#define LIGHTPROBE_SHARED\n#define LIGHTPROBE_INOUT inout\n#define LIGHTPROBE_OUT out\n"  \
+    "#define lightprobe_vec3 vec3\n#define lightprobe_vec4 vec4\n#define lightprobe_dot dot\n" \
     "#define sqrtf sqrt\n#define fabsf abs\n"
-#define LIGHTPROBE__SPECULAR_END                                                                   \
-    "#undef LIGHTPROBE_SHARED\n#undef LIGHTPROBE_INOUT\n#undef LIGHTPROBE_OUT\n"                   \
-    "#undef lightprobe_vec3\n#undef lightprobe_vec4\n#undef lightprobe_dot\n"                      \
-    "#undef sqrtf\n#undef fabsf\n"                                                                 \
-    "// Radiance to the viewer from one light, nothing standing in between.\n"                     \
-    "vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)\n{\n"                  \
-    "    lightprobe_light l = lightprobe_lights[light];\n    vec3 rgb;\n"                          \
-    "    lightprobe_specular(l, lobe, offset.x, offset.y, offset.z, rgb);\n"                       \
-    "    return rgb;\n}\n"                                                                         \
-    "vec3 lightprobe_specular(int light, lightprobe_lobe lobe)\n{\n"                               \
+#define LIGHTPROBE__SPECULAR_END                                                  \
+    "#undef LIGHTPROBE_SHARED\n#undef LIGHTPROBE_INOUT\n#undef LIGHTPROBE_OUT\n"  \
+    "#undef lightprobe_vec3\n#undef lightprobe_vec4\n#undef lightprobe_dot\n"     \
+    "#undef sqrtf\n#undef fabsf\n"                                                \
+    "// Radiance to the viewer from one light, nothing standing in between.\n"    \
+    "vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)\n{\n" \
+    "    lightprobe_light l = lightprobe_lights[light];\n    vec3 rgb;\n"         \
+    "    lightprobe_specular(l, lobe, offset.x, offset.y, offset.z, rgb);\n"      \
+    "    return rgb;\n}\n"                                                        \
+    "vec3 lightprobe_specular(int light, lightprobe_lobe lobe)\n{\n"              \
     "    return lightprobe_specular(light, vec3(0.0), lobe);\n}\n#line 1\n"
 
 // ---- Pictures of probes ---- >>pictures
@@ -3470,12 +3549,13 @@ int lightprobe_image_side(const lightprobe_image *image)
 
 // ---- From panoramas ---- >>panoramas
 //
-// The edges of a texel are arcs of great circles, of which those that do not run from pole to pole are
-// tan(elevation) = k cos u, u the azimuth from where they are steepest. Seen in azimuth and sin(elevation)
-// areas are solid angles. So with M(azimuth, elevation) the sum of the pixels above in a column, the
-// integral over a texel is that of M along its edges (Green), and the texels' integrals add up to the
-// panorama's, since each edge is in two. Pixels cut the edges into pieces, and on a piece M is linear in
-// sin(elevation), whose integral is atan2(k sin u, sqrt(1 + k^2 cos^2 u)).
+// The edges of a texel are arcs of great circles, of which those that do not run from pole to pole
+// are tan(elevation) = k cos u, u the azimuth from where they are steepest. Seen in azimuth and
+// sin(elevation) areas are solid angles. So with M(azimuth, elevation) the sum of the pixels above
+// in a column, the integral over a texel is that of M along its edges (Green), and the texels'
+// integrals add up to the panorama's, since each edge is in two. Pixels cut the edges into pieces,
+// and on a piece M is linear in sin(elevation), whose integral is atan2(k sin u, sqrt(1 + k^2 cos^2
+// u)).
 
 enum { LIGHTPROBE__ROWS = 64 };
 
@@ -3533,8 +3613,7 @@ static void lightprobe__piece(lightprobe__footprint *t, int column, double k, li
                 end = lightprobe__point_at(k, fmin(fmax(u, low), high));
             }
             const double span = end.u - a.u, area = sine * span - (end.integral - a.integral);
-            for (int c = 0; c < 3; c++)
-                t->integral[c] += sign * (above[c] * span + rgb[c] * area);
+            for (int c = 0; c < 3; c++) t->integral[c] += sign * (above[c] * span + rgb[c] * area);
             a.u = end.u;
             a.integral = end.integral;
         }
@@ -3572,8 +3651,8 @@ static void lightprobe__along_edge(lightprobe__footprint *t, const lightprobe__e
     }
 }
 
-// The edges of [s0,s1] x [t0,t1], counter-clockwise seen from outside, without those from pole to pole;
-// returns how many. Face 3 is face 2 upside down.
+// The edges of [s0,s1] x [t0,t1], counter-clockwise seen from outside, without those from pole to
+// pole; returns how many. Face 3 is face 2 upside down.
 static int lightprobe__edges(int face, double s0, double t0, double s1, double t1,
                              lightprobe__edge edge[4])
 {
@@ -3620,7 +3699,8 @@ static void lightprobe__panorama_texel(const lightprobe__picture *picture, int f
         t.top = row < t.top ? row : t.top;
     }
     if (t.top > 0) t.top--; // for what rounding does
-    if ((face == 2 || face == 3) && s0 <= 0 && s1 >= 0 && low <= 0 && high >= 0) t.top = 0; // a pole
+    if ((face == 2 || face == 3) && s0 <= 0 && s1 >= 0 && low <= 0 && high >= 0)
+        t.top = 0; // a pole
     for (int i = 0; i < count; i++) lightprobe__along_edge(&t, &edge[i]);
     for (int c = 0; c < 3; c++) rgb[c] = (float)fmin(fmax(t.integral[c] / omega, 0.0), FLT_MAX);
 }
@@ -3645,7 +3725,8 @@ static void lightprobe__cell_texel(const lightprobe__picture *p, int layout, int
     double sum[3] = {0, 0, 0}, all = 0;
     int at[2];
     lightprobe__cell(layout, wide, face, at);
-    // The texels of the picture that overlap this one, from its first to its last; in whole numbers.
+    // The texels of the picture that overlap this one, from its first to its last; in whole
+    // numbers.
     const int x0 = (int)((int64_t)x * n / side), x1 = (int)((((int64_t)x + 1) * n - 1) / side);
     const int y0 = (int)((int64_t)y * n / side), y1 = (int)((((int64_t)y + 1) * n - 1) / side);
     for (int v = y0; v <= y1; v++) {
@@ -3827,8 +3908,8 @@ lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
 typedef unsigned int lightprobe__glenum;
 typedef unsigned char lightprobe__glboolean;
 
-// X(result, name without "gl", parameters). Not those of buffers and cube maps by name, which Intel's driver
-// for Windows takes without a word and does not carry out.
+// X(result, name without "gl", parameters). Not those of buffers and cube maps by name, which
+// Intel's driver for Windows takes without a word and does not carry out.
 #define LIGHTPROBE__GL_FUNCTIONS(X)                                                          \
     X(void, GetIntegerv, (lightprobe__glenum, int *))                                        \
     X(const unsigned char *, GetString, (lightprobe__glenum))                                \
@@ -4005,8 +4086,8 @@ static const char *lightprobe__quote_moving(void);
 static const char *lightprobe__quote_splits(void);
 static const char *lightprobe__quote_lights(void);
 
-// The public text: the lights as shading reads them. Our own shaders read the previous ones by it. Texts of
-// mssm.h before it have defined what they take.
+// The public text: the lights as shading reads them. Our own shaders read the previous ones by it.
+// Texts of mssm.h before it have defined what they take.
 #define LIGHTPROBE__TAKEN(n) " || (LIGHTPROBE_BINDING == " #n " && defined MSSM_BINDING_" #n ")"
 static const char lightprobe__glsl_lights[] =
     "#if __VERSION__ < 430 && !defined LIGHTPROBE_UNIFORMS\n"
@@ -4016,128 +4097,133 @@ static const char lightprobe__glsl_lights[] =
     "#define LIGHTPROBE_BINDING 0\n"
     "#endif\n"
     "#ifdef LIGHTPROBE_UNIFORMS\n"
-    "#elif 0" LIGHTPROBE__TAKEN(0) LIGHTPROBE__TAKEN(1) LIGHTPROBE__TAKEN(2) LIGHTPROBE__TAKEN(3)
-    LIGHTPROBE__TAKEN(4) LIGHTPROBE__TAKEN(5) LIGHTPROBE__TAKEN(6) LIGHTPROBE__TAKEN(7) LIGHTPROBE__TAKEN(8)
-    LIGHTPROBE__TAKEN(9) LIGHTPROBE__TAKEN(10) LIGHTPROBE__TAKEN(11) LIGHTPROBE__TAKEN(12) LIGHTPROBE__TAKEN(13)
-    LIGHTPROBE__TAKEN(14) LIGHTPROBE__TAKEN(15) "\n"
-    "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
-    "#endif\n"
-    "struct lightprobe_light {\n"
-    "    vec3 direction; float cos_alpha;\n"
-    "    vec3 axis_u; float tan_half_u;\n"
-    "    vec3 axis_v; float tan_half_v;\n"
-    "    vec3 irradiance; float solid_angle;\n"
-    "    int id; float distance;\n"
-    "#ifdef LIGHTPROBE_UNIFORMS\n" // which keep no state
-    "    vec2 unused;\n"
-    "#else\n"
-    "    float state[18];\n"
-    "#endif\n"
-    "};\n"
-    "#ifdef LIGHTPROBE_UNIFORMS\n" // both lay it out the same way
-    "#define LIGHTPROBE_ROOM LIGHTPROBE_UNIFORMS\n"
-    "layout(std140) uniform lightprobe_buffer {\n"
-    "#else\n"
-    "#define LIGHTPROBE_ROOM\n"
-    "layout(std430, binding = LIGHTPROBE_BINDING) readonly buffer lightprobe_buffer {\n"
-    "#endif\n"
-    "    int lightprobe_count;\n"
-    "    int lightprobe_repaired_texels;\n"
-    "    float lightprobe_error;\n"
-    "    vec4 lightprobe_total; // RGB\n"
-    "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n"
-    "    lightprobe_light lightprobe_lights[LIGHTPROBE_ROOM];\n"
-    "};\n"
-    "\n"
-    "#ifndef LIGHTPROBE_LIGHTS_ONLY\n"
-    "#define sqrtf sqrt\n"
-    "#define fabsf abs\n"
-    // [glsl text begin places] made by "make glsl", do not edit
-    "lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)\n"
-    "{\n"
-    "    lightprobe_light seen = light;\n"
-    "    float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
-    "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
-    "    // In units of the distance: along the disc's axis, squared distance from it and squared radius.\n"
-    "    float a = scale * x, b = scale * y, d = scale * z;\n"
-    "    float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;\n"
-    "    a = a - along * light.direction[0];\n"
-    "    b = b - along * light.direction[1];\n"
-    "    d = d - along * light.direction[2];\n"
-    "    float height = 1.0f - along, aside2 = a * a + b * b + d * d;\n"
-    "    float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;\n"
-    "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
-    "    // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance from it.\n"
-    "    float facing = 2.0f * height * height / (root * (root + beyond));\n"
-    "    if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
-    "    float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
-    "    float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;\n"
-    "    float bright = height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far\n"
-    "    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
-    "    float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        float off = inward * (i == 0 ? a : i == 1 ? b : d);\n"
-    "        if (bright > 0.0f) seen.direction[i] = (facing * light.direction[i] - off) / size;\n"
-    "        seen.irradiance[i] = part * light.irradiance[i];\n"
-    "    }\n"
-    "    return seen;\n"
-    "}\n"
-    "\n"
-    "lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)\n"
-    "{\n"
-    "    lightprobe_light seen = light;\n"
-    "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
-    "    float scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
-    "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
-    "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a small one.\n"
-    "    // In units of the centre's distance: the way there, its square, and the radius' square.\n"
-    "    scale *= 1.0f - 0.6666667f * sqrtf(radius2);\n"
-    "    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;\n"
-    "    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;\n"
-    "    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;\n"
-    "    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);\n"
-    "    // Solid angle over solid angle; of a point the inverse square.\n"
-    "    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        float way = i == 0 ? a : i == 1 ? b : d;\n"
-    "        if (away > 0.0f) seen.direction[i] = way / away;\n"
-    "        seen.irradiance[i] = away > 0.0f ? part * light.irradiance[i] : 0.0f;\n"
-    "    }\n"
-    "    return seen;\n"
-    "}\n"
-    // [glsl text end]
-    "#undef sqrtf\n"
-    "#undef fabsf\n"
-    "// Irradiance of a surface with this normal from one light, nothing standing in between.\n"
-    "vec3 lightprobe_irradiance(int light, vec3 normal)\n"
-    "{\n"
-    "    lightprobe_light l = lightprobe_lights[light];\n"
-    "    float cos_theta = dot(l.direction, normal);\n"
-    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
-    "}\n"
-    "// The same at an offset from the probe's centre, from a light that is not infinitely far.\n"
-    "vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)\n"
-    "{\n"
-    "    lightprobe_light l = lightprobe_light_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
-    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
-    "}\n"
-    "// The same from an emitter that shines to all sides, lightprobe_sphere_at.\n"
-    "vec3 lightprobe_sphere_irradiance(int light, vec3 offset, vec3 normal)\n"
-    "{\n"
-    "    lightprobe_light l = lightprobe_sphere_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
-    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
-    "}\n"
-    "// From what the lights do not carry, in no shadow.\n"
-    "vec3 lightprobe_residual_irradiance(vec3 normal)\n"
-    "{\n"
-    "    vec3 sum = vec3(0.0);\n"
-    "    for (int i = 0; i < 9; i++)\n"
-    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, "
-    "normal.z);\n"
-    "    return max(sum, vec3(0.0));\n"
-    "}\n"
-    "#endif\n"
-    "#line 1\n";
+    "#elif 0" LIGHTPROBE__TAKEN(0) LIGHTPROBE__TAKEN(1) LIGHTPROBE__TAKEN(2) LIGHTPROBE__TAKEN(
+        3) LIGHTPROBE__TAKEN(4) LIGHTPROBE__TAKEN(5) LIGHTPROBE__TAKEN(6) LIGHTPROBE__TAKEN(7)
+        LIGHTPROBE__TAKEN(8) LIGHTPROBE__TAKEN(9) LIGHTPROBE__TAKEN(10) LIGHTPROBE__TAKEN(11)
+            LIGHTPROBE__TAKEN(12) LIGHTPROBE__TAKEN(13) LIGHTPROBE__TAKEN(14) LIGHTPROBE__TAKEN(
+                15) "\n"
+                    "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
+                    "#endif\n"
+                    "struct lightprobe_light {\n"
+                    "    vec3 direction; float cos_alpha;\n"
+                    "    vec3 axis_u; float tan_half_u;\n"
+                    "    vec3 axis_v; float tan_half_v;\n"
+                    "    vec3 irradiance; float solid_angle;\n"
+                    "    int id; float distance;\n"
+                    "#ifdef LIGHTPROBE_UNIFORMS\n" // which keep no state
+                    "    vec2 unused;\n"
+                    "#else\n"
+                    "    float state[18];\n"
+                    "#endif\n"
+                    "};\n"
+                    "#ifdef LIGHTPROBE_UNIFORMS\n" // both lay it out the same way
+                    "#define LIGHTPROBE_ROOM LIGHTPROBE_UNIFORMS\n"
+                    "layout(std140) uniform lightprobe_buffer {\n"
+                    "#else\n"
+                    "#define LIGHTPROBE_ROOM\n"
+                    "layout(std430, binding = LIGHTPROBE_BINDING) readonly buffer lightprobe_buffer {\n"
+                    "#endif\n"
+                    "    int lightprobe_count;\n"
+                    "    int lightprobe_repaired_texels;\n"
+                    "    float lightprobe_error;\n"
+                    "    vec4 lightprobe_total; // RGB\n"
+                    "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n"
+                    "    lightprobe_light lightprobe_lights[LIGHTPROBE_ROOM];\n"
+                    "};\n"
+                    "\n"
+                    "#ifndef LIGHTPROBE_LIGHTS_ONLY\n"
+                    "#define sqrtf sqrt\n"
+                    "#define fabsf abs\n"
+                    // [glsl text begin places] made by "make glsl", do not edit
+                    "lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)\n"
+                    "{\n"
+                    "    lightprobe_light seen = light;\n"
+                    "    float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
+                    "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
+                    "    // In units of the distance: along the disc's axis, squared distance from it and squared radius.\n"
+                    "    float a = scale * x, b = scale * y, d = scale * z;\n"
+                    "    float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;\n"
+                    "    a = a - along * light.direction[0];\n"
+                    "    b = b - along * light.direction[1];\n"
+                    "    d = d - along * light.direction[2];\n"
+                    "    float height = 1.0f - along, aside2 = a * a + b * b + d * d;\n"
+                    "    float radius2 = (1.0f - c) * (1.0f + c) / (c * c), beyond = height * height + aside2 - radius2;\n"
+                    "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
+                    "    // Vector irradiance over pi * radiance * radius2, along the axis, and towards it per distance\n"
+                    "    // from it.\n"
+                    "    float facing = 2.0f * height * height / (root * (root + beyond));\n"
+                    "    if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
+                    "    float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
+                    "    float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;\n"
+                    "    float bright =\n"
+                    "        height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far\n"
+                    "    seen.cos_alpha =\n"
+                    "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
+                    "    float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));\n"
+                    "    for (int i = 0; i < 3; i++) {\n"
+                    "        float off = inward * (i == 0 ? a : i == 1 ? b : d);\n"
+                    "        if (bright > 0.0f) seen.direction[i] = (facing * light.direction[i] - off) / size;\n"
+                    "        seen.irradiance[i] = part * light.irradiance[i];\n"
+                    "    }\n"
+                    "    return seen;\n"
+                    "}\n"
+                    "\n"
+                    "lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)\n"
+                    "{\n"
+                    "    lightprobe_light seen = light;\n"
+                    "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
+                    "    float scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
+                    "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
+                    "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a\n"
+                    "    // small one. In units of the centre's distance: the way there, its square, and the radius'\n"
+                    "    // square.\n"
+                    "    scale *= 1.0f - 0.6666667f * sqrtf(radius2);\n"
+                    "    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;\n"
+                    "    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;\n"
+                    "    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;\n"
+                    "    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);\n"
+                    "    // Solid angle over solid angle; of a point the inverse square.\n"
+                    "    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);\n"
+                    "    for (int i = 0; i < 3; i++) {\n"
+                    "        float way = i == 0 ? a : i == 1 ? b : d;\n"
+                    "        if (away > 0.0f) seen.direction[i] = way / away;\n"
+                    "        seen.irradiance[i] = away > 0.0f ? part * light.irradiance[i] : 0.0f;\n"
+                    "    }\n"
+                    "    return seen;\n"
+                    "}\n"
+                    // [glsl text end]
+                    "#undef sqrtf\n"
+                    "#undef fabsf\n"
+                    "// Irradiance of a surface with this normal from one light, nothing standing in between.\n"
+                    "vec3 lightprobe_irradiance(int light, vec3 normal)\n"
+                    "{\n"
+                    "    lightprobe_light l = lightprobe_lights[light];\n"
+                    "    float cos_theta = dot(l.direction, normal);\n"
+                    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
+                    "}\n"
+                    "// The same at an offset from the probe's centre, from a light that is not infinitely far.\n"
+                    "vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)\n"
+                    "{\n"
+                    "    lightprobe_light l = lightprobe_light_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
+                    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
+                    "}\n"
+                    "// The same from an emitter that shines to all sides, lightprobe_sphere_at.\n"
+                    "vec3 lightprobe_sphere_irradiance(int light, vec3 offset, vec3 normal)\n"
+                    "{\n"
+                    "    lightprobe_light l = lightprobe_sphere_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
+                    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
+                    "}\n"
+                    "// From what the lights do not carry, in no shadow.\n"
+                    "vec3 lightprobe_residual_irradiance(vec3 normal)\n"
+                    "{\n"
+                    "    vec3 sum = vec3(0.0);\n"
+                    "    for (int i = 0; i < 9; i++)\n"
+                    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, "
+                    "normal.z);\n"
+                    "    return max(sum, vec3(0.0));\n"
+                    "}\n"
+                    "#endif\n"
+                    "#line 1\n";
 
 // What the C half goes by, too. `precise` keeps GLSL compilers from fusing and reordering.
 #define LIGHTPROBE__TEXT(x) LIGHTPROBE__TEXT_OF(x)
@@ -5179,13 +5265,13 @@ const char *lightprobe_glsl_lights(void)
 
 static const char *lightprobe__program_name(int which)
 {
-    static const char *const names[] = {"lightprobe tiles",   "lightprobe leaves",
-                                        "lightprobe gather",  "lightprobe divide",
-                                        "lightprobe respend", "lightprobe settle",
-                                        "lightprobe write"};
+    static const char *const names[] = {
+        "lightprobe tiles",   "lightprobe leaves", "lightprobe gather", "lightprobe divide",
+        "lightprobe respend", "lightprobe settle", "lightprobe write"};
     return names[which];
 }
 
+// clang-format off
 // [plumbing begin], which `make glsl` copies from mssm.h: edit it there
 
 static void lightprobe__log(const lightprobe_gl *gl, const char *what, const char *detail)
@@ -5231,12 +5317,14 @@ static lightprobe_result lightprobe__load(lightprobe_gl *gl)
         const int major = lightprobe__get(gl, LIGHTPROBE__GL_MAJOR_VERSION);
         const int old = major < 4 || (major == 4 && lightprobe__get(gl, LIGHTPROBE__GL_MINOR_VERSION) < 5);
         if (!text || !strncmp(text, "OpenGL ES", 9) || old) {
-            lightprobe__log(gl, text ? "OpenGL 4.5 is needed, this context is " : "no context is current", text);
+            lightprobe__log(gl, text ? "OpenGL 4.5 is needed, this context is " : "no context is current",
+                      text);
             return LIGHTPROBE_ERROR_GL_VERSION;
         }
     }
     if (missing) {
-        lightprobe__log(gl, "OpenGL 4.5 is needed (is a context current?), the loader does not find ", missing);
+        lightprobe__log(gl, "OpenGL 4.5 is needed (is a context current?), the loader does not find ",
+                  missing);
         return LIGHTPROBE_ERROR_GL_VERSION;
     }
     return LIGHTPROBE_OK;
@@ -5257,8 +5345,8 @@ static void lightprobe__log_all(const lightprobe_gl *gl, unsigned name, int prog
     LIGHTPROBE_FREE(text);
 }
 
-static lightprobe_result lightprobe__add_shader(lightprobe_gl *gl, int which, lightprobe__glenum type, const char *const *text,
-                                    int count)
+static lightprobe_result lightprobe__add_shader(lightprobe_gl *gl, int which, lightprobe__glenum type,
+                                    const char *const *text, int count)
 {
     const lightprobe__gl_functions *f = &gl->f;
     int good = 0;
@@ -5272,8 +5360,10 @@ static lightprobe_result lightprobe__add_shader(lightprobe_gl *gl, int which, li
     f->ShaderSource(shader, count, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
-    if (good) f->AttachShader(gl->program[which], shader);
-    else lightprobe__log_all(gl, shader, 0, lightprobe__program_name(which));
+    if (good)
+        f->AttachShader(gl->program[which], shader);
+    else
+        lightprobe__log_all(gl, shader, 0, lightprobe__program_name(which));
     f->DeleteShader(shader);
     return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
 }
@@ -5302,6 +5392,7 @@ static unsigned lightprobe__living(int name, lightprobe__glboolean(LIGHTPROBE__G
 }
 
 // [plumbing end]
+// clang-format on
 
 static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, const char *defines)
 {
@@ -5354,14 +5445,15 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
              "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
              "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n#define DISTANCES %d\n",
              d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
-             gl->top, d->max_lights, leaves, gl->splits, lightprobe__bits_of(lightprobe__unit(d->max_lights)),
-             lightprobe__bits_of(d->tolerance),
-             lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
-             d->first_buffer_binding, d->first_texture_unit, d->distances);
+             gl->top, d->max_lights, leaves, gl->splits,
+             lightprobe__bits_of(lightprobe__unit(d->max_lights)),
+             lightprobe__bits_of(d->tolerance), lightprobe__bits_of(d->min_share),
+             lightprobe__bits_of(d->min_shadow), d->first_buffer_binding, d->first_texture_unit,
+             d->distances);
     at = (int)strlen(defines);
     for (int i = 1; i < LIGHTPROBE__BINDINGS; i++) // some compilers want a number there, not a sum
-        at += snprintf(defines + at, sizeof defines - (size_t)at, "#define LIGHTPROBE_BINDING%d %d\n", i,
-                       d->first_buffer_binding + i);
+        at += snprintf(defines + at, sizeof defines - (size_t)at,
+                       "#define LIGHTPROBE_BINDING%d %d\n", i, d->first_buffer_binding + i);
     for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++) {
         const lightprobe_result r = lightprobe__build_stage(gl, i, defines);
         if (r) return r;
@@ -5494,7 +5586,8 @@ static lightprobe_result lightprobe__check_units(const lightprobe_gl *gl)
          (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) - 1,
          LIGHTPROBE_ERROR_SETTINGS},
         {"first_buffer_binding", (double)gl->desc.first_buffer_binding, 0,
-         (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS) - (double)LIGHTPROBE__BINDINGS,
+         (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS) -
+             (double)LIGHTPROBE__BINDINGS,
          LIGHTPROBE_ERROR_SETTINGS}};
     return lightprobe__check_ranges(&s, ranges, 2);
 }
@@ -5601,16 +5694,18 @@ static void lightprobe__restore_bindings(const lightprobe_gl *gl, const lightpro
         else
             f->BindBufferBase(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, at, buffer);
     }
-    f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, lightprobe__living(b->generic, f->IsBuffer));
+    f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER,
+                  lightprobe__living(b->generic, f->IsBuffer));
     f->BindBuffer(LIGHTPROBE__GL_COPY_WRITE_BUFFER, lightprobe__living(b->copied, f->IsBuffer));
     f->BindTexture(LIGHTPROBE__GL_TEXTURE_CUBE_MAP, lightprobe__living(b->texture, f->IsTexture));
-    f->BindSampler((unsigned)gl->desc.first_texture_unit, lightprobe__living(b->sampler, f->IsSampler));
+    f->BindSampler((unsigned)gl->desc.first_texture_unit,
+                   lightprobe__living(b->sampler, f->IsSampler));
     f->ActiveTexture((lightprobe__glenum)b->active);
     f->UseProgram(lightprobe__living(b->program, f->IsProgram));
 }
 
-// Binds the texture to the active unit and returns the mip level of our side, counted from its base level;
-// -1 if there is none. Not all contexts know a texture's target: whether it binds tells.
+// Binds the texture to the active unit and returns the mip level of our side, counted from its base
+// level; -1 if there is none. Not all contexts know a texture's target: whether it binds tells.
 static int lightprobe__bind_texture(const lightprobe_gl *gl, unsigned texture)
 {
     const lightprobe__glenum cube = LIGHTPROBE__GL_TEXTURE_CUBE_MAP;
@@ -5720,7 +5815,8 @@ lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture)
     const lightprobe__gl_functions *f = &gl->f;
     if (lightprobe__get(gl, LIGHTPROBE__GL_TRANSFORM_FEEDBACK_ACTIVE) &&
         !lightprobe__get(gl, LIGHTPROBE__GL_TRANSFORM_FEEDBACK_PAUSED)) {
-        lightprobe__log(gl, "transform feedback must be paused or ended before ", "lightprobe_gl_update");
+        lightprobe__log(gl, "transform feedback must be paused or ended before ",
+                        "lightprobe_gl_update");
         return LIGHTPROBE_ERROR_ORDER;
     }
     lightprobe__gl_bindings saved;
@@ -5770,7 +5866,9 @@ static unsigned lightprobe__newest(const lightprobe_gl *gl, int wait)
         void *fence = gl->fence[(gl->updates - age) % LIGHTPROBE__SLOTS];
         lightprobe__glenum state = 0;
         do {
-            if (fence) state = gl->f.ClientWaitSync(fence, LIGHTPROBE__GL_SYNC_FLUSH, wait ? 1000000000u : 0);
+            if (fence)
+                state =
+                    gl->f.ClientWaitSync(fence, LIGHTPROBE__GL_SYNC_FLUSH, wait ? 1000000000u : 0);
         } while (wait && state == LIGHTPROBE__GL_TIMEOUT_EXPIRED);
         if (state == LIGHTPROBE__GL_ALREADY_SIGNALED || state == LIGHTPROBE__GL_CONDITION_SATISFIED)
             return gl->updates - age;
@@ -5819,12 +5917,13 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
     return LIGHTPROBE_OK;
 }
 
-lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count, const lightprobe_stats *stats,
-                                      void *block, size_t bytes)
+lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
+                                      const lightprobe_stats *stats, void *block, size_t bytes)
 {
     const size_t head = sizeof(lightprobe__gl_header), each = 80; // without the state
     if (!block || !stats || (!lights && count > 0)) return LIGHTPROBE_ERROR_NULL;
-    if (count < 0 || bytes < head || (bytes - head) / each < (size_t)count) return LIGHTPROBE_ERROR_LIGHTS;
+    if (count < 0 || bytes < head || (bytes - head) / each < (size_t)count)
+        return LIGHTPROBE_ERROR_LIGHTS;
     lightprobe__gl_header h = {count, stats->repaired_texels, stats->error, 0, {0}, {0}, {{0}}};
     memcpy(h.total, stats->total, 12);
     memcpy(h.residual, stats->residual, 12);
@@ -5832,10 +5931,17 @@ lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
     memcpy(block, &h, head);
     for (int i = 0; i < count; i++) {
         const lightprobe_light l = lights[i];
-        const lightprobe__gl_light to = {
-            {l.direction[0], l.direction[1], l.direction[2]}, l.cos_alpha, {l.axis_u[0], l.axis_u[1], l.axis_u[2]},
-            l.tan_half_u, {l.axis_v[0], l.axis_v[1], l.axis_v[2]}, l.tan_half_v,
-            {l.irradiance[0], l.irradiance[1], l.irradiance[2]}, l.solid_angle, l.id, l.distance, {0}};
+        const lightprobe__gl_light to = {{l.direction[0], l.direction[1], l.direction[2]},
+                                         l.cos_alpha,
+                                         {l.axis_u[0], l.axis_u[1], l.axis_u[2]},
+                                         l.tan_half_u,
+                                         {l.axis_v[0], l.axis_v[1], l.axis_v[2]},
+                                         l.tan_half_v,
+                                         {l.irradiance[0], l.irradiance[1], l.irradiance[2]},
+                                         l.solid_angle,
+                                         l.id,
+                                         l.distance,
+                                         {0}};
         memcpy((char *)block + head + (size_t)i * each, &to, each);
     }
     return LIGHTPROBE_OK;
@@ -5902,6 +6008,7 @@ lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
 
 // ================================================================================================
 // GLSL texts, quoted from the C above by `make glsl`: nothing to read, nothing to edit >>generated
+// clang-format off
 // ================================================================================================
 
 #if defined __GNUC__
@@ -5972,8 +6079,8 @@ const char *lightprobe_glsl_math(void)
     "}\n"
     // [glsl text end]
     // [glsl text begin harmonics] made by "make glsl", do not edit
-    "// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1 and\n"
-    "// 2 at a unit vector, without their constants.\n"
+    "// Function number i of nine that sum up to irradiance: the real spherical harmonics of order 0, 1\n"
+    "// and 2 at a unit vector, without their constants.\n"
     "LIGHTPROBE_SHARED float lightprobe_harmonic(int i, float x, float y, float z)\n"
     "{\n"
     "    if (i < 4) return i == 0 ? 1.0f : i == 1 ? y : i == 2 ? z : x;\n"
@@ -5981,8 +6088,8 @@ const char *lightprobe_glsl_math(void)
     "    return i == 4 ? x * y : i == 5 ? y * z : i == 7 ? z * x : x * x - y * y;\n"
     "}\n"
     "\n"
-    "// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped cosine\n"
-    "// is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.\n"
+    "// What a disc in direction (x, y, z) adds to number i per unit of its irradiance. The clamped\n"
+    "// cosine is 1/4 + cos/2 + 5/32 (3 cos^2 - 1) to order 2; the disc weakens order 1 and 2.\n"
     "LIGHTPROBE_SHARED float lightprobe_harmonic_weight(int i, float cos_alpha, float x, float y,\n"
     "                                                   float z)\n"
     "{\n"
@@ -6018,39 +6125,34 @@ const char *lightprobe_glsl_specular(void)
     "    return t * t * t * t * t;\n"
     "}\n"
     "\n"
-    "// The lobe of alpha a for the cosine m to the viewer. Directions of light, x away from the viewer and z\n"
-    "// along the normal, become those of a cosine lobe by x' = along x - shear z, y' = across y, z' = width z:\n"
-    "// the horizon stays where it is, so nothing is reflected from below it. All numbers are fitted and\n"
-    "// checked by tests/proofs/specular.c.\n"
+    "// The lobe of alpha a for the cosine m to the viewer. Directions of light, x away from the viewer\n"
+    "// and z along the normal, become those of a cosine lobe by x' = along x - shear z, y' = across y,\n"
+    "// z' = width z: the horizon stays where it is, so nothing is reflected from below it. All numbers\n"
+    "// are fitted and checked by tests/proofs/specular.c.\n"
     "LIGHTPROBE_SHARED lightprobe_lobe lightprobe_fitted_lobe(lightprobe_lobe lobe, float a, float m)\n"
     "{\n"
     "    lightprobe_lobe l = lobe;\n"
     "    float r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));\n"
-    "    float along = lightprobe_cubic(\n"
-    "        a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),\n"
-    "        lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),\n"
-    "        lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),\n"
-    "        lightprobe_cubic(r, 5.3654f, -10.166f, 0.6215f, 22.296f));\n"
-    "    float shear = lightprobe_cubic(\n"
-    "        a, lightprobe_cubic(r, 1.0225f, 0.56181f, -2.6402f, 1.1447f),\n"
-    "        lightprobe_cubic(r, 3.5093f, -9.2535f, 29.787f, -28.027f),\n"
-    "        lightprobe_cubic(r, -10.008f, 11.951f, -31.701f, 5.4128f),\n"
-    "        lightprobe_cubic(r, 5.5156f, -3.3794f, -2.1185f, 28.337f));\n"
-    "    float across = lightprobe_cubic(\n"
-    "        a, lightprobe_cubic(r, 1.1531f, 14.567f, -37.403f, 22.137f),\n"
-    "        lightprobe_cubic(r, -4.9333f, -55.706f, 140.44f, -81.959f),\n"
-    "        lightprobe_cubic(r, 7.7695f, 76.784f, -189.68f, 115.76f),\n"
-    "        lightprobe_cubic(r, -3.7285f, -34.908f, 90.516f, -63.043f));\n"
-    "    float whole = lightprobe_cubic(\n"
-    "        a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),\n"
-    "        lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),\n"
-    "        lightprobe_cubic(r, 0.92783f, -9.0341f, 9.2648f, -0.16572f),\n"
-    "        lightprobe_cubic(r, -0.38267f, 1.986f, 4.6633f, -9.5373f));\n"
-    "    float schlick = lightprobe_cubic(\n"
-    "        a, lightprobe_cubic(r, 0.098366f, 2.6263f, -3.1047f, 1.392f),\n"
-    "        lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),\n"
-    "        lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),\n"
-    "        lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));\n"
+    "    float along = lightprobe_cubic(a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),\n"
+    "                                   lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),\n"
+    "                                   lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),\n"
+    "                                   lightprobe_cubic(r, 5.3654f, -10.166f, 0.6215f, 22.296f));\n"
+    "    float shear = lightprobe_cubic(a, lightprobe_cubic(r, 1.0225f, 0.56181f, -2.6402f, 1.1447f),\n"
+    "                                   lightprobe_cubic(r, 3.5093f, -9.2535f, 29.787f, -28.027f),\n"
+    "                                   lightprobe_cubic(r, -10.008f, 11.951f, -31.701f, 5.4128f),\n"
+    "                                   lightprobe_cubic(r, 5.5156f, -3.3794f, -2.1185f, 28.337f));\n"
+    "    float across = lightprobe_cubic(a, lightprobe_cubic(r, 1.1531f, 14.567f, -37.403f, 22.137f),\n"
+    "                                    lightprobe_cubic(r, -4.9333f, -55.706f, 140.44f, -81.959f),\n"
+    "                                    lightprobe_cubic(r, 7.7695f, 76.784f, -189.68f, 115.76f),\n"
+    "                                    lightprobe_cubic(r, -3.7285f, -34.908f, 90.516f, -63.043f));\n"
+    "    float whole = lightprobe_cubic(a, lightprobe_cubic(r, 1.1328f, -1.4348f, 2.4262f, -1.1276f),\n"
+    "                                   lightprobe_cubic(r, -0.70429f, 5.782f, -11.612f, 6.8001f),\n"
+    "                                   lightprobe_cubic(r, 0.92783f, -9.0341f, 9.2648f, -0.16572f),\n"
+    "                                   lightprobe_cubic(r, -0.38267f, 1.986f, 4.6633f, -9.5373f));\n"
+    "    float schlick = lightprobe_cubic(a, lightprobe_cubic(r, 0.098366f, 2.6263f, -3.1047f, 1.392f),\n"
+    "                                     lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),\n"
+    "                                     lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),\n"
+    "                                     lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));\n"
     "    along = m * m + a * along; // fitted up to 88 degrees, beyond that it would fall to 0\n"
     "    float least = 3.0f * a * a / (1.0f + 3.0f * a * a);\n"
     "    l.along = along > least ? along : least;\n"
@@ -6107,18 +6209,22 @@ const char *lightprobe_glsl_specular(void)
     "}\n"
     "\n"
     "// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the\n"
-    "// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole edges.\n"
+    "// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole\n"
+    "// edges.\n"
     "LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,\n"
-    "                                           const lightprobe_vec3 e, LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
+    "                                           const lightprobe_vec3 e,\n"
+    "                                           LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
     "{\n"
     "    lightprobe_vec3 q, plane, flat_p, flat_q;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
     "        q[i] = p[i] + e[i];\n"
-    "        plane[i] = p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits\n"
+    "        plane[i] =\n"
+    "            p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits\n"
     "    }\n"
     "    float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);\n"
-    "    for (int i = 0; i < 3; i++) { // straight below n azimuths hang on few digits, which must be the same ones\n"
+    "    for (int i = 0; i < 3;\n"
+    "         i++) { // straight below n azimuths hang on few digits, which must be the same ones\n"
     "        flat_p[i] = p[i] - at_p * n[i];\n"
     "        flat_q[i] = q[i] - at_q * n[i];\n"
     "    }\n"
@@ -6141,8 +6247,9 @@ const char *lightprobe_glsl_specular(void)
     "// Adds the edges of the parallelogram with these half-sides, all in the lobe, unless all of what it\n"
     "// encloses is below the horizon; c as in lightprobe_specular.\n"
     "LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const lightprobe_vec3 middle,\n"
-    "                                            const lightprobe_vec3 half_u, const lightprobe_vec3 half_v,\n"
-    "                                            float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
+    "                                            const lightprobe_vec3 half_u,\n"
+    "                                            const lightprobe_vec3 half_v, float c,\n"
+    "                                            LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
     "{\n"
     "    lightprobe_vec3 p, e;\n"
     "    float rise = fabsf(lightprobe_dot(half_u, n)) + fabsf(lightprobe_dot(half_v, n));\n"
@@ -6159,7 +6266,8 @@ const char *lightprobe_glsl_specular(void)
     "void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,\n"
     "                         LIGHTPROBE_OUT lightprobe_vec3 rgb)\n"
     "{\n"
-    "    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a hemisphere.\n"
+    "    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a\n"
+    "    // hemisphere.\n"
     "    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), before = 1.0f;\n"
     "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);\n"
     "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
@@ -6187,16 +6295,19 @@ const char *lightprobe_glsl_specular(void)
     "    lightprobe_into_lobe(lobe, axis_v, half_v);\n"
     "    if (before <= 0.0f) return; // it shines the other way\n"
     "    lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);\n"
-    "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes' theorem.\n"
+    "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes'\n"
+    "    // theorem.\n"
     "    float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;\n"
     "    for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];\n"
     "    float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);\n"
     "    float density = share / (4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v)));\n"
-    "    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's mean.\n"
+    "    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's\n"
+    "    // mean.\n"
     "    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));\n"
     "    fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);\n"
     "    for (int i = 0; i < 3; i++)\n"
-    "        rgb[i] = light.irradiance[i] * lobe.whole * density * (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);\n"
+    "        rgb[i] = light.irradiance[i] * lobe.whole * density *\n"
+    "                 (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);\n"
     "}\n"
     // [glsl text end]
     LIGHTPROBE__SPECULAR_END;
@@ -6220,13 +6331,13 @@ static const char *lightprobe__quote_work(void)
     "    float strength, luminance;\n"
     "    float tone; // LIGHTPROBE_TONE times the logarithm of radiance over its mean, plus parallax\n"
     "    float inverse, parallax; // mean of 1 / distance; that times the reach of receivers, at most 1\n"
-    "    float half_width; // of the square that it spreads its light over\n"
+    "    float half_width;        // of the square that it spreads its light over\n"
     "    int face, level, x, y, cluster;\n"
     "    float least, parts; // reach of the nearest seed, sum of what all lights take\n"
     "};\n"
     "\n"
-    "// Sums over the leaves of a light, of RGB and of luminance times tone, direction, and the squares and\n"
-    "// products of it, xx yy zz xy yz zx.\n"
+    "// Sums over the leaves of a light, of RGB and of luminance times tone, direction, and the squares\n"
+    "// and products of it, xx yy zz xy yz zx.\n"
     "struct lightprobe_moments {\n"
     "    lightprobe_vec3 flux;\n"
     "    float tones;\n"
@@ -6261,8 +6372,9 @@ static const char *lightprobe__quote_work(void)
     "    int nearby[LIGHTPROBE_NEAR], near_count;\n"
     "    lightprobe_vec3 seed; // on a moving probe leaves go to the nearest\n"
     "    float seed_tone, seed_share;\n"
-    "    int lives;    // takes leaves, 2: and those of one that does no more; 0: fades out\n"
-    "    float longest, distance; // mean direction that the light may have; what it was when it had leaves\n"
+    "    int lives; // takes leaves, 2: and those of one that does no more; 0: fades out\n"
+    "    // Mean direction that the light may have; what it was when it had leaves.\n"
+    "    float longest, distance;\n"
     "    // Of the leaves, now and in the last frame; what the light has besides, until it has faded.\n"
     "    lightprobe_moments now, past, late;\n"
     "};\n"
@@ -6316,7 +6428,8 @@ static const char *lightprobe__quote_work(void)
     "    return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);\n"
     "}\n"
     "\n"
-    "// Angle by which a light shifts for a receiver that is reach away from the probe; sums may be infinite.\n"
+    "// Angle by which a light shifts for a receiver that is reach away from the probe; sums may be\n"
+    "// infinite.\n"
     "LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float angle = inverse * reach;\n"
@@ -6353,9 +6466,9 @@ static const char *lightprobe__quote_work(void)
     "    return a;\n"
     "}\n"
     "\n"
-    "// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves.\n"
-    "// Mirrored cells have one luminance, but lie apart from the centre: this tells them from each other\n"
-    "// whichever comes first.\n"
+    "// What a leaf adds to the vector of a cluster with this centre. The one that adds most never\n"
+    "// leaves. Mirrored cells have one luminance, but lie apart from the centre: this tells them from\n"
+    "// each other whichever comes first.\n"
     "LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);\n"
@@ -6390,8 +6503,8 @@ static const char *lightprobe__quote_work(void)
     "    return d;\n"
     "}\n"
     "\n"
-    "// What lights err by, summed over clusters: squares of what unevenness does to each, and width, whose\n"
-    "// share goes one way for all lights along an edge and is summed before it is squared.\n"
+    "// What lights err by, summed over clusters: squares of what unevenness does to each, and width,\n"
+    "// whose share goes one way for all lights along an edge and is summed before it is squared.\n"
     "struct lightprobe_errors {\n"
     "    float squares, width;\n"
     "};\n"
@@ -6420,15 +6533,17 @@ static const char *lightprobe__quote_cells(void)
     "}\n"
     "\n"
     "// Of a texel's light per distance: 0 where it is infinitely far, or no distance.\n"
-    "LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, float omega, float distance)\n"
+    "LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, float omega,\n"
+    "                                                 float distance)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float part = lightprobe_luminance(rgb) * omega / distance;\n"
     "    return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;\n"
     "}\n"
     "\n"
-    "// Weights: its solid angle, and that over the distance to its centre (s, t). The fourth of rgb: how far.\n"
-    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb, float omega,\n"
-    "                                                        float weight, float s, float t)\n"
+    "// Weights: its solid angle, and that over the distance to its centre (s, t). The fourth of rgb: how\n"
+    "// far.\n"
+    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb,\n"
+    "                                                        float omega, float weight, float s, float t)\n"
     "{\n"
     "    lightprobe_vec3 rgb;\n"
     "    for (int i = 0; i < 3; i++) rgb[i] = texel_rgb[i];\n"
@@ -6449,8 +6564,9 @@ static const char *lightprobe__quote_cells(void)
     "}\n"
     "\n"
     "// resultant: of the cell, in the world's axes. Of a black cell the direction is null.\n"
-    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, const lightprobe_vec3 resultant,\n"
-    "                                                     float mean, float reach)\n"
+    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,\n"
+    "                                                     const lightprobe_vec3 resultant, float mean,\n"
+    "                                                     float reach)\n"
     "{\n"
     "    lightprobe_leaf leaf;\n"
     "    for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];\n"
@@ -6462,7 +6578,8 @@ static const char *lightprobe__quote_cells(void)
     "    LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;\n"
     "    LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3\n"
     "    leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float inverse = leaf.luminance > 0.0f ? cell.resultant[3] / leaf.luminance : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float inverse =\n"
+    "        leaf.luminance > 0.0f ? cell.resultant[3] / leaf.luminance : 0.0f;\n"
     "    leaf.inverse = inverse;\n"
     "    leaf.parallax = lightprobe_parallax(inverse, reach);\n"
     "    LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far\n"
@@ -6487,7 +6604,8 @@ static const char *lightprobe__quote_splits(void)
     return
     // [glsl text begin splits] made by "make glsl", do not edit
     "// What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the\n"
-    "// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a profile.\n"
+    "// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a\n"
+    "// profile.\n"
     "LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)\n"
     "{\n"
     "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
@@ -6659,9 +6777,9 @@ static const char *lightprobe__quote_splits(void)
     "    return most > 0.0f ? most : 0.0f;\n"
     "}\n"
     "\n"
-    "// Cramer's distance between the light along an axis (luminance below the end of each bin) and that of\n"
-    "// a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of their\n"
-    "// squared difference. Its mean over all axes is the energy distance, but for a factor.\n"
+    "// Cramer's distance between the light along an axis (luminance below the end of each bin) and that\n"
+    "// of a uniform light of the same variance, from -sqrt(3) to sqrt(3) deviations: the integral of\n"
+    "// their squared difference. Its mean over all axes is the energy distance, but for a factor.\n"
     "LIGHTPROBE_SHARED float lightprobe_unevenness(lightprobe_axis axis,\n"
     "                                              const float below[LIGHTPROBE_BINS], float luminance)\n"
     "{\n"
@@ -6677,8 +6795,8 @@ static const char *lightprobe__quote_splits(void)
     "    return sum / axis.scale;\n"
     "}\n"
     "\n"
-    "// Unevenness of parts that shift against each other: d/2 for points of parallax d to both sides, d^3 / (12 a^2)\n"
-    "// where they are evenly lit and 2 a wide, which is this variance of direction.\n"
+    "// Unevenness of parts that shift against each other: d/2 for points of parallax d to both sides,\n"
+    "// d^3 / (12 a^2) where they are evenly lit and 2 a wide, which is this variance of direction.\n"
     "LIGHTPROBE_SHARED float lightprobe_shift(lightprobe_spread s, float variance)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float square = s.parallax2 - s.parallax * s.parallax;\n"
@@ -6751,9 +6869,11 @@ static const char *lightprobe__quote_moving(void)
 {
     return
     // [glsl text begin moving] made by "make glsl", do not edit
-    "// What a cluster holds against a leaf on a moving probe. It must not hang on how fine the leaves are.\n"
+    "// What a cluster holds against a leaf on a moving probe. It must not hang on how fine the leaves\n"
+    "// are.\n"
     "LIGHTPROBE_SHARED float lightprobe_seed_distance(const lightprobe_vec3 direction, float tone,\n"
-    "                                                 const lightprobe_vec3 seed, float seed_tone, float share)\n"
+    "                                                 const lightprobe_vec3 seed, float seed_tone,\n"
+    "                                                 float share)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float all = share + 0.01f;\n"
     "    return lightprobe_distance(all, direction, 0.5f * tone, seed, 0.5f * seed_tone);\n"
@@ -6776,8 +6896,8 @@ static const char *lightprobe__quote_moving(void)
     "    return softness;\n"
     "}\n"
     "\n"
-    "// What a cluster takes of a leaf, to be divided by the sum of all. least: reach of the nearest; reach, the\n"
-    "// 4th root of distance, grows about as the angle does.\n"
+    "// What a cluster takes of a leaf, to be divided by the sum of all. least: reach of the nearest;\n"
+    "// reach, the 4th root of distance, grows about as the angle does.\n"
     "LIGHTPROBE_SHARED float lightprobe_part(float distance, float least, float softness)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float part = 1.0f - (sqrtf(sqrtf(distance)) - least) / softness;\n"
@@ -6802,12 +6922,13 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_add_moments(lightprobe_moments sum, lightprobe_leaf leaf,\n"
-    "                                                            float part)\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_add_moments(lightprobe_moments sum,\n"
+    "                                                            lightprobe_leaf leaf, float part)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_moments m = sum;\n"
     "    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float spread = 0.5f * part * (leaf.luminance - leaf.strength) * (1.0f + mean);\n"
+    "    LIGHTPROBE_PRECISE float spread =\n"
+    "        0.5f * part * (leaf.luminance - leaf.strength) * (1.0f + mean);\n"
     "    LIGHTPROBE_PRECISE float strength = part * leaf.strength, along = strength * mean - spread;\n"
     "    LIGHTPROBE_PRECISE float luminance = part * leaf.luminance, tones = luminance * leaf.tone;\n"
     "    m.tones += tones;\n"
@@ -6824,7 +6945,8 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_more(lightprobe_moments a, lightprobe_moments b, float times)\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_more(lightprobe_moments a, lightprobe_moments b,\n"
+    "                                                     float times)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_moments m = a;\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -6843,8 +6965,8 @@ static const char *lightprobe__quote_moving(void)
     "    return luminance > 0.0f ? lightprobe_length(m.resultant) / luminance : 0.0f;\n"
     "}\n"
     "\n"
-    "// state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9 resultant and\n"
-    "// 12 second moments, of the total's luminance.\n"
+    "// state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9\n"
+    "// resultant and 12 second moments, of the total's luminance.\n"
     "\n"
     "// From the previous lights' irradiance, in all, to this frame's flux; 0 if the map has jumped.\n"
     "LIGHTPROBE_SHARED float lightprobe_scale(float all, float total)\n"
@@ -6873,21 +6995,25 @@ static const char *lightprobe__quote_moving(void)
     "}\n"
     "\n"
     "// What a previous light had of its leaves.\n"
-    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late, float scale)\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late,\n"
+    "                                                     float scale)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();\n"
     "    LIGHTPROBE_PRECISE float luminance = scale * lightprobe_luminance(l.irradiance);\n"
     "    LIGHTPROBE_PRECISE float strength = luminance * (0.5f + 0.5f * l.cos_alpha);\n"
     "    LIGHTPROBE_PRECISE float u = luminance * lightprobe_variance(l.tan_half_u);\n"
-    "    LIGHTPROBE_PRECISE float v = luminance * lightprobe_variance(l.tan_half_v), d = luminance - u - v;\n"
+    "    LIGHTPROBE_PRECISE float v = luminance * lightprobe_variance(l.tan_half_v),\n"
+    "                             d = luminance - u - v;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        int j = (i + 1) % 3;\n"
     "        LIGHTPROBE_PRECISE float flux = scale * l.irradiance[i], vector = strength * l.direction[i];\n"
-    "        LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i], dd = d * l.direction[i];\n"
+    "        LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i],\n"
+    "                                 dd = d * l.direction[i];\n"
     "        m.flux[i] = flux - late.flux[i];\n"
     "        m.resultant[i] = vector - late.resultant[i];\n"
     "        m.second[i] = du * l.axis_u[i] + dv * l.axis_v[i] + dd * l.direction[i] - late.second[i];\n"
-    "        m.second[3 + i] = du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];\n"
+    "        m.second[3 + i] =\n"
+    "            du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];\n"
     "    }\n"
     "    return m;\n"
     "}\n"
@@ -6895,7 +7021,8 @@ static const char *lightprobe__quote_moving(void)
     "// Whether a light has other leaves than before, rather than the same ones elsewhere.\n"
     "LIGHTPROBE_SHARED int lightprobe_has_changed(lightprobe_moments past, lightprobe_moments now)\n"
     "{\n"
-    "    float a = lightprobe_luminance(past.flux), b = lightprobe_luminance(now.flux), most = a > b ? a : b;\n"
+    "    float a = lightprobe_luminance(past.flux), b = lightprobe_luminance(now.flux),\n"
+    "          most = a > b ? a : b;\n"
     "    LIGHTPROBE_PRECISE float wide_a = a - lightprobe_length(past.resultant);\n"
     "    LIGHTPROBE_PRECISE float wide_b = b - lightprobe_length(now.resultant);\n"
     "    LIGHTPROBE_PRECISE float width = 0.05f * (wide_a < wide_b ? wide_b : wide_a) + 1e-6f * most;\n"
@@ -6903,7 +7030,8 @@ static const char *lightprobe__quote_moving(void)
     "}\n"
     "\n"
     "// What is left of it a frame later. No light becomes negative.\n"
-    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late, lightprobe_moments now, float rest)\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,\n"
+    "                                                      lightprobe_moments now, float rest)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_moments m = late;\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -6917,8 +7045,9 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most of the\n"
-    "// total away, as of a colour that was not there before, little but rounding is left, and none is late.\n"
+    "// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most\n"
+    "// of the total away, as of a colour that was not there before, little but rounding is left, and\n"
+    "// none is late.\n"
     "LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float left = total + sum;\n"
@@ -7009,15 +7138,17 @@ static const char *lightprobe__quote_lights(void)
     "    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
     "    // Light from all around has no direction: any will do.\n"
     "    float size = lightprobe_normalize(r.d);\n"
-    "    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++) r.d[i] = i == 1 ? 1.0f : 0.0f;\n"
+    "    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++)\n"
+    "        r.d[i] = i == 1 ? 1.0f : 0.0f;\n"
     "    lightprobe_frame(r.d, r.e, r.f);\n"
     "    return r;\n"
     "}\n"
     "\n"
-    "// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is spread\n"
-    "// evenly around its mean direction: how far is known from the length of the vector irradiance, only its shape\n"
-    "// is not.\n"
-    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region, lightprobe_leaf leaf)\n"
+    "// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is\n"
+    "// spread evenly around its mean direction: how far is known from the length of the vector\n"
+    "// irradiance, only its shape is not.\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region,\n"
+    "                                                          lightprobe_leaf leaf)\n"
     "{\n"
     "    lightprobe_region r = region;\n"
     "    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;\n"
@@ -7034,10 +7165,10 @@ static const char *lightprobe__quote_lights(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "// What a light has besides its leaves; before its direction is found. It may not become narrower than what\n"
-    "// it is made of.\n"
-    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region, lightprobe_moments late,\n"
-    "                                                        float longest)\n"
+    "// What a light has besides its leaves; before its direction is found. It may not become narrower\n"
+    "// than what it is made of.\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region,\n"
+    "                                                        lightprobe_moments late, float longest)\n"
     "{\n"
     "    lightprobe_region r = region;\n"
     "    lightprobe_vec3 v;\n"
@@ -7048,10 +7179,12 @@ static const char *lightprobe__quote_lights(void)
     "    }\n"
     "    // It lies as far as the leaves do.\n"
     "    float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);\n"
-    "    LIGHTPROBE_PRECISE float inverse = leaves > 0.0f ? LIGHTPROBE_VALUE(r.inverse) * (more / leaves) : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float inverse =\n"
+    "        leaves > 0.0f ? LIGHTPROBE_VALUE(r.inverse) * (more / leaves) : 0.0f;\n"
     "    LIGHTPROBE_ADD(r.inverse, inverse);\n"
     "    LIGHTPROBE_ADD(r.luminance, more);\n"
-    "    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance), size = lightprobe_length(v);\n"
+    "    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),\n"
+    "                             size = lightprobe_length(v);\n"
     "    for (int i = 0; i < 3 && size > most; i++) {\n"
     "        LIGHTPROBE_PRECISE float off = v[i] * (most / size - 1.0f);\n"
     "        LIGHTPROBE_ADD(r.resultant[i], off);\n"
@@ -7059,7 +7192,8 @@ static const char *lightprobe__quote_lights(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED float lightprobe_product(const float m[6], const lightprobe_vec3 a, const lightprobe_vec3 b)\n"
+    "LIGHTPROBE_SHARED float lightprobe_product(const float m[6], const lightprobe_vec3 a,\n"
+    "                                           const lightprobe_vec3 b)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float sum = m[0] * a[0] * b[0] + m[1] * a[1] * b[1] + m[2] * a[2] * b[2];\n"
     "    LIGHTPROBE_PRECISE float xy = a[0] * b[1] + a[1] * b[0], yz = a[1] * b[2] + a[2] * b[1];\n"
@@ -7068,7 +7202,8 @@ static const char *lightprobe__quote_lights(void)
     "    return sum;\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late_second(lightprobe_region region, lightprobe_moments late)\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late_second(lightprobe_region region,\n"
+    "                                                               lightprobe_moments late)\n"
     "{\n"
     "    lightprobe_region r = region;\n"
     "    LIGHTPROBE_ADD(r.second[0], lightprobe_product(late.second, r.e, r.e));\n"
@@ -7118,7 +7253,8 @@ static const char *lightprobe__quote_lights(void)
     "    float sine = x < 0.0f ? larger : smaller;\n"
     "    sine = b < 0.0f ? -sine : sine;\n"
     "    // The disc whose mean direction is as long as the region's: R = (1 + cos alpha) / 2.\n"
-    "    LIGHTPROBE_PRECISE float cos_alpha = 1.0f - 2.0f * ((luminance - lightprobe_length(resultant)) / luminance);\n"
+    "    LIGHTPROBE_PRECISE float cos_alpha =\n"
+    "        1.0f - 2.0f * ((luminance - lightprobe_length(resultant)) / luminance);\n"
     "    lightprobe_light light;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        LIGHTPROBE_PRECISE float u = cosine * r.e[i] + sine * r.f[i];\n"
@@ -7133,7 +7269,8 @@ static const char *lightprobe__quote_lights(void)
     "    light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;\n"
     "    light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;\n"
     "    light.id = -1;\n"
-    "    // What shifts it for a receiver is 1 / distance, so that is averaged. Beyond 1e9 it is infinitely far.\n"
+    "    // What shifts it for a receiver is 1 / distance, so that is averaged. Beyond 1e9 it is\n"
+    "    // infinitely far.\n"
     "    float inverse = LIGHTPROBE_VALUE(r.inverse);\n"
     "    LIGHTPROBE_PRECISE float distance = luminance / inverse;\n"
     "    light.distance = inverse > 0.0f && distance <= 1e9f ? distance : 0.0f;\n"
@@ -7142,8 +7279,8 @@ static const char *lightprobe__quote_lights(void)
     "}\n"
     "\n"
     "// What the next frame goes on from. rate: how much of its way the seed goes; 0 where it is new.\n"
-    "LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, lightprobe_cluster c, float rate,\n"
-    "                                                       float fading, float total)\n"
+    "LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, lightprobe_cluster c,\n"
+    "                                                       float rate, float fading, float total)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_light l = light;\n"
     "    float luminance = lightprobe_luminance(c.now.flux);\n"

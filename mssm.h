@@ -96,7 +96,7 @@
 
 #include <stddef.h>
 
-#define MSSM_VERSION 200  // 10000 * major + 100 * minor + patch
+#define MSSM_VERSION 200 // 10000 * major + 100 * minor + patch
 
 #ifndef MSSM_API
 #ifndef MSSM_STATIC
@@ -115,12 +115,14 @@ extern "C" {
 // ---- Moment math ---- >>math calls
 
 // [glsl begin]
+// clang-format off
 typedef struct mssm_moments4 { float b[4]; } mssm_moments4;
 typedef struct mssm_moments6 { float b[6]; } mssm_moments6;
 typedef struct mssm_points3 { float z[3], w[3]; } mssm_points3;
 typedef struct mssm_points4 { float z[4], w[4]; } mssm_points4;
 typedef struct mssm_bounds { float lower, upper; } mssm_bounds;
 typedef struct mssm_roots3 { float x[3]; int count; } mssm_roots3;
+// clang-format on
 // [glsl end]
 
 // The moments z, z^2, ... of one depth. z is clamped to [-1,1]; NaN counts as 1, nothing hit.
@@ -131,15 +133,16 @@ MSSM_API mssm_moments6 mssm_moments6_of_depth(float z);
 // How strongly moments must be pulled towards the bias vector so that rounding cannot leave the set
 // of valid moments, per storage format (docs/moments.md, "Bias"; printed by `make bias`). A larger
 // value leaks a little more light, a smaller one lets false shadows of up to its size through.
-#define MSSM_BIAS4_FLOAT32 4.8e-7f  // moments as float; mssm_moments*_bias
+#define MSSM_BIAS4_FLOAT32 4.8e-7f // moments as float; mssm_moments*_bias
 #define MSSM_BIAS6_FLOAT32 2.2e-6f
-#define MSSM_BIAS4_UNORM16 1.9e-5f  // encoded, stored once in 16 bits; mssm_moments*_bias_encoded
-#define MSSM_BIAS6_UNORM16 3.5e-5f  // (mssm_moments*_bias would need 2.2e-5 and 5.2e-5)
-#define MSSM_BIAS4_UNORM16_FILTERED 5.6e-5f  // the same, stored by a resolve and two blur passes
+#define MSSM_BIAS4_UNORM16 1.9e-5f // encoded, stored once in 16 bits; mssm_moments*_bias_encoded
+#define MSSM_BIAS6_UNORM16 3.5e-5f // (mssm_moments*_bias would need 2.2e-5 and 5.2e-5)
+#define MSSM_BIAS4_UNORM16_FILTERED 5.6e-5f // the same, stored by a resolve and two blur passes
 #define MSSM_BIAS6_UNORM16_FILTERED 1.05e-4f
 // Tables of this header, as mssm_map_visibility uses them; and what mssm_map_moments gives, for
-// mssm_moments*_bias. Proved for kernels of up to 27 texels. Coarser levels round once more each, which
-// at the very worst asks for 2.2 times as much at level 4; sampled maps need less than half of these.
+// mssm_moments*_bias. Proved for kernels of up to 27 texels. Coarser levels round once more each,
+// which at the very worst asks for 2.2 times as much at level 4; sampled maps need less than half
+// of these.
 #define MSSM_BIAS4_TABLE 7.0e-7f
 #define MSSM_BIAS6_TABLE 1.3e-6f
 #define MSSM_BIAS4_DECODED 1.4e-6f
@@ -171,10 +174,10 @@ MSSM_API mssm_bounds mssm_visibility6(mssm_moments6 m, float z);
 // The same for count elements in structure-of-arrays form: b[k][i] is moment k+1 of element i.
 // gcc vectorises the loops with -O3 -fno-math-errno -fno-trapping-math, clang with
 // -O2 -fno-math-errno (and -march=native or the like for wide registers).
-MSSM_API void mssm_visibility4_array(int count, const float *const b[4], const float *z, float *lower,
-                                     float *upper);
-MSSM_API void mssm_visibility6_array(int count, const float *const b[6], const float *z, float *lower,
-                                     float *upper);
+MSSM_API void mssm_visibility4_array(int count, const float *const b[4], const float *z,
+                                     float *lower, float *upper);
+MSSM_API void mssm_visibility6_array(int count, const float *const b[6], const float *z,
+                                     float *lower, float *upper);
 
 // The distribution with the fewest depths that has the moments m and z among its depths (canonical
 // representation): z[0] is the given depth, the others ascend, w are their shares, sum 1. Depths
@@ -186,25 +189,27 @@ MSSM_API mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z);
 // were a blocker at z, clamped to [self_weight_min, self_weight_max]. 1e-3, 1e-3: the lower
 // estimate (image-based lighting paper, Eq. 7); 1e-3, 1: the upper estimate (Eq. 19). In [-1,z]; z
 // without blockers.
-MSSM_API float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min, float self_weight_max);
-MSSM_API float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min, float self_weight_max);
+MSSM_API float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min,
+                                   float self_weight_max);
+MSSM_API float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min,
+                                   float self_weight_max);
 
 // Real roots of c0 + c1 x + c2 x^2 + c3 x^3, ascending; multiple roots are repeated. A pair that
 // rounding of the coefficients may have made complex counts as a double root. Zero leading
 // coefficients lower the degree; count is 0 for a constant. Unused x are 0. Roots are right
-// to their last digits down to 1e-28 of the largest; beyond 1e18 they count as infinite. Roots below
-// 1e-37, and coefficients below 1e-36 of the largest, may count as 0.
+// to their last digits down to 1e-28 of the largest; beyond 1e18 they count as infinite. Roots
+// below 1e-37, and coefficients below 1e-36 of the largest, may count as 0.
 MSSM_API mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3);
 
 // ---- Lights ---- >>light calls
 
 typedef enum mssm_result {
     MSSM_OK = 0,
-    MSSM_ERROR_ARGUMENT,  // a null pointer, a number that is not finite or out of its range
-    MSSM_ERROR_MEMORY,    // the memory passed in is too small, or malloc has none
-    MSSM_ERROR_GL_VERSION,  // not OpenGL 4.5, or the loader does not find a function of it
-    MSSM_ERROR_GL,        // a shader, a framebuffer or storage that the driver refuses: see the log
-    MSSM_ERROR_ORDER      // a call between begin and end, or an end without a begin
+    MSSM_ERROR_ARGUMENT,   // a null pointer, a number that is not finite or out of its range
+    MSSM_ERROR_MEMORY,     // the memory passed in is too small, or malloc has none
+    MSSM_ERROR_GL_VERSION, // not OpenGL 4.5, or the loader does not find a function of it
+    MSSM_ERROR_GL,   // a shader, a framebuffer or storage that the driver refuses: see the log
+    MSSM_ERROR_ORDER // a call between begin and end, or an end without a begin
 } mssm_result;
 
 // One line for people. Never null.
@@ -217,42 +222,48 @@ typedef struct mssm_light {
     // for directional lights. For perspective ones it is linear in clip.w, the distance along the
     // axis: -1 at z_near, 1 at z_far.
     float world_to_shadow[16];
-    int perspective;           // 0: directional
-    float half_u, half_v;      // directional: tangents of half-angles; spot: half-widths, world units
-    float extent_u, extent_v;  // directional: half-size of the frustum, world units; spot: tan_half_fov
-    float z_near, z_far;       // distance along the axis of depth -1 and 1, world units; only the
-                               // difference counts for directional lights
+    int perspective;      // 0: directional
+    float half_u, half_v; // directional: tangents of half-angles; spot: half-widths, world units
+    // Directional: half-size of the frustum, world units; spot: tan_half_fov.
+    float extent_u, extent_v;
+    float z_near, z_far; // distance along the axis of depth -1 and 1, world units; only the
+                         // difference counts for directional lights
 } mssm_light;
 
 // A light at infinity: a rectangle of the sky with tangents of half-angles tan_half_u, tan_half_v
-// >= 0 along axis_u and across it. The frustum is fitted to the box of the casters, 1/64 wider; receivers
-// may lie outside. Where casters go on beyond the box (a cascade, a camera's surroundings), what the map
-// holds at its rim stands for them; otherwise all is lit there. Keep the box close to the casters, or call
-// mssm_light_fit: past casters nearer to their receivers than .2% of the box's depth along the light, the
-// moment bias lightens penumbras (by 1%, at .05% by 15%); umbras stay dark down to .005%. direction needs not
-// be unit. axis_u is made orthogonal to it; where that is impossible another axis is taken. Fails, with light
-// untouched, on numbers that are not finite, a zero direction or box_min > box_max.
+// >= 0 along axis_u and across it. The frustum is fitted to the box of the casters, 1/64 wider;
+// receivers may lie outside. Where casters go on beyond the box (a cascade, a camera's
+// surroundings), what the map holds at its rim stands for them; otherwise all is lit there. Keep
+// the box close to the casters, or call mssm_light_fit: past casters nearer to their receivers than
+// .2% of the box's depth along the light, the moment bias lightens penumbras (by 1%, at .05% by
+// 15%); umbras stay dark down to .005%. direction needs not be unit. axis_u is made orthogonal to
+// it; where that is impossible another axis is taken. Fails, with light untouched, on numbers that
+// are not finite, a zero direction or box_min > box_max.
 MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
-                                            const float axis_u[3], float tan_half_u, float tan_half_v,
-                                            const float box_min[3], const float box_max[3]);
+                                            const float axis_u[3], float tan_half_u,
+                                            float tan_half_v, const float box_min[3],
+                                            const float box_max[3]);
 
 // A rectangle of half_width_u by half_width_v >= 0 (world units) at position, shining along
 // -direction into a square pyramid of half-angle tangent tan_half_fov > 0 between the distances 0 <
 // z_near < z_far. Casters must lie between the two. A near plane close to the light costs nothing
 // but depth precision (mssm_light_fit). The map's rim stands for casters beyond the sides; further
 // out all counts as lit: the cone's falloff is the caller's. Fails as above.
-MSSM_API mssm_result mssm_light_spot(mssm_light *light, const float position[3], const float direction[3],
-                                     const float axis_u[3], float tan_half_fov, float z_near, float z_far,
+MSSM_API mssm_result mssm_light_spot(mssm_light *light, const float position[3],
+                                     const float direction[3], const float axis_u[3],
+                                     float tan_half_fov, float z_near, float z_far,
                                      float half_width_u, float half_width_v);
 
-// A rectangle of tangents of half-angles tan_half_u, tan_half_v at this distance from a probe: lightprobe_light
-// has them. A spot light that covers the casters' box; where its plane meets the box, or the box is wider than
-// a tangent of 3, it moves away by as much as it takes, and grows with it. A directional light for distance 0,
-// infinity, and where the box is narrower than 1/512 or 1/64 of the smaller half-angle: visibility then differs
-// by less than 1/64. Fails as above, and for a distance below 0 or NaN.
-MSSM_API mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float direction[3],
-                                     const float axis_u[3], float tan_half_u, float tan_half_v,
-                                     float distance, const float box_min[3], const float box_max[3]);
+// A rectangle of tangents of half-angles tan_half_u, tan_half_v at this distance from a probe:
+// lightprobe_light has them. A spot light that covers the casters' box; where its plane meets the
+// box, or the box is wider than a tangent of 3, it moves away by as much as it takes, and grows
+// with it. A directional light for distance 0, infinity, and where the box is narrower than 1/512
+// or 1/64 of the smaller half-angle: visibility then differs by less than 1/64. Fails as above, and
+// for a distance below 0 or NaN.
+MSSM_API mssm_result mssm_light_area(mssm_light *light, const float probe[3],
+                                     const float direction[3], const float axis_u[3],
+                                     float tan_half_u, float tan_half_v, float distance,
+                                     const float box_min[3], const float box_max[3]);
 
 // Shadow-space x, y, depth of a world-space point: what a depth map for mssm_map_update must hold.
 // Returns 0, with shadow untouched, where the point has none (behind a spot light, not finite).
@@ -264,10 +275,10 @@ MSSM_API int mssm_light_project(const mssm_light *light, const float point[3], f
 MSSM_API mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
                                       float z_far, float half_width);
 
-// For a box that follows the camera: moves the frustum of a directional light sideways by at most half
-// a texel of its map, so that the texels lie on the same places of the world whatever the box, as long
-// as its size stays, and edges of shadows do not crawl. Leave that much of a margin in the box. Fails,
-// with light untouched, for perspective lights and side < 1.
+// For a box that follows the camera: moves the frustum of a directional light sideways by at most
+// half a texel of its map, so that the texels lie on the same places of the world whatever the box,
+// as long as its size stays, and edges of shadows do not crawl. Leave that much of a margin in the
+// box. Fails, with light untouched, for perspective lights and side < 1.
 MSSM_API mssm_result mssm_light_snap(mssm_light *light, int side);
 
 // The same light with its depth range fitted to what is drawn: from the nearest to the farthest
@@ -280,14 +291,16 @@ MSSM_API mssm_result mssm_light_fit(mssm_light *light, float nearest, float fart
 // Least and greatest depth of count that something was drawn at; 0 where nothing was (all are 1).
 MSSM_API int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest);
 
-// Depth z of what a GPU has stored as window depth, 0 to 1 or reversed, with the planes of the light: what
-// mssm_map_update wants, element by element. On the GPU it is mssm_gl_set_depth.
+// Depth z of what a GPU has stored as window depth, 0 to 1 or reversed, with the planes of the
+// light: what mssm_map_update wants, element by element. On the GPU it is mssm_gl_set_depth.
 MSSM_API float mssm_light_depth(const mssm_light *light, float stored, int reversed);
 
 // [glsl begin lights]
 // Faces of mssm_light_point that a receiver asks, and their weights, sum 1. Next to an edge of the
 // cube two or three faces have a share, so that nothing jumps there; else the others have 0.
+// clang-format off
 typedef struct mssm_faces { int face[3]; float weight[3]; } mssm_faces;
+// clang-format on
 // [glsl end]
 
 // From the vector from the light to the receiver.
@@ -298,8 +311,8 @@ MSSM_API mssm_faces mssm_point_faces(float x, float y, float z);
 MSSM_API float mssm_attenuation(float distance, float constant, float linear, float quadratic);
 
 // Share of a spot light's strength by the cosine of the angle from its axis: cosine^exponent, faded
-// smoothly from 1 at cos_inner to 0 at cos_outer < cos_inner. cosine is clamped to [-1,1]; its power is
-// 1 for an exponent <= 0, else 0 below 0.
+// smoothly from 1 at cos_inner to 0 at cos_outer < cos_inner. cosine is clamped to [-1,1]; its
+// power is 1 for an exponent <= 0, else 0 below 0.
 MSSM_API float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent);
 
 // GLSL 4.50 text of mssm_faces and the last three functions. It stands alone. Static storage.
@@ -308,46 +321,49 @@ MSSM_API const char *mssm_glsl_lights(void);
 // ---- Moment map: one light's summed-area tables, in memory that the caller owns ---- >>map calls
 
 typedef enum mssm_estimator {
-    MSSM_LAYERED = 0,    // each blocker layer gets a kernel of its own (docs/moments.md, "Layers")
-    MSSM_LOWER_BLOCKER,  // one kernel from the lower estimate of blocker depth, Eq. 7
-    MSSM_UPPER_BLOCKER   // one kernel from the upper estimate, Eq. 19
+    MSSM_LAYERED = 0,   // each blocker layer gets a kernel of its own (docs/moments.md, "Layers")
+    MSSM_LOWER_BLOCKER, // one kernel from the lower estimate of blocker depth, Eq. 7
+    MSSM_UPPER_BLOCKER  // one kernel from the upper estimate, Eq. 19
 } mssm_estimator;
 
-typedef struct mssm_settings {  // zero means default everywhere
-    int moments;                // 4, 6, or 0: as many as the map has
+typedef struct mssm_settings { // zero means default everywhere
+    int moments;               // 4, 6, or 0: as many as the map has
     mssm_estimator estimator;
-    float moment_bias;  // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
-    float depth_bias;   // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
-                        // fade in over twice as much, so that they don't pop
-    int max_kernel;     // widest filter in texels of level 0; 0: as wide as the light asks for
-    float tolerance;    // error of visibility below which narrower kernels are left out; 0: 1/256
+    float moment_bias; // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
+    float depth_bias;  // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
+                       // fade in over twice as much, so that they don't pop
+    int max_kernel;    // widest filter in texels of level 0; 0: as wide as the light asks for
+    float tolerance;   // error of visibility below which narrower kernels are left out; 0: 1/256
 } mssm_settings;
 
 typedef struct mssm_map mssm_map;
 
-// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * (moments * 4 + 2), the 2 for
-// least and greatest depths, and a third more for the coarser levels. 0 if the arguments are out of range.
+// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * (moments * 4 + 2),
+// the 2 for least and greatest depths, and a third more for the coarser levels. 0 if the arguments
+// are out of range.
 MSSM_API size_t mssm_map_bytes(int side, int moments);
 
 // Lays out a map in memory (any alignment; must not be moved while in use). The map starts empty:
 // everything is lit. Fails with *map untouched.
-MSSM_API mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments);
+MSSM_API mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side,
+                                   int moments);
 
 // Takes a depth map and builds all tables. Depth at [(y*side + x)*samples + s], 1 to 64 samples a
 // texel, 1 where nothing is hit, clamped to [-1,1], NaN counts as 1. With back (the depth of back
 // faces, same layout) the mean of both is used, sample by sample: no depth bias, so firmer contact
 // shadows of separate convex casters under small lights, but leaks next to concave ones; NULL for
 // open meshes. Fails with the map untouched.
-MSSM_API mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back, int samples);
+MSSM_API mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back,
+                                     int samples);
 
 // Visibility of the light from a world-space point, in [0,1]. settings may be NULL. Points
-// nearer than the near plane, not finite, or so far outside the map that their kernel misses it are lit;
-// just outside what the rim holds goes on.
+// nearer than the near plane, not finite, or so far outside the map that their kernel misses it are
+// lit; just outside what the rim holds goes on.
 MSSM_API float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
                                    const mssm_settings *settings, const float point[3]);
 
-// The same with the receiver's normal, of any length, NULL or zero where it is not known. It tells the
-// receiver's own surface from blockers. Best is the geometric one, towards the viewer's side.
+// The same with the receiver's normal, of any length, NULL or zero where it is not known. It tells
+// the receiver's own surface from blockers. Best is the geometric one, towards the viewer's side.
 MSSM_API float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
                                           const mssm_settings *settings, const float point[3],
                                           const float normal[3]);
@@ -355,33 +371,37 @@ MSSM_API float mssm_map_visibility_normal(const mssm_map *map, const mssm_light 
 // The same for many points: what depends on the light alone is done once. normals may be NULL;
 // visibility may not overlap the rest.
 MSSM_API void mssm_map_visibility_many(const mssm_map *map, const mssm_light *light,
-                                       const mssm_settings *settings, int count, const float (*points)[3],
-                                       const float (*normals)[3], float *visibility);
+                                       const mssm_settings *settings, int count,
+                                       const float (*points)[3], const float (*normals)[3],
+                                       float *visibility);
 
 // Moments of depth of a rectangle of the map, for estimators of one's own: centre and half-sizes in
 // shadow space, at least half a texel. Beyond the map its outermost texels stand for as much as the
 // rectangle has inside, and depth 1 for the rest. Not biased yet:
 // mssm_moments6_bias(m, MSSM_BIAS6_DECODED) makes them safe. With 4 moments the last two are 0.
-MSSM_API mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y);
+MSSM_API mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x,
+                                        float half_y);
 
-// For shading without an mssm_gl (mssm_glsl_shader): a level of the map as a texture, 2D array with a layer a light.
+// For shading without an mssm_gl (mssm_glsl_shader): a level of the map as a texture, 2D array with
+// a layer a light.
 typedef struct mssm_texels {
-    int levels, side;                        // mip levels of the texture; texels across and up of this one
-    unsigned internal_format, format, type;  // as glTexImage3D takes them
-    size_t bytes;                            // of this level
+    int levels, side; // mip levels of the texture; texels across and up of this one
+    unsigned internal_format, format, type; // as glTexImage3D takes them
+    size_t bytes;                           // of this level
 } mssm_texels;
 
-// which 0: moments 1 to 4 (RGBA32I); 1: moments 5 and 6 (RG32I); 2: least depths and least -depths (RG32F). texels may be
-// NULL, to ask for sizes. MSSM_ERROR_ARGUMENT, with all untouched, ends a loop over levels: there is no such
-// level or, with 4 moments, no texture 1; MSSM_ERROR_MEMORY if bytes are too few.
-MSSM_API mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texels *info, void *texels,
-                                     size_t bytes);
+// which 0: moments 1 to 4 (RGBA32I); 1: moments 5 and 6 (RG32I); 2: least depths and least -depths
+// (RG32F). texels may be NULL, to ask for sizes. MSSM_ERROR_ARGUMENT, with all untouched, ends a
+// loop over levels: there is no such level or, with 4 moments, no texture 1; MSSM_ERROR_MEMORY if
+// bytes are too few.
+MSSM_API mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texels *info,
+                                     void *texels, size_t bytes);
 
-// The light as that shading reads it: 7 ivec4 of its uniform block; all 0 where there is none. Floats are in it
-// bit for bit. settings, of which max_kernel counts, may be NULL. Fails, with view untouched, on lights that
-// mssm_gl_set_light refuses.
-MSSM_API mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light, const mssm_settings *settings,
-                                   int view[28]);
+// The light as that shading reads it: 7 ivec4 of its uniform block; all 0 where there is none.
+// Floats are in it bit for bit. settings, of which max_kernel counts, may be NULL. Fails, with view
+// untouched, on lights that mssm_gl_set_light refuses.
+MSSM_API mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light,
+                                   const mssm_settings *settings, int view[28]);
 
 #ifndef MSSM_NO_FILTERED
 // ---- Filtered hard shadows and translucent casters (docs/filtered.md) ---- >>filtered calls
@@ -389,52 +409,58 @@ MSSM_API mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light,
 // Lights without size, antialiased by one look at a blurred map of 64 bits a texel (96 with 6
 // moments): 16-bit moments under a Gaussian, with a mip chain, read trilinearly.
 
-typedef struct mssm_filter {  // zero means default everywhere
-    float moment_bias;  // 0: MSSM_BIAS4_UNORM16_FILTERED or MSSM_BIAS6_UNORM16_FILTERED
-    float depth_bias;   // in units of z; 0: by the filter's width and what lies beyond the receiver
-    float full_shadow;  // share of occlusion that counts as all, against weak leaks; 0: 0.98; 1: off
+typedef struct mssm_filter { // zero means default everywhere
+    float moment_bias;       // 0: MSSM_BIAS4_UNORM16_FILTERED or MSSM_BIAS6_UNORM16_FILTERED
+    float depth_bias;  // in units of z; 0: by the filter's width and what lies beyond the receiver
+    float full_shadow; // share of occlusion that counts as all, against weak leaks; 0: 0.98; 1: off
 } mssm_filter;
 
 typedef struct mssm_filtered mssm_filtered;
 
 // Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments, 0 if out of range: 2 for each
-// moment and a third more for the mip chain, and 8 to work in (so that every level is rounded once).
+// moment and a third more for the mip chain, and 8 to work in (so that every level is rounded
+// once).
 MSSM_API size_t mssm_filtered_bytes(int side, int moments);
 
 // As mssm_map_init: any alignment, not to be moved, everything lit. Fails with *map untouched.
 MSSM_API mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, int side,
                                         int moments);
 
-// Takes a depth map, laid out as for mssm_map_update, blurs it by a Gaussian of 2 * radius + 1 texels
-// (standard deviation radius / 2; 0 to 32) and makes the mip chain. Beyond the map its outermost texels go
-// on, as far as Gaussian and footprint reach. Fails with the map untouched.
-MSSM_API mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples, int radius);
+// Takes a depth map, laid out as for mssm_map_update, blurs it by a Gaussian of 2 * radius + 1
+// texels (standard deviation radius / 2; 0 to 32) and makes the mip chain. Beyond the map its
+// outermost texels go on, as far as Gaussian and footprint reach. Fails with the map untouched.
+MSSM_API mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples,
+                                          int radius);
 
 // The same from encoded moments of one's own, encoded[(y*side + x)*moments + k]: what
 // mssm_moments*_encode gives, for translucent casters what mssm_moments*_blend has made of it.
-MSSM_API mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encoded, int radius);
+MSSM_API mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encoded,
+                                                  int radius);
 
 // Soft shadows of the same moments.
 MSSM_API mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded);
 
 // Moments at shadow-space x, y under a footprint that is width wide (shadow space; 0: the finest).
 // Not biased yet. With 4 moments the last two are 0. Outside the map: of depth 1.
-MSSM_API mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, float width);
+MSSM_API mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y,
+                                             float width);
 
 // Visibility of the light from a world-space point, in [0,1]: the upper bound. width: the pixel's
 // footprint in world units at the point; 0: a point. filter may be NULL. Points outside the map,
 // nearer than its near plane or not finite are lit.
 MSSM_API float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
-                                        const mssm_filter *filter, const float point[3], float width);
+                                        const mssm_filter *filter, const float point[3],
+                                        float width);
 
 // Both bounds of it. Inside of smoke their middle is nearer to the truth: the upper bound takes a
 // receiver to be the last of its surface, and half of the smoke round it is behind it.
 MSSM_API mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *light,
-                                          const mssm_filter *filter, const float point[3], float width);
+                                          const mssm_filter *filter, const float point[3],
+                                          float width);
 
 // A layer at depth z that lets 1 - opacity of the light through, over what is there: standard alpha
-// blending. After layers from far to near, P(depth < z) is exactly the light that those nearer than z
-// keep off, 1 - product(1 - opacity): so the bounds enclose the transmittance.
+// blending. After layers from far to near, P(depth < z) is exactly the light that those nearer than
+// z keep off, 1 - product(1 - opacity): so the bounds enclose the transmittance.
 MSSM_API mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity);
 MSSM_API mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity);
 #endif
@@ -443,11 +469,11 @@ MSSM_API mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opaci
 // ---- Single scattering: shafts of a directional light in a homogeneous medium (docs/shafts.md) ---- >>scattering calls
 //
 // Seen from the camera with the light as pole, a view ray is one inclination (angle from the pole)
-// and one azimuth, and meets one light ray of that azimuth at each distance r from the axis. So in a
-// map of azimuth (rows) and r (columns) that holds the inclination of the caster on each light ray,
-// the visibility along a view ray is that of one depth in a row up to some column, and mean moments
-// up to there bound it. The math is here and in mssm_glsl_scattering(); filling the map and adding
-// up its rows is the application's, as in examples/common/gl_shafts.c.
+// and one azimuth, and meets one light ray of that azimuth at each distance r from the axis. So in
+// a map of azimuth (rows) and r (columns) that holds the inclination of the caster on each light
+// ray, the visibility along a view ray is that of one depth in a row up to some column, and mean
+// moments up to there bound it. The math is here and in mssm_glsl_scattering(); filling the map and
+// adding up its rows is the application's, as in examples/common/gl_shafts.c.
 
 // [glsl begin scattering]
 // A camera under a light. Scalars only, as mssm_view.
@@ -455,30 +481,38 @@ typedef struct mssm_scattering {
     float axis[9];  // unit: across the light to the middle of the picture, aside, towards the light
     float eye[3];   // camera in shadow space
     float slope[5]; // shadow-space x, y for each world unit along two axes, world units for each z
-    float azimuth[2];      // where rows begin, and their range, 2 pi where they go round
-    float inclination[2];  // of depth 0, and depth in a radian
-    float extinction;      // per world unit
-    float fade;            // the same for r: columns scatter equal shares of unshadowed light
-    float balance;         // see mssm_scattering_visibility
+    float azimuth[2];     // where rows begin, and their range, 2 pi where they go round
+    float inclination[2]; // of depth 0, and depth in a radian
+    float extinction;     // per world unit
+    float fade;           // the same for r: columns scatter equal shares of unshadowed light
+    float balance;        // see mssm_scattering_visibility
 } mssm_scattering;
 
 // Where a row is over the map: from r = first on (extent 0: nowhere); shadow-space x, y for each r.
+// clang-format off
 typedef struct mssm_epipolar { float first, extent, fade, x, y; } mssm_epipolar;
+// clang-format on
 
 // A view ray: texture coordinates of its row and its last column's end, depth, share of its light
 // that comes from over the map, weight of the upper bound.
+// clang-format off
 typedef struct mssm_view_ray { float row, column, depth, share, upper, balance; } mssm_view_ray;
+// clang-format on
 
+// clang-format off
 typedef struct mssm_points2 { float z[2], w[2]; } mssm_points2;
+// clang-format on
 // [glsl end]
 
 // The camera at eye sees what is between four directions: corners of the picture, in order around
 // it. The light must be directional, extinction >= 0. Fails with s untouched.
-MSSM_API mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, const float eye[3],
-                                          const float corners[12], float extinction);
+MSSM_API mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light,
+                                          const float eye[3], const float corners[12],
+                                          float extinction);
 
 MSSM_API mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth);
-MSSM_API float mssm_scattering_distance(mssm_epipolar row, float column);  // r at 0 to 1 of all columns
+MSSM_API float mssm_scattering_distance(mssm_epipolar row,
+                                        float column); // r at 0 to 1 of all columns
 
 // Two depths, ascending, with the first three moments; a single surface gets a little variance.
 MSSM_API mssm_points2 mssm_reconstruct3(float b1, float b2, float b3);
@@ -486,15 +520,17 @@ MSSM_API mssm_points2 mssm_reconstruct3(float b1, float b2, float b3);
 // Inclination, as a depth in [-1,1], of the point of a light ray at shadow-space depth z; what is
 // behind all casters (MSSM_FAR_CASTER) goes to infinity. And its moments from those of z.
 MSSM_API float mssm_inclination(mssm_scattering s, float r, float z);
-MSSM_API mssm_moments6 mssm_scattering_moments(mssm_scattering s, float r, float b1, float b2, float b3);
+MSSM_API mssm_moments6 mssm_scattering_moments(mssm_scattering s, float r, float b1, float b2,
+                                               float b3);
 
 // A unit direction in world space; distance to the surface, or to where the medium ends.
-MSSM_API mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, float distance);
+MSSM_API mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z,
+                                           float distance);
 
 // Mean visibility along the ray, weighted by transmittance to the camera: times unshadowed single
 // scattering it is the shafts. m: biased mean moments of the columns up to the ray's. It takes the
-// upper bound with weight (1 - cos(inclination)) / 2, as in the slides, the lower one with the rest;
-// balance 0.5 goes halfway to the share of what is lit for sure in all that is sure.
+// upper bound with weight (1 - cos(inclination)) / 2, as in the slides, the lower one with the
+// rest; balance 0.5 goes halfway to the share of what is lit for sure in all that is sure.
 MSSM_API float mssm_scattering_visibility(mssm_view_ray ray, mssm_moments6 m);
 
 // GLSL 4.50 text of all but mssm_scattering_init, to be put after mssm_glsl_math(). Static storage.
@@ -514,11 +550,11 @@ MSSM_API const char *mssm_glsl_math(void);
 // that a rectangle of the map holds. A macro MSSM_SEARCH may name a cheaper one for the search, and
 // MSSM_LEAST_DEPTH a float f(int map, float x, float y, float half_size): the least depth within
 // half_size texels, which proves receivers lit and lets near planes and far casters do no harm;
-// MSSM_GREATEST_DEPTH likewise the greatest, which proves them dark: to be defined right before the text,
-// which forgets them. A type of map other than int is MSSM_MAP's.
+// MSSM_GREATEST_DEPTH likewise the greatest, which proves them dark: to be defined right before the
+// text, which forgets them. A type of map other than int is MSSM_MAP's.
 MSSM_API const char *mssm_glsl_shading(void);
 
-#if !(defined MSSM_STATIC && defined MSSM_NO_GL)  // a static function must be defined
+#if !(defined MSSM_STATIC && defined MSSM_NO_GL) // a static function must be defined
 // ---- OpenGL 4.5 ---- >>gl calls
 //
 // Any number of lights; each frame:
@@ -536,46 +572,47 @@ MSSM_API const char *mssm_glsl_shading(void);
 // Calls must come with the context of mssm_gl_create current; several contexts may have one mssm_gl
 // each. They leave the GL state as they found it, but for what mssm_gl_bind says it binds and,
 // between begin and end, the state of the depth pass. Objects carry labels that start with "mssm".
-// What is out of range is told to the log: "mssm: side 20000: 1 to 16384". While transform feedback is
-// active and not paused GL forbids our programs: MSSM_ERROR_ORDER. Not between glBeginConditionalRender
-// and its end: GL would leave out what a pass draws, and cannot be asked. Not seen either: conservative
-// rasterization, shading rates and sample locations of vendors' extensions. A program or framebuffer that
-// was deleted while it was bound cannot be bound again: 0 is, without an error.
+// What is out of range is told to the log: "mssm: side 20000: 1 to 16384". While transform feedback
+// is active and not paused GL forbids our programs: MSSM_ERROR_ORDER. Not between
+// glBeginConditionalRender and its end: GL would leave out what a pass draws, and cannot be asked.
+// Not seen either: conservative rasterization, shading rates and sample locations of vendors'
+// extensions. A program or framebuffer that was deleted while it was bound cannot be bound again: 0
+// is, without an error.
 
 typedef void (*mssm_gl_function)(void);
-typedef mssm_gl_function (*mssm_gl_loader)(const char *name);  // glfwGetProcAddress and the like
+typedef mssm_gl_function (*mssm_gl_loader)(const char *name); // glfwGetProcAddress and the like
 
-typedef struct mssm_gl_desc {  // zero means default everywhere
-    mssm_gl_loader load;       // needed
-    int lights;                // as many as the driver's array layers, 2048 on most; default 1
-    int side;                  // of the maps, 1 to 16384; default 256, filtered 1024
-    int samples;               // of the depth target, 1 to 64; default 4
-    int moments;               // 4 or 6; default 6, filtered 4. settings.moments chooses among what is stored
-    mssm_settings settings;    // of soft shadows, compiled into the shading text
-    int first_texture_unit;    // mssm_gl_bind takes three from here; default 80. Filtered: two, 83
-    int first_buffer_binding;  // and this binding of shader storage buffers; default 7, filtered 6
-    void (*log)(void *user, const char *message);  // one line, or a shader's whole log; may be NULL
+typedef struct mssm_gl_desc { // zero means default everywhere
+    mssm_gl_loader load;      // needed
+    int lights;               // as many as the driver's array layers, 2048 on most; default 1
+    int side;                 // of the maps, 1 to 16384; default 256, filtered 1024
+    int samples;              // of the depth target, 1 to 64; default 4
+    int moments; // 4 or 6; default 6, filtered 4. settings.moments chooses among what is stored
+    mssm_settings settings;   // of soft shadows, compiled into the shading text
+    int first_texture_unit;   // mssm_gl_bind takes three from here; default 80. Filtered: two, 83
+    int first_buffer_binding; // and this binding of shader storage buffers; default 7, filtered 6
+    void (*log)(void *user, const char *message); // one line, or a shader's whole log; may be NULL
     void *user;
-    const char *name;          // of the function that the shading text declares; default mssm_visibility,
-                               // filtered mssm_filtered_visibility. Not kept
+    const char *name; // of the function that the shading text declares; default mssm_visibility,
+                      // filtered mssm_filtered_visibility. Not kept
 #ifndef MSSM_NO_FILTERED
-    int filtered;              // 1: filtered hard shadows, with translucent casters; then of the
-    int radius;                // Gaussian, 1 to 32 texels, -1: none; default 2
-    int anisotropy;            // looks along the longer side of a pixel's footprint, 1 to 16; default 4
-    mssm_filter filter;        // compiled into the shading text
+    int filtered;       // 1: filtered hard shadows, with translucent casters; then of the
+    int radius;         // Gaussian, 1 to 32 texels, -1: none; default 2
+    int anisotropy;     // looks along the longer side of a pixel's footprint, 1 to 16; default 4
+    mssm_filter filter; // compiled into the shading text
 #endif
 } mssm_gl_desc;
 
 typedef struct mssm_gl mssm_gl;
 
 // Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 25
-// bytes and a third more, and two depth targets of side^2 * samples * 4. Filtered: N * side^2 * 8 (12
-// with 6 moments) and a third more, and to work in side^2 * (4 * samples + 79). On failure *gl is
-// untouched, nothing is left behind, and the log has said why.
+// bytes and a third more, and two depth targets of side^2 * samples * 4. Filtered: N * side^2 * 8
+// (12 with 6 moments) and a third more, and to work in side^2 * (4 * samples + 79). On failure *gl
+// is untouched, nothing is left behind, and the log has said why.
 MSSM_API mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
 
-// Bytes of its textures and buffers, if the driver gives the samples asked for. Needs no context. 0, with a
-// word in the log, where numbers are out of range.
+// Bytes of its textures and buffers, if the driver gives the samples asked for. Needs no context.
+// 0, with a word in the log, where numbers are out of range.
 MSSM_API size_t mssm_gl_bytes(const mssm_gl_desc *desc);
 
 // Deletes all objects. gl may be NULL. A depth pass under way is ended.
@@ -591,110 +628,119 @@ MSSM_API mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light 
 // Between these two the application draws its casters into the light's depth map. begin binds a
 // multisampled framebuffer without colour, sets viewport, depth test, depth range and clip control
 // (-1 to 1) and clears depth; culling is off, or with back_faces front faces are culled; whatever
-// else could keep fragments or colours out is off: clip distances, stencil, masks, alpha test ... end
-// restores all of that; depth becomes moments with whatever call comes next, so that front faces need not
-// where back faces follow. A pass with back_faces must directly follow the light's pass without: the mean
-// of both is used then, sample by sample, as with mssm_map_update. Filtered maps take none.
+// else could keep fragments or colours out is off: clip distances, stencil, masks, alpha test ...
+// end restores all of that; depth becomes moments with whatever call comes next, so that front
+// faces need not where back faces follow. A pass with back_faces must directly follow the light's
+// pass without: the mean of both is used then, sample by sample, as with mssm_map_update. Filtered
+// maps take none.
 MSSM_API mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
 MSSM_API mssm_result mssm_gl_end_depth(mssm_gl *gl);
 
 // How a depth map holds depth.
 typedef enum mssm_stored {
-    MSSM_STORED_WINDOW = 0,  // as a GPU stores it from gl_Position, with a depth range of 0 to 1; whether clip
-                             // space ends at -1 or 0 makes no difference
-    MSSM_STORED_LINEAR,      // 0 to 1 linear in the distance along the light's axis
-    MSSM_STORED_RADIAL       // 0 to 1 linear in the distance from the light, as point lights often have it
+    // As a GPU stores it from gl_Position, with a depth range of 0 to 1; whether clip space ends at
+    // -1 or 0 makes no difference.
+    MSSM_STORED_WINDOW = 0,
+    MSSM_STORED_LINEAR, // 0 to 1 linear in the distance along the light's axis
+    MSSM_STORED_RADIAL  // the same from the light, as point lights often have it
 } mssm_stored;
 
 // A depth map that the renderer has already.
-typedef struct mssm_gl_depth {  // zero means default everywhere
-    unsigned texture;      // needed: of depth or depth and stencil, or with the depth as red
-    unsigned target;       // GL_TEXTURE_2D (default), _2D_ARRAY, _CUBE_MAP, _CUBE_MAP_ARRAY,
-                           // _2D_MULTISAMPLE or _2D_MULTISAMPLE_ARRAY
-    int layer;             // of an array; face of a cube map; cube * 6 + face of an array of these
-    int x, y;              // texel at which the light's rectangle begins
-    int width, height;     // in texels, 0: to the end. Each once to 8 times the side of mssm_gl: what lies in
-                           // a texel of the moment map, at most 64 texels times samples, is its samples
-    mssm_stored stored;    // default MSSM_STORED_WINDOW
-    int reversed;          // 1 is nearest and 0 farthest
-    float z_near, z_far;   // distances that the map's ends stand for; both 0: those of the light. z_far may be
-                           // INFINITY
+typedef struct mssm_gl_depth { // zero means default everywhere
+    unsigned texture;          // needed: of depth or depth and stencil, or with the depth as red
+    unsigned target;           // GL_TEXTURE_2D (default), _2D_ARRAY, _CUBE_MAP, _CUBE_MAP_ARRAY,
+                               // _2D_MULTISAMPLE or _2D_MULTISAMPLE_ARRAY
+    int layer; // of an array; face of a cube map; cube * 6 + face of an array of these
+    int x, y;  // texel at which the light's rectangle begins
+    // In texels, 0: to the end. Each once to 8 times the side of mssm_gl: what lies in a texel of
+    // the moment map, at most 64 texels times samples, is its samples.
+    int width, height;
+    mssm_stored stored; // default MSSM_STORED_WINDOW
+    int reversed;       // 1 is nearest and 0 farthest
+    // Distances that the map's ends stand for; both 0: those of the light. z_far may be INFINITY.
+    float z_near, z_far;
 } mssm_gl_depth;
 
-// In place of the passes of a light that was set: front, and where not NULL back, which then must be like
-// front but for texture, layer, x and y. Columns and rows are shadow-space x and y. The far end (1, reversed
-// 0) counts as nothing hit. The texture's own state and samplers stay and are not in the way: compare mode,
-// filters, swizzle, stencil mode; its base level is read, at once. Fails with the light's map as it was. Then
-// mssm_gl_build. Filtered maps take front alone, and no translucent casters after it. Within
-// mssm_gl_begin_frame GL is asked about a texture only the first time that a light gets it with these numbers.
+// In place of the passes of a light that was set: front, and where not NULL back, which then must
+// be like front but for texture, layer, x and y. Columns and rows are shadow-space x and y. The far
+// end (1, reversed 0) counts as nothing hit. The texture's own state and samplers stay and are not
+// in the way: compare mode, filters, swizzle, stencil mode; its base level is read, at once. Fails
+// with the light's map as it was. Then mssm_gl_build. Filtered maps take front alone, and no
+// translucent casters after it. Within mssm_gl_begin_frame GL is asked about a texture only the
+// first time that a light gets it with these numbers.
 MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
                                        const mssm_gl_depth *back);
 
-// Round the passes and the build of a frame, where their calls of GL count: GL's state is saved and put
-// back once, not for each light, and nothing in between asks GL for it, which can cost a wait. Drawing
-// may then change programs, buffers, textures, vertex arrays, culling, viewport, scissor and depth test;
-// what else a pass sets must stay as it is. mssm_gl_bind comes after the end. Brackets of several objects
-// nest: the last that was begun ends first.
+// Round the passes and the build of a frame, where their calls of GL count: GL's state is saved and
+// put back once, not for each light, and nothing in between asks GL for it, which can cost a wait.
+// Drawing may then change programs, buffers, textures, vertex arrays, culling, viewport, scissor
+// and depth test; what else a pass sets must stay as it is. mssm_gl_bind comes after the end.
+// Brackets of several objects nest: the last that was begun ends first.
 MSSM_API mssm_result mssm_gl_begin_frame(mssm_gl *gl);
 MSSM_API mssm_result mssm_gl_end_frame(mssm_gl *gl);
 
 // Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of
-// as many levels as the widest light needs. Filtered: Gaussian and mip chain of the light drawn last,
-// those of the others have been made when the next began. Where nothing has changed it returns at once.
+// as many levels as the widest light needs. Filtered: Gaussian and mip chain of the light drawn
+// last, those of the others have been made when the next began. Where nothing has changed it
+// returns at once.
 MSSM_API mssm_result mssm_gl_build(mssm_gl *gl);
 
-// Binds what shading reads: textures at units first_texture_unit and the next two (and no samplers), a
-// shader storage buffer at first_buffer_binding. Once a frame after the build, or whenever these
-// were changed. The first time the log is told what else was bound there.
+// Binds what shading reads: textures at units first_texture_unit and the next two (and no
+// samplers), a shader storage buffer at first_buffer_binding. Once a frame after the build, or
+// whenever these were changed. The first time the log is told what else was bound there.
 MSSM_API mssm_result mssm_gl_bind(mssm_gl *gl);
 
 // What is not up to date, as bits. 0 for a wrong index, which the log is told.
 enum {
-    MSSM_STALE_MAP = 1,    // nothing was drawn, or the light's frustum was changed since: only its size may be
-    MSSM_STALE_TABLES = 2  // mssm_gl_build has something to do for it
+    // Nothing was drawn, or the light's frustum was changed since: only its size may be.
+    MSSM_STALE_MAP = 1,
+    MSSM_STALE_TABLES = 2 // mssm_gl_build has something to do for it
 };
 MSSM_API int mssm_gl_stale(const mssm_gl *gl, int index);
 
-// To look at: draws the map of a light in shades of grey, nearest black, into the viewport of the draw
-// framebuffer that is bound. Needs built tables; not within mssm_gl_begin_frame.
+// To look at: draws the map of a light in shades of grey, nearest black, into the viewport of the
+// draw framebuffer that is bound. Needs built tables; not within mssm_gl_begin_frame.
 typedef enum mssm_show {
-    MSSM_SHOW_MEAN = 0,  // mean depth of each texel
-    MSSM_SHOW_LEAST      // least depths, a texel for four; not of filtered maps
+    MSSM_SHOW_MEAN = 0, // mean depth of each texel
+    MSSM_SHOW_LEAST     // least depths, a texel for four; not of filtered maps
 } mssm_show;
 MSSM_API mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what);
 
 // GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
 // float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth; with a name of
-// your own NAME and NAME_at. Filtered: float mssm_filtered_visibility(int light, vec3 world_position,
-// vec3 ddx, vec3 ddy), the latter the derivatives of the position (dFdx and dFdy in a forward pass, zero
-// for a point), and mssm_bounds mssm_filtered_bounds of the same, or NAME and NAME_bounds. 1 where there
-// is no such light. Lives as long as gl. One shader may have the texts of several mssm_gl, with names,
-// units and bindings of their own, in any order and beside all other texts of this header.
+// your own NAME and NAME_at. Filtered: float mssm_filtered_visibility(int light, vec3
+// world_position, vec3 ddx, vec3 ddy), the latter the derivatives of the position (dFdx and dFdy in
+// a forward pass, zero for a point), and mssm_bounds mssm_filtered_bounds of the same, or NAME and
+// NAME_bounds. 1 where there is no such light. Lives as long as gl. One shader may have the texts
+// of several mssm_gl, with names, units and bindings of their own, in any order and beside all
+// other texts of this header.
 MSSM_API const char *mssm_gl_shader(const mssm_gl *gl);
 
-// The same for contexts without an mssm_gl (docs/integration.md, 9): GLSL from 330 and 300 es on, so OpenGL 3.3, macOS,
-// OpenGL ES 3.0, WebGL 2. Units and bindings are the caller's to set: of isampler2DArray mssm_table0, mssm_table1 (6
-// moments) and sampler2DArray mssm_depths for the textures of mssm_map_texels, and of the uniform block
-// mssm_view_block for the views of mssm_map_view, one for each of desc.lights, at most 585 (16 KiB hold 146). With
-// desc.name NAME: mssm_NAME_table0 ... Of desc lights, moments, settings, name and log count; not filtered. Returns
-// the bytes of the text with its final 0, and writes it if there are as many; 0, with a word in the log, if refused.
+// The same for contexts without an mssm_gl (docs/integration.md, 9): GLSL from 330 and 300 es on,
+// so OpenGL 3.3, macOS, OpenGL ES 3.0, WebGL 2. Units and bindings are the caller's to set: of
+// isampler2DArray mssm_table0, mssm_table1 (6 moments) and sampler2DArray mssm_depths for the
+// textures of mssm_map_texels, and of the uniform block mssm_view_block for the views of
+// mssm_map_view, one for each of desc.lights, at most 585 (16 KiB hold 146). With desc.name NAME:
+// mssm_NAME_table0 ... Of desc lights, moments, settings, name and log count; not filtered. Returns
+// the bytes of the text with its final 0, and writes it if there are as many; 0, with a word in the
+// log, if refused.
 MSSM_API size_t mssm_glsl_shader(const mssm_gl_desc *desc, char *text, size_t bytes);
 
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
 // levels. which 0: channels 1 to 4 (RGBA32I); 1: channels 5 and 6 (RG32I), 0 with 4 moments; 2:
-// least depths, and the least of -depth, from half the side down (RG32F). Filtered: 0 and 1 the maps (RGBA16,
-// RG16); 3: the encoded moments of the light just drawn, before the Gaussian until it is built and after it from
-// then on: an array of two layers (RGBA32F), moments 1 to 3 and 4 to 6. Before reading them back:
-// glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
+// least depths, and the least of -depth, from half the side down (RG32F). Filtered: 0 and 1 the
+// maps (RGBA16, RG16); 3: the encoded moments of the light just drawn, before the Gaussian until it
+// is built and after it from then on: an array of two layers (RGBA32F), moments 1 to 3 and 4 to 6.
+// Before reading them back: glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT).
 MSSM_API unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 
 #ifndef MSSM_NO_FILTERED
-// Filtered hard shadows have the same life cycle, and translucent casters where wanted: after a light's
-// mssm_gl_end_depth, before the next begin or the build. Between these the application blends them, from
-// far to near, into the moments of the light just drawn: its fragment shader calls mssm_translucent
-// (mssm_glsl_translucent). Blending is its own to set, for both targets: glEnable(GL_BLEND);
-// glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out what lies behind opaque
-// casters.
+// Filtered hard shadows have the same life cycle, and translucent casters where wanted: after a
+// light's mssm_gl_end_depth, before the next begin or the build. Between these the application
+// blends them, from far to near, into the moments of the light just drawn: its fragment shader
+// calls mssm_translucent (mssm_glsl_translucent). Blending is its own to set, for both targets:
+// glEnable(GL_BLEND); glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out
+// what lies behind opaque casters.
 MSSM_API mssm_result mssm_gl_begin_translucent(mssm_gl *gl);
 MSSM_API mssm_result mssm_gl_end_translucent(mssm_gl *gl);
 
@@ -702,18 +748,18 @@ MSSM_API mssm_result mssm_gl_end_translucent(mssm_gl *gl);
 // depth as in shadow space (directional lights: 2 * gl_FragCoord.z - 1). Static storage.
 MSSM_API const char *mssm_glsl_translucent(void);
 
-// Soft shadows of such moments: in place of a depth pass of an mssm_gl that is not filtered. texture: an
-// array of two layers as mssm_gl_texture(filtered, 3), at least as large as the map. Texels beyond the
-// map are not read. Then mssm_gl_build.
+// Soft shadows of such moments: in place of a depth pass of an mssm_gl that is not filtered.
+// texture: an array of two layers as mssm_gl_texture(filtered, 3), at least as large as the map.
+// Texels beyond the map are not read. Then mssm_gl_build.
 MSSM_API mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
 #endif
-#endif  // MSSM_STATIC, MSSM_NO_GL
+#endif // MSSM_STATIC, MSSM_NO_GL
 
 #ifdef __cplusplus
 }
 #endif
 
-#endif  // MSSM_H
+#endif // MSSM_H
 
 // ================================================================================================
 // Stop here if you only use the library: below is the implementation.
@@ -728,8 +774,8 @@ MSSM_API mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned textur
 #include <stdint.h>
 #include <string.h>
 
-// With -ffast-math compilers take NaN for a number and add in any order: not in here. Clang 14 obeys for x86
-// and s390x; elsewhere it warns.
+// With -ffast-math compilers take NaN for a number and add in any order: not in here. Clang 14
+// obeys for x86 and s390x; elsewhere it warns.
 #if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
 #define MSSM__PRECISE_MATH
 #if defined __clang__
@@ -754,8 +800,8 @@ extern "C" {
 #endif
 #define MSSM_PRECISE
 
-// Names of GLSL's own functions (MSSM__GLSL_NAMES), which an optimizer can make one instruction each;
-// operands in this order, so that the specification's formula too gives b for NaN.
+// Names of GLSL's own functions (MSSM__GLSL_NAMES), which an optimizer can make one instruction
+// each; operands in this order, so that the specification's formula too gives b for NaN.
 MSSM_SHARED float mssm_min(float a, float b)
 {
     return a < b ? a : b;
@@ -961,7 +1007,7 @@ struct mssm_pivots {
 };
 
 struct mssm_kernel4 {
-    float mean, u0, i1, i2, f1, q2;  // i = 1/d; q, f, e: values and slopes of polynomials at u0
+    float mean, u0, i1, i2, f1, q2; // i = 1/d; q, f, e: values and slopes of polynomials at u0
     float k0, k1, k2, w0;
 };
 
@@ -1129,13 +1175,13 @@ MSSM_SHARED struct mssm_split mssm_split4(struct mssm_kernel4 k)
 }
 
 // Three other depths. With one or two of them beyond the receiver, one depth stands alone on its
-// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d < 0.
-// Long: the selects between the cases use everything that was found before.
+// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d <
+// 0. Long: the selects between the cases use everything that was found before.
 MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
 {
     int falling = k.k1 < 0.0f ? 1 : 0;
-    int three = k.k2 > 0.0f ? falling : 0;  // beyond, where their number is odd
-    int two = k.k2 < 0.0f ? 1 : falling;    // beyond, where it is even
+    int three = k.k2 > 0.0f ? falling : 0; // beyond, where their number is odd
+    int two = k.k2 < 0.0f ? 1 : falling;   // beyond, where it is even
     float side_odd = three == 1 ? -1.0f : 1.0f;
     float side = k.k3 < 0.0f ? side_odd : -1.0f;
 
@@ -1153,7 +1199,7 @@ MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
     float y_c = c >= 0.0f ? y_a : y_b;
     y_c = b > 0.0f ? y_c : y;
     y = mssm_min(y_c, y);
-    for (int i = 0; i < 3; i++) {  // Halley: monotone from there, error below 1e-6 after three
+    for (int i = 0; i < 3; i++) { // Halley: monotone from there, error below 1e-6 after three
         float f = ((y + b) * y + c) * y + d;
         float f1 = (3.0f * y + 2.0f * b) * y + c;
         float f2 = 6.0f * y + 2.0f * b;
@@ -1193,8 +1239,7 @@ MSSM_SHARED struct mssm_kernel4 mssm_kernel4_of(mssm_moments4 m, float z)
 
 MSSM_SHARED struct mssm_kernel6 mssm_kernel6_of(mssm_moments6 m, float z)
 {
-    return mssm_make_kernel6(
-        mssm_factorise6(m.b[0], m.b[1], m.b[2], m.b[3], m.b[4], m.b[5]), z);
+    return mssm_make_kernel6(mssm_factorise6(m.b[0], m.b[1], m.b[2], m.b[3], m.b[4], m.b[5]), z);
 }
 
 mssm_bounds mssm_visibility4(mssm_moments4 m, float z)
@@ -1247,7 +1292,7 @@ MSSM_SHARED struct mssm_pair mssm_quadratic(float b, float c)
     float disc = middle * middle - c;
     float root = sqrtf(mssm_max(disc, 0.0f));
     float x = middle < 0.0f ? middle - root : middle + root;
-    float y = disc > 0.0f ? c / x : middle;  // no cancellation; x is not 0 where disc is not
+    float y = disc > 0.0f ? c / x : middle; // no cancellation; x is not 0 where disc is not
     struct mssm_pair r;
     r.x0 = mssm_min(x, y);
     r.x1 = mssm_max(y, x);
@@ -1284,7 +1329,7 @@ MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float r
         f = ((x + b) * x + c) * x + d;
         f1 = (3.0f * x + 2.0f * b) * x + c;
         float step = f1 > 0.0f ? side * f / f1 : -size;
-        if (fabsf(step) > size) break;  // steps shrink, or all is rounding: three equal roots
+        if (fabsf(step) > size) break; // steps shrink, or all is rounding: three equal roots
         size = fabsf(step);
         x = x - side * step;
         if (step >= 0.0f) break;
@@ -1306,7 +1351,7 @@ MSSM_SHARED struct mssm_deflated mssm_deflate_real(float b, float c, float d)
     float x = middle - (f < 0.0f ? -2.0f : 2.0f) * unit * cosine;
     f = ((x + b) * x + c) * x + d;
     float f1 = (3.0f * x + 2.0f * b) * x + c;
-    float step = f / mssm_max(f1, 1e-30f);  // bounded: next to a triple root it is noise
+    float step = f / mssm_max(f1, 1e-30f); // bounded: next to a triple root it is noise
     x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);
     return mssm_divide(b, c, d, x);
 }
@@ -1322,7 +1367,8 @@ MSSM_SHARED float mssm_reach(float b, float c, float d)
     return spread > 0.0f ? 1.324718f * mssm_max(cube, root) : cube;
 }
 
-// All three roots of a cubic that is known to have only real ones; the single one is the lowest or the highest.
+// All three roots of a cubic that is known to have only real ones; the single one is the lowest or
+// the highest.
 MSSM_SHARED mssm_roots3 mssm_sort3(float single, struct mssm_pair p)
 {
     mssm_roots3 r;
@@ -1355,7 +1401,7 @@ MSSM_SHARED mssm_roots3 mssm_solve_quadratic(float c0, float c1, float c2)
         float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));
         size = size > 1e-37f ? size : 1.0f;
         b = b / size;
-        c = mssm_clamp(c / size, -3e38f, 3e38f) / size;  // as in mssm_solve_cubic
+        c = mssm_clamp(c / size, -3e38f, 3e38f) / size; // as in mssm_solve_cubic
         struct mssm_pair p = mssm_quadratic(b, c);
         // Rounding of b and c alone moves the discriminant by this much.
         if (0.25f * b * b - c >= -4.8e-7f * (0.75f * b * b + fabsf(c))) {
@@ -1391,8 +1437,9 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     float a3 = fabsf(e3);
     if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);
 
-    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2. Two roots far
-    // below the third are found in units of their own, or their squares would leave the range of float.
+    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2. Two roots
+    // far below the third are found in units of their own, or their squares would leave the range
+    // of float.
     float b = e2 / e3;
     float c = e1 / e3;
     float d = e0 / e3;
@@ -1407,8 +1454,8 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     float unit = pair < 0.01f * size && pair > 1e-37f ? pair : size;
     float s = unit / size;
     b = b / size;
-    // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of size,
-    // which leaves the range of float.
+    // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of
+    // size, which leaves the range of float.
     c = mssm_clamp(c / size, -3e38f, 3e38f) / unit;
     d = mssm_clamp(mssm_clamp(d / unit, -3e38f, 3e38f) / unit, -3e38f, 3e38f) / size;
     struct mssm_deflated left = mssm_deflate(b, c * s, d * s * s, mssm_reach(b, c * s, d * s * s));
@@ -1466,8 +1513,7 @@ MSSM_SHARED mssm_points3 mssm_points_of4(struct mssm_kernel4 k)
 MSSM_SHARED mssm_points4 mssm_points_of6(struct mssm_kernel6 k)
 {
     float inverse = 1.0f / k.k0;
-    struct mssm_deflated left =
-        mssm_deflate_real(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);
+    struct mssm_deflated left = mssm_deflate_real(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);
     struct mssm_pair v = mssm_quadratic(left.b, left.c);
     float ta = mssm_distance(left.root);
     float tb = mssm_distance(v.x0);
@@ -1500,7 +1546,7 @@ mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z)
 mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)
 {
     mssm_points4 r = mssm_points_of6(mssm_kernel6_of(m, z));
-    for (int i = 0; i < 3; i++) {  // three comparisons of neighbours sort three depths
+    for (int i = 0; i < 3; i++) { // three comparisons of neighbours sort three depths
         int j = i == 1 ? 2 : 1;
         float z_low = r.z[j];
         float w_low = r.w[j];
@@ -1673,7 +1719,7 @@ static int mssm__frame(const float direction[3], const float axis_u[3], double f
     for (int i = 0; i < 3; i++) u[i] = axis_u[i];
     int usable = mssm__normalise(u);
     mssm__cross(w, u, v);
-    if (!usable || mssm__dot(v, v) < 1e-12) {  // none of its own: take the least aligned axis
+    if (!usable || mssm__dot(v, v) < 1e-12) { // none of its own: take the least aligned axis
         int least = fabs(w[0]) < fabs(w[1]) ? (fabs(w[0]) < fabs(w[2]) ? 0 : 2)
                                             : (fabs(w[1]) < fabs(w[2]) ? 1 : 2);
         for (int i = 0; i < 3; i++) u[i] = i == least;
@@ -1690,8 +1736,8 @@ static void mssm__set_row(float m[16], int row, const double axis[3], double sca
     m[12 + row] = (float)offset;
 }
 
-// Middle and half size of the box in the frame. A flat box, or a point, still needs a frustum with an
-// inside. Returns 0 where the box is none.
+// Middle and half size of the box in the frame. A flat box, or a point, still needs a frustum with
+// an inside. Returns 0 where the box is none.
 static int mssm__box_in_frame(double frame[3][3], const float box_min[3], const float box_max[3],
                               double centre[3], double half[3])
 {
@@ -1718,19 +1764,20 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
 {
     double frame[3][3], centre[3], half[3];
     if (!light || !direction || !axis_u || !box_min || !box_max ||
-        !mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3) || !mssm__all_finite(box_min, 3) ||
-        !mssm__all_finite(box_max, 3) || !mssm__is_finite(tan_half_u) ||
-        !mssm__is_finite(tan_half_v) || tan_half_u < 0 || tan_half_v < 0 ||
-        !mssm__frame(direction, axis_u, frame) ||
+        !mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3) ||
+        !mssm__all_finite(box_min, 3) || !mssm__all_finite(box_max, 3) ||
+        !mssm__is_finite(tan_half_u) || !mssm__is_finite(tan_half_v) || tan_half_u < 0 ||
+        tan_half_v < 0 || !mssm__frame(direction, axis_u, frame) ||
         !mssm__box_in_frame(frame, box_min, box_max, centre, half)) {
         return MSSM_ERROR_ARGUMENT;
     }
     mssm_light r;
     memset(&r, 0, sizeof r);
-    // A rim without casters, two texels of 256: maps take what they hold there for what lies beyond.
+    // A rim without casters, two texels of 256: maps take what they hold there for what lies
+    // beyond.
     for (int a = 0; a < 2; a++) half[a] *= 1 + 1.0 / 64;
     // Casters get depths from -1 + 0.01 to MSSM_FAR_CASTER: see there.
-    double range = 2 * half[2] / (MSSM_FAR_CASTER + 0.99);  // world units per unit of depth
+    double range = 2 * half[2] / (MSSM_FAR_CASTER + 0.99); // world units per unit of depth
     double nearest = centre[2] + half[2] + 0.01 * range;
     for (int a = 0; a < 2; a++) {
         mssm__set_row(r.world_to_shadow, a, frame[a], 1 / half[a], -centre[a] / half[a]);
@@ -1787,18 +1834,20 @@ mssm_result mssm_light_spot(mssm_light *light, const float position[3], const fl
 }
 
 mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float direction[3],
-                            const float axis_u[3], float tan_half_u, float tan_half_v, float distance,
-                            const float box_min[3], const float box_max[3])
+                            const float axis_u[3], float tan_half_u, float tan_half_v,
+                            float distance, const float box_min[3], const float box_max[3])
 {
     mssm_light r;
-    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0, largest = 0;
-    mssm_result result = mssm_light_directional(&r, direction, axis_u, tan_half_u, tan_half_v, box_min, box_max);
-    if (result || !light || !probe || !mssm__all_finite(probe, 3) || (mssm_bits(distance) & 0x7fffffff) > 0x7f800000 ||
-        distance < 0) {
+    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0,
+                                       largest = 0;
+    mssm_result result =
+        mssm_light_directional(&r, direction, axis_u, tan_half_u, tan_half_v, box_min, box_max);
+    if (result || !light || !probe || !mssm__all_finite(probe, 3) ||
+        (mssm_bits(distance) & 0x7fffffff) > 0x7f800000 || distance < 0) {
         return MSSM_ERROR_ARGUMENT;
     }
     mssm__frame(direction, axis_u, frame);
-    for (int i = 0; i < 8; i++) {  // corners, from the probe
+    for (int i = 0; i < 8; i++) { // corners, from the probe
         double p[3];
         for (int k = 0; k < 3; k++) {
             p[k] = (double)(i >> k & 1 ? box_max : box_min)[k] - probe[k];
@@ -1808,19 +1857,22 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
         side[i] = fmax(fabs(mssm__dot(frame[0], p)), fabs(mssm__dot(frame[1], p)));
         low = fmin(low, z[i]);
         high = fmax(high, z[i]);
-        away = fmax(away, z[i] + side[i] / 3);  // wider frusta spend their texels on the rim
+        away = fmax(away, z[i] + side[i] / 3); // wider frusta spend their texels on the rim
     }
-    // Casters get depths as from a directional light; a flat box has some, too, and more than rounding.
+    // Casters get depths as from a directional light; a flat box has some, too, and more than
+    // rounding.
     const double least = fmax(1e-3 * distance, fmax(1e-4 * largest, 1e-6));
     const double range = fmax(high - low, least) / (MSSM_FAR_CASTER + 0.99);
     away = fmax(away, high + 0.02 * range);
     for (int i = 0; i < 8; i++) tangent = fmax(tangent, side[i] / (away - z[i]));
-    if (distance > 0 && distance <= FLT_MAX && tangent > fmax(1.0 / 512, fmin(tan_half_u, tan_half_v) / 64.0)) {
+    if (distance > 0 && distance <= FLT_MAX &&
+        tangent > fmax(1.0 / 512, fmin(tan_half_u, tan_half_v) / 64.0)) {
         const double z_near = away - high - 0.01 * range;
         float place[3];
         for (int k = 0; k < 3; k++) place[k] = (float)(probe[k] + away * frame[2][k]);
-        result = mssm_light_spot(&r, place, direction, axis_u, (float)(tangent * (1 + 1.0 / 64)), (float)z_near,
-                                 (float)(z_near + 2 * range), (float)(away * tan_half_u), (float)(away * tan_half_v));
+        result = mssm_light_spot(&r, place, direction, axis_u, (float)(tangent * (1 + 1.0 / 64)),
+                                 (float)z_near, (float)(z_near + 2 * range),
+                                 (float)(away * tan_half_u), (float)(away * tan_half_v));
     }
     if (!result) *light = r;
     return result;
@@ -1856,7 +1908,7 @@ mssm_result mssm_light_point(mssm_light light[6], const float position[3], float
     // Receivers ask a face as far out as MSSM_FACE_BAND says, and search half_width / z_near there.
     const float tangent = 1.0f / MSSM_FACE_BAND + half_width / z_near;
     for (int i = 0; i < 6; i++) {
-        const float sign = i & 1 ? -1.0f : 1.0f;  // direction points back to the light
+        const float sign = i & 1 ? -1.0f : 1.0f; // direction points back to the light
         float direction[3] = {0, 0, 0}, axis_u[3] = {0, 0, 0};
         direction[i / 2] = -sign;
         axis_u[(i / 2 + 1) % 3] = 1;
@@ -1890,8 +1942,8 @@ mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest)
     }
     mssm_light r = *light;
     const double width = (double)farthest - nearest > 1e-3 ? (double)farthest - nearest : 1e-3;
-    const double range = width / (MSSM_FAR_CASTER + 0.99);  // old depth per new depth
-    const double start = nearest - 0.01 * range;            // old depth that becomes -1
+    const double range = width / (MSSM_FAR_CASTER + 0.99); // old depth per new depth
+    const double start = nearest - 0.01 * range;           // old depth that becomes -1
     const double half = 0.5 * ((double)light->z_far - light->z_near);
     float *m = r.world_to_shadow;
     if (!light->perspective) {
@@ -1917,12 +1969,13 @@ mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest)
 
 float mssm_light_depth(const mssm_light *light, float stored, int reversed)
 {
-    const float nearness = reversed ? stored : 1.0f - stored;  // floats are finest at its 0
+    const float nearness = reversed ? stored : 1.0f - stored; // floats are finest at its 0
     if (!(nearness > 0)) return 1;
     if (!light->perspective) return mssm_clamp(1.0f - 2.0f * nearness, -1.0f, 1.0f);
     const float ratio = light->z_near / light->z_far;
     const float w = light->z_near / (nearness + ratio * (1.0f - nearness));
-    return mssm_clamp(-1.0f + 2.0f * (w - light->z_near) / (light->z_far - light->z_near), -1.0f, 1.0f);
+    return mssm_clamp(-1.0f + 2.0f * (w - light->z_near) / (light->z_far - light->z_near), -1.0f,
+                      1.0f);
 }
 
 int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest)
@@ -1996,21 +2049,21 @@ float mssm_cone(float cosine, float cos_inner, float cos_outer, float exponent)
 #define MSSM_SCALE 2945788
 // Less than the inverse by so much that weights which round to a sum above 1 do no harm.
 #define MSSM_INVERSE_SCALE ((1.0f - 2.4e-7f) / (float)MSSM_SCALE)
-#define MSSM__LEVELS 11      // of a map of 16384^2
+#define MSSM__LEVELS 11 // of a map of 16384^2
 #define MSSM__SIDE 16384
-#define MSSM__DEPTHS 14      // of such a map: least depths down to one texel
+#define MSSM__DEPTHS 14 // of such a map: least depths down to one texel
 
 // Level l holds (size + 1)^2 sums of moments channels, with a first row and column of zeros. An
 // entry is the sum of round(T_k(depth) * MSSM_SCALE) over all texels left of and below it, modulo
 // 2^32: differences are exact as long as what they stand for fits 32 bits.
 struct mssm_map {
     int side, moments, levels;
-    int averaged;  // made of front and back faces
+    int averaged; // made of front and back faces
     int size[MSSM__LEVELS];
     uint32_t *table[MSSM__LEVELS];
-    int depths;  // levels of least depths: level l has those of 2^(l + 1) x 2^(l + 1) texels
+    int depths; // levels of least depths: level l has those of 2^(l + 1) x 2^(l + 1) texels
     int size_of_depths[MSSM__DEPTHS];
-    float (*depth[MSSM__DEPTHS])[2];  // the least depth, and the least of -depth
+    float (*depth[MSSM__DEPTHS])[2]; // the least depth, and the least of -depth
 };
 
 // Levels of least depth, from half the side down to 1, and in *words the texels of all.
@@ -2062,7 +2115,7 @@ MSSM_SHARED void mssm__add_samples(const float z[MSSM__BLOCK], float sum[6][MSSM
 {
     for (int i = 0; i < MSSM__BLOCK; i++) {
         const mssm_moments6 t = mssm_chebyshev(z[i]);
-        sum[0][i] += t.b[0];  // written out: a loop here would not be vectorised
+        sum[0][i] += t.b[0]; // written out: a loop here would not be vectorised
         sum[1][i] += t.b[1];
         sum[2][i] += t.b[2];
         sum[3][i] += t.b[3];
@@ -2073,7 +2126,7 @@ MSSM_SHARED void mssm__add_samples(const float z[MSSM__BLOCK], float sum[6][MSSM
 
 // The table values of count texels of a row; front and back hold samples depths for each of them.
 MSSM_SHARED void mssm__make_values(const float *front, const float *back, int count, int samples,
-                              int32_t value[6][MSSM__BLOCK])
+                                   int32_t value[6][MSSM__BLOCK])
 {
     float sum[6][MSSM__BLOCK] = {{0}}, z[MSSM__BLOCK] = {0};
     for (int s = 0; s < samples; s++) {
@@ -2120,8 +2173,8 @@ MSSM_SHARED void mssm__append(uint32_t *MSSM__RESTRICT row, const uint32_t *MSSM
     run[5] = s5;
 }
 
-// count texels of a row from the level below: each is the mean of the four, or at the end of an odd size
-// two or one, that are there, read off their table as one difference.
+// count texels of a row from the level below: each is the mean of the four, or at the end of an odd
+// size two or one, that are there, read off their table as one difference.
 static void mssm__halve_values(const mssm_map *map, int finer, int x, int y, int count,
                                int32_t value[6][MSSM__BLOCK])
 {
@@ -2163,8 +2216,10 @@ static void mssm__fill_level(mssm_map *map, int level, const float *front, const
                 mssm__make_values(front + first, back ? back + first : NULL, count, samples, value);
             }
             uint32_t *at = below + x * moments;
-            if (moments == 6) mssm__append(at + stride, at, value, count, run, 6);
-            else mssm__append(at + stride, at, value, count, run, 4);
+            if (moments == 6)
+                mssm__append(at + stride, at, value, count, run, 6);
+            else
+                mssm__append(at + stride, at, value, count, run, 4);
         }
     }
 }
@@ -2172,12 +2227,14 @@ static void mssm__fill_level(mssm_map *map, int level, const float *front, const
 // Least depths and greatest ones of all levels, or without a map 1.
 static void mssm__fill_depths(mssm_map *map, const float *front, const float *back, int samples)
 {
-    for (int level = 0, size = (map->side + 1) / 2; level < map->depths; level++, size = (size + 1) / 2) {
+    for (int level = 0, size = (map->side + 1) / 2; level < map->depths;
+         level++, size = (size + 1) / 2) {
         for (size_t i = 0; i < (size_t)size * (size_t)size; i++) {
             map->depth[level][i][0] = 1;
             map->depth[level][i][1] = front ? 1.0f : -1.0f;
         }
-        const int finer = level ? map->size_of_depths[level - 1] : map->side, each = level ? 1 : samples;
+        const int finer = level ? map->size_of_depths[level - 1] : map->side,
+                  each = level ? 1 : samples;
         map->size_of_depths[level] = size;
         if (!front) continue;
         for (int y = 0; y < finer; y++) {
@@ -2252,12 +2309,12 @@ struct mssm_strips {
     float edge[4];
     float first;
     float last;
-    float whole;  // length of all
-    float known;  // and of what stands for the map
+    float whole; // length of all
+    float known; // and of what stands for the map
 };
 
-// What lies beyond the map is not known: its outermost texels stand for as much of it as the query has
-// inside, so that a frustum may cut through the world. Further out all is lit.
+// What lies beyond the map is not known: its outermost texels stand for as much of it as the query
+// has inside, so that a frustum may cut through the world. Further out all is lit.
 MSSM_SHARED struct mssm_strips mssm_cut(float begin, float to, float size)
 {
     struct mssm_strips r;
@@ -2284,8 +2341,9 @@ struct mssm_span {
     float high;
 };
 
-// Rounds a wide query to the next texel borders. One of a texel's width grows to all that it touches:
-// by rounding it would see one texel of two, and lose what shadows of no width are made of.
+// Rounds a wide query to the next texel borders. One of a texel's width grows to all that it
+// touches: by rounding it would see one texel of two, and lose what shadows of no width are made
+// of.
 MSSM_SHARED struct mssm_span mssm_cut_texels(float begin, float to, float size)
 {
     struct mssm_span r;
@@ -2312,8 +2370,8 @@ MSSM_SHARED int mssm_depth_level(float half_size, int levels)
     return level < levels - 1 ? level : levels - 1;
 }
 
-// First and last of at most three texels of least depth on one axis, as they are before the fraction is
-// cut off; scale is one over their width.
+// First and last of at most three texels of least depth on one axis, as they are before the
+// fraction is cut off; scale is one over their width.
 MSSM_SHARED struct mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)
 {
     struct mssm_span r;
@@ -2339,8 +2397,8 @@ MSSM_SHARED void mssm__add_strips(const uint32_t *low, const uint32_t *high, con
 }
 
 // Chebyshev moments of the rectangle around (x, y) with the given half-sizes, all in texels of
-// level 0 and at least half a texel. Nine rectangles of whole texels, each an exact integer, are summed
-// with the share of the query that covers them; depth 1 where mssm_cut knows nothing.
+// level 0 and at least half a texel. Nine rectangles of whole texels, each an exact integer, are
+// summed with the share of the query that covers them; depth 1 where mssm_cut knows nothing.
 static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float y, float half_x,
                                 float half_y)
 {
@@ -2350,7 +2408,7 @@ static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float
     const struct mssm_strips sy = mssm_cut((y - half_y) * scale, (y + half_y) * scale, size);
     const float area = sx.whole * sy.whole;
     const float inverse = MSSM_INVERSE_SCALE / area;
-    const float outside = (area - sx.known * sy.known) / area;  // exactly 0 where nothing is
+    const float outside = (area - sx.known * sy.known) / area; // exactly 0 where nothing is
     const size_t channels = (size_t)map->moments;
     const size_t stride = (size_t)(map->size[level] + 1) * channels;
     size_t at[4], row[4];
@@ -2359,7 +2417,7 @@ static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float
         row[i] = (size_t)sy.edge[i] * stride;
     }
     mssm_moments6 t = {{0}};
-    for (int first = 0; first <= moments - 4; first += 2) {  // channels 0 to 3, then 2 to 5
+    for (int first = 0; first <= moments - 4; first += 2) { // channels 0 to 3, then 2 to 5
         const uint32_t *table = map->table[level] + first;
         float strip[3][4];
         for (int j = 0; j < 3; j++) {
@@ -2395,8 +2453,8 @@ static mssm_moments6 mssm__query_texels(const mssm_map *map, int moments, float 
     return t;
 }
 
-// Least depth, or least of -depth, of all texels within half_size texels of (x, y), and of some around:
-// at most nine reads.
+// Least depth, or least of -depth, of all texels within half_size texels of (x, y), and of some
+// around: at most nine reads.
 static float mssm__least(const mssm_map *map, float x, float y, float half_size, int which)
 {
     const int level = mssm_depth_level(half_size, map->depths), size = map->size_of_depths[level];
@@ -2419,49 +2477,50 @@ static float mssm__least(const mssm_map *map, float x, float y, float half_size,
 #define MSSM_SEARCH mssm__query_texels
 #define MSSM_LEAST_DEPTH(map, x, y, half_size) mssm__least(map, x, y, half_size, 0)
 #define MSSM_GREATEST_DEPTH(map, x, y, half_size) (-mssm__least(map, x, y, half_size, 1))
-#define MSSM_CALLED static  // shared, but called, not inlined: the bulk of the code
+#define MSSM_CALLED static // shared, but called, not inlined: the bulk of the code
 
 // [glsl begin shading]
 // A light and its map as shading sees them. Scalars only: std430 lays it out as C does.
 typedef struct mssm_view {
     float world_to_shadow[16];
-    float kernel_u;         // half-width of the kernel in texels per unit of blur depth, see below
+    float kernel_u; // half-width of the kernel in texels per unit of blur depth, see below
     float kernel_v;
-    float distance_scale;   // distance along the axis = scale * z + offset
+    float distance_scale; // distance along the axis = scale * z + offset
     float distance_offset;
-    float texel;            // width of a texel in units of z; perspective: at distance 1
+    float texel; // width of a texel in units of z; perspective: at distance 1
     float side;
-    float max_half;         // of the kernel, in texels
+    float max_half; // of the kernel, in texels
     int perspective;
-    int averaged;           // the map is made of front and back faces
-    int levels;             // of its tables
+    int averaged; // the map is made of front and back faces
+    int levels;   // of its tables
 } mssm_view;
 
 // Settings with their defaults filled in.
 struct mssm_options {
-    int moments;    // 4 or 6
-    int estimator;  // 0 layered, 1 lower, 2 upper blocker
+    int moments;   // 4 or 6
+    int estimator; // 0 layered, 1 lower, 2 upper blocker
     float alpha4;
     float alpha6;
-    float depth_bias;  // 0: three quarters of a texel
+    float depth_bias; // 0: three quarters of a texel
     float tolerance;
 };
 
 // A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width
-// in texels is kernel * (blur_depth(z) - blur_depth(zb)). Blur depth is depth for directional lights;
-// for perspective ones it is -1/distance, which makes similar triangles out of the same formula.
+// in texels is kernel * (blur_depth(z) - blur_depth(zb)). Blur depth is depth for directional
+// lights; for perspective ones it is -1/distance, which makes similar triangles out of the same
+// formula.
 struct mssm_receiver {
-    float x;       // texels of level 0
+    float x; // texels of level 0
     float y;
-    float z_test;  // depth less the bias, and never behind the empty texels
-    float z_own;   // depths from z_own - fade to z_own belong in part to the receiver's surface
-    float sharp;   // 1 / fade
-    float blur_depth;  // of the receiver
-    float d_max;   // its distance from the near plane, in blur depth
-    float rise_u;  // of its tangent plane, in blur depth per texel
+    float z_test;     // depth less the bias, and never behind the empty texels
+    float z_own;      // depths from z_own - fade to z_own belong in part to the receiver's surface
+    float sharp;      // 1 / fade
+    float blur_depth; // of the receiver
+    float d_max;      // its distance from the near plane, in blur depth
+    float rise_u;     // of its tangent plane, in blur depth per texel
     float rise_v;
-    int plane;     // whether the normal is known
-    int lit;       // whatever the map holds
+    int plane; // whether the normal is known
+    int lit;   // whatever the map holds
 };
 
 MSSM_SHARED float mssm_blur_depth(mssm_view v, float z)
@@ -2485,8 +2544,8 @@ MSSM_SHARED float mssm_row(mssm_view v, int row, float x, float y, float z)
 }
 
 // From shadow-space coordinates. Overflow and NaN end up far outside of the map.
-MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_options o, float x, float y,
-                                                 float depth)
+MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_options o, float x,
+                                                 float y, float depth)
 {
     struct mssm_receiver r;
     float z = mssm_clamp(depth, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);
@@ -2535,10 +2594,10 @@ MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float
     return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);
 }
 
-// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the map along
-// a plane also for perspective lights.
-MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver r, float nx, float ny,
-                                              float nz)
+// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the
+// map along a plane also for perspective lights.
+MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver r, float nx,
+                                              float ny, float nz)
 {
     float u = mssm_along_row(v, 0, nx, ny, nz);
     float w = mssm_along_row(v, 1, nx, ny, nz);
@@ -2608,44 +2667,47 @@ MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
     return z < r.z_test ? w * mssm_clamp((r.z_own - z) * r.sharp, 0.0f, 1.0f) : 0.0f;
 }
 
-// How far the receiver's tangent plane comes towards the light within the kernel for distance d: less
-// than d where the whole light is above the horizon.
+// How far the receiver's tangent plane comes towards the light within the kernel for distance d:
+// less than d where the whole light is above the horizon.
 MSSM_SHARED float mssm_plane_reach(mssm_view v, struct mssm_receiver r, float d)
 {
     return mssm_min(r.rise_u * mssm_half_width(v, v.kernel_u, d) +
-                    r.rise_v * mssm_half_width(v, v.kernel_v, d), d);
+                        r.rise_v * mssm_half_width(v, v.kernel_v, d),
+                    d);
 }
 
-// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's moments
-// have their points in front between a third and all of its reach.
+// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's
+// moments have their points in front between a third and all of its reach.
 MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
 {
     return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);
 }
 
-// Where the range of depth is long, the moment bias lets light through: about half of alpha / distance^2, in
-// depths from -1 to 1. Whether that may be all of a visibility.
+// Where the range of depth is long, the moment bias lets light through: about half of alpha /
+// distance^2, in depths from -1 to 1. Whether that may be all of a visibility.
 MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance, float visible)
 {
     float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;
     return alpha > visible * distance * distance ? 1 : 0;
 }
 
-// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.
+// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in
+// front.
 MSSM_SHARED int mssm_may_leak(struct mssm_options o, struct mssm_receiver r, float visible)
 {
     return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;
 }
 
-// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may not be its
-// own surface, and more than the bias lets through comes through gaps between layers, which the depth that
-// is greatest does not tell of.
-MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_receiver r, float d, float z,
-                           float visible)
+// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may
+// not be its own surface, and more than the bias lets through comes through gaps between layers,
+// which the depth that is greatest does not tell of.
+MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_receiver r, float d,
+                           float z, float visible)
 {
     float w = mssm_blocked(r, z, 1.0f);
     if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;
-    if (r.plane == 1) w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));
+    if (r.plane == 1)
+        w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));
     return w < 1.0f ? 0 : 1;
 }
 
@@ -2671,8 +2733,8 @@ MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receive
 }
 
 // Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.
-MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r,
-                            float d, float visible)
+MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o,
+                            struct mssm_receiver r, float d, float visible)
 {
     if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
     float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);
@@ -2708,13 +2770,13 @@ MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_opti
 struct mssm_nested {
     float d;
     float inner;
-    float outer;  // of the one before
+    float outer; // of the one before
     int first;
     int last;
 };
 
-// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, of
-// those that it alone stands for, and of those so far off that wider ones have dealt with them.
+// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for,
+// of those that it alone stands for, and of those so far off that wider ones have dealt with them.
 struct mssm_occlusion {
     float all;
     float counted;
@@ -2725,11 +2787,13 @@ struct mssm_occlusion {
 // Linear in the area of kernels: 0 at distance a, 1 at b.
 MSSM_SHARED float mssm_between(float distance, float a, float b)
 {
-    return mssm_clamp((distance - a) * (distance + a) / mssm_max((b - a) * (b + a), 1e-37f), 0.0f, 1.0f);
+    return mssm_clamp((distance - a) * (distance + a) / mssm_max((b - a) * (b + a), 1e-37f), 0.0f,
+                      1.0f);
 }
 
-// Share of a depth behind the receiver that counts as its own surface going on there; distance in units
-// of the one that the kernel is for. Neither the empty texels beyond all casters nor what is further off.
+// Share of a depth behind the receiver that counts as its own surface going on there; distance in
+// units of the one that the kernel is for. Neither the empty texels beyond all casters nor what is
+// further off.
 MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, float distance)
 {
     float gap = 1.0f - MSSM_FAR_CASTER;
@@ -2738,8 +2802,8 @@ MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, flo
            mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);
 }
 
-// What of a blocker of weight w is so close to the receiver that it may be the receiver's own surface
-// in the next texel: all up to three texels of depth in front, nothing from nine on.
+// What of a blocker of weight w is so close to the receiver that it may be the receiver's own
+// surface in the next texel: all up to three texels of depth in front, nothing from nine on.
 MSSM_SHARED float mssm_adjacent(struct mssm_receiver r, float z, float w)
 {
     return w * mssm_clamp(1.4f - 0.25f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);
@@ -2760,8 +2824,8 @@ MSSM_CALLED float mssm_rim(struct mssm_receiver r, mssm_points4 p, float half_wi
     return mssm_min(behind, adjacent) / (adjacent + 1e-9f);
 }
 
-// One loop over the other depths with four sums, which is what makes it long: split in four it would read
-// each of them four times.
+// One loop over the other depths with four sums, which is what makes it long: split in four it
+// would read each of them four times.
 MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm_receiver r,
                                                         struct mssm_nested k, mssm_points4 p)
 {
@@ -2770,7 +2834,8 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     float plane_reach = mssm_plane_reach(v, r, k.d);
     // The one-texel kernel sees texel centres up to a texel away.
     float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / k.d;
-    float rim = half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
+    float rim =
+        half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
     float nearer = 1.0f / (0.3f * k.d + 1e-30f);
     float past = k.first == 1 ? 0.0f : 0.3f * nearer;
@@ -2784,8 +2849,8 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     for (int j = 1; j < 4; j++) {
         if (p.w[j] < 1e-4f) continue;
         float distance = mssm_blur_distance(v, r, p.z[j]);
-        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but not
-        // out of what lies behind, whose mean is nearer then.
+        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but
+        // not out of what lies behind, whose mean is nearer then.
         float at = p.z[j] < r.z_test ? distance : 1.2f * distance;
         float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, k.d);
         float fresh = k.first == 1 ? counted : counted - mssm_between(at, k.d, k.outer);
@@ -2799,17 +2864,19 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
         } else {
             seen += p.w[j];
-            // A surface through the receiver lies as much behind it as in front, and within its tangent
-            // plane's reach: without this a plane tilted by more than a third of the light's reach would
-            // shadow itself. Halfway to its back, a surface is less in its own way.
+            // A surface through the receiver lies as much behind it as in front, and within its
+            // tangent plane's reach: without this a plane tilted by more than a third of the
+            // light's reach would shadow itself. Halfway to its back, a surface is less in its own
+            // way.
             w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);
-            if (r.plane == 1) w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
+            if (r.plane == 1)
+                w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
         }
         s.counted += w * counted;
         s.fresh += w * fresh;
     }
-    // What is much nearer than the kernel's blockers is more often the receiver's own surface, where
-    // there is as much of it at the receiver's depth or behind.
+    // What is much nearer than the kernel's blockers is more often the receiver's own surface,
+    // where there is as much of it at the receiver's depth or behind.
     if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);
     s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);
     s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);
@@ -2818,8 +2885,8 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     return s;
 }
 
-// Distance of the next kernel: the mean of the blockers that this one is too wide for, and with some
-// weight a third of its own.
+// Distance of the next kernel: the mean of the blockers that this one is too wide for, and with
+// some weight a third of its own.
 MSSM_SHARED float mssm_next_distance(mssm_view v, struct mssm_receiver r, float d, mssm_points4 p)
 {
     float sum = 0.2f;
@@ -2847,30 +2914,34 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     float kernel = mssm_max(v.kernel_u, v.kernel_v);
     float reach = mssm_cone_reach(map, v, r);
     if (reach <= 0.0f) return 1.0f;
-    // The least distance that matters: of a kernel one texel wide, or of the casters that are nearest.
-    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER), 0.5f / mssm_max(kernel, 1e-30f));
+    // The least distance that matters: of a kernel one texel wide, or of the casters that are
+    // nearest.
+    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER),
+                           0.5f / mssm_max(kernel, 1e-30f));
     least = mssm_min(least, reach);
     struct mssm_nested k;
     k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;
     k.outer = k.d;
     k.first = 1;
     float blocked = 0.0f;
-    float lit = 0.0f;   // but for fresh blockers
-    float rest = 1.0f;  // left to narrower kernels
+    float lit = 0.0f;  // but for fresh blockers
+    float rest = 1.0f; // left to narrower kernels
     int i = 0;
     do {
-        mssm_points4 p = mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);
+        mssm_points4 p =
+            mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);
         k.inner = mssm_next_distance(v, r, k.d, p);
         k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;
         if (k.last == 0) {
             float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, k.inner));
-            i = z < r.z_test ? i : 4;  // nothing is nearer
+            i = z < r.z_test ? i : 4; // nothing is nearer
             k.inner = mssm_max(mssm_min(mssm_blur_distance(v, r, z), k.inner), least);
         }
         struct mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);
         float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);
-        // Of what wider kernels left, none is left to the blockers of other layers, much further than this
-        // kernel's, that block beside it. 1.3, not 1: where only those are seen, they stand for what they hide.
+        // Of what wider kernels left, none is left to the blockers of other layers, much further
+        // than this kernel's, that block beside it. 1.3, not 1: where only those are seen, they
+        // stand for what they hide.
         float left = part * (1.3f * s.counted - s.past) / (1.3f * part - s.past + 1e-6f);
         float more = lit * s.fresh;
         blocked += more + rest * left;
@@ -2883,7 +2954,8 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         i = i + 1;
     } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);
     float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);
-    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;
+    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1)
+        return 0.0f;
     return visible;
 }
 
@@ -2897,7 +2969,8 @@ MSSM_CALLED struct mssm_split mssm_split_at(MSSM_MAP map, mssm_view v, struct ms
 }
 
 // The published pipeline: one mean blocker depth, one kernel.
-MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o, struct mssm_receiver r)
+MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o,
+                              struct mssm_receiver r)
 {
     float reach = mssm_cone_reach(map, v, r);
     if (reach <= 0.0f) return 1.0f;
@@ -2905,7 +2978,8 @@ MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o, 
     float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);
     s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));
     float visible = mssm_split_bounds(s).upper;
-    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;
+    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1)
+        return 0.0f;
     return visible;
 }
 
@@ -3001,11 +3075,10 @@ mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half
     mssm_moments6 m = mssm_moments6_of_depth(1.0f);
     if (!map) return m;
     const float scale = 0.5f * (float)map->side, far_away = MSSM_FAR_AWAY;
-    const mssm_moments6 t =
-        mssm_query(map, map->moments, mssm_clamp((x + 1.0f) * scale, -far_away, far_away),
-                   mssm_clamp((y + 1.0f) * scale, -far_away, far_away),
-                   mssm_clamp(half_x * scale, 0.5f, far_away),
-                   mssm_clamp(half_y * scale, 0.5f, far_away));
+    const mssm_moments6 t = mssm_query(
+        map, map->moments, mssm_clamp((x + 1.0f) * scale, -far_away, far_away),
+        mssm_clamp((y + 1.0f) * scale, -far_away, far_away),
+        mssm_clamp(half_x * scale, 0.5f, far_away), mssm_clamp(half_y * scale, 0.5f, far_away));
     for (int k = 0; k < 6; k++) m.b[k] = k < map->moments ? 0.5f + 0.5f * t.b[k] : 0.0f;
     m = mssm_moments6_decode(m);
     if (map->moments == 4) m.b[4] = m.b[5] = 0.0f;
@@ -3020,38 +3093,47 @@ static int mssm__padded(int side, int levels)
 }
 
 // Entries without the first row and column of zeros, as inclusive sums. Beyond the map all is 0.
-mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texels *info, void *texels, size_t bytes)
+mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texels *info,
+                            void *texels, size_t bytes)
 {
-    static const unsigned formats[3][3] = {{0x8D82, 0x8D99, 0x1404}, {0x823B, 0x8228, 0x1404}, {0x8230, 0x8227, 0x1406}};
-    if (!map || !info || which < 0 || which > 2 || (which == 1 && map->moments == 4)) return MSSM_ERROR_ARGUMENT;
+    static const unsigned formats[3][3] = {
+        {0x8D82, 0x8D99, 0x1404}, {0x823B, 0x8228, 0x1404}, {0x8230, 0x8227, 0x1406}};
+    if (!map || !info || which < 0 || which > 2 || (which == 1 && map->moments == 4))
+        return MSSM_ERROR_ARGUMENT;
     const int depth = which == 2, levels = depth ? map->depths : map->levels;
     if (level < 0 || level >= levels) return MSSM_ERROR_ARGUMENT;
     const int side = (depth ? 1 << (levels - 1) : mssm__padded(map->side, levels)) >> level;
-    const size_t size = (size_t)(depth ? map->size_of_depths : map->size)[level], texel = which ? 8 : 16;
-    const size_t row_bytes = (size_t)side * texel, all = row_bytes * (size_t)side, channels = (size_t)map->moments;
+    const size_t size = (size_t)(depth ? map->size_of_depths : map->size)[level],
+                 texel = which ? 8 : 16;
+    const size_t row_bytes = (size_t)side * texel, all = row_bytes * (size_t)side,
+                 channels = (size_t)map->moments;
     if (texels && bytes < all) return MSSM_ERROR_MEMORY;
-    const mssm_texels t = {levels, side, formats[which][0], formats[which][1], formats[which][2], all};
+    const mssm_texels t = {levels, side, formats[which][0], formats[which][1], formats[which][2],
+                           all};
     *info = t;
     for (size_t y = 0; y < (size_t)side && texels; y++) {
         unsigned char *row = (unsigned char *)texels + y * row_bytes;
         memset(row, 0, row_bytes);
         for (size_t x = 0; x < size && y < size; x++) {
-            const void *from = depth ? (const void *)map->depth[level][y * size + x]
-                                     : map->table[level] + ((y + 1) * (size + 1) + x + 1) * channels + 4 * which;
+            const void *from =
+                depth ? (const void *)map->depth[level][y * size + x]
+                      : map->table[level] + ((y + 1) * (size + 1) + x + 1) * channels + 4 * which;
             memcpy(row + x * texel, from, texel);
         }
     }
     return MSSM_OK;
 }
 
-typedef char mssm__view_fits[sizeof(mssm_view) <= 28 * sizeof(int) ? 1 : -1];  // mssm_map_view, $view in GLSL
+typedef char
+    mssm__view_fits[sizeof(mssm_view) <= 28 * sizeof(int) ? 1 : -1]; // mssm_map_view, $view in GLSL
 
 static int mssm__is_light(const mssm_light *light)
 {
     return light->z_far > light->z_near && mssm__all_finite(light->world_to_shadow, 16);
 }
 
-mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light, const mssm_settings *settings, int view[28])
+mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light,
+                          const mssm_settings *settings, int view[28])
 {
     if (!map || !light || !view || !mssm__is_light(light)) return MSSM_ERROR_ARGUMENT;
     const mssm_view v = mssm__view(light, settings, map->side, map->levels, map->averaged);
@@ -3079,14 +3161,14 @@ mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity)
     return m;
 }
 
-#define MSSM__RADIUS 32  // of the Gaussian, in texels
+#define MSSM__RADIUS 32 // of the Gaussian, in texels
 
 // Level l holds size^2 texels of moments channels.
 struct mssm_filtered {
     int side, moments, levels, radius;
     int size[MSSM__LEVELS];
     uint16_t *texel[MSSM__LEVELS];
-    float *work, *rows;  // side^2 texels each and 8 floats more; what a moment lacks to 1
+    float *work, *rows; // side^2 texels each and 8 floats more; what a moment lacks to 1
 };
 
 // The view and receiver are those of mssm_map_visibility.
@@ -3121,13 +3203,14 @@ MSSM_SHARED int mssm_beside(mssm_view v, struct mssm_receiver r)
     return mssm_max(fabsf(r.x - middle), fabsf(r.y - middle)) > middle ? 1 : 0;
 }
 
-// Bounds from Chebyshev moments under a Gaussian and footprint, width texels wide. Of all that is not at the
-// receiver's depth a share lies beyond it: there its surface goes on, if it is steep or ends here, and
-// then it rises before the receiver as well. The depth bias is an eighth of a texel and that share of
-// three quarters of the width. Where nothing lies beyond, more would only light what is close behind a
-// caster. Occlusion that lacks no more than that counts as all.
-MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, struct mssm_options o, struct mssm_receiver r,
-                                          mssm_moments6 t, float width, float lack)
+// Bounds from Chebyshev moments under a Gaussian and footprint, width texels wide. Of all that is
+// not at the receiver's depth a share lies beyond it: there its surface goes on, if it is steep or
+// ends here, and then it rises before the receiver as well. The depth bias is an eighth of a texel
+// and that share of three quarters of the width. Where nothing lies beyond, more would only light
+// what is close behind a caster. Occlusion that lacks no more than that counts as all.
+MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, struct mssm_options o,
+                                          struct mssm_receiver r, mssm_moments6 t, float width,
+                                          float lack)
 {
     float texel = o.depth_bias > 0.0f ? 0.0f : mssm_texel_at(v, r);
     float z = r.z_own - 0.125f * texel;
@@ -3157,10 +3240,11 @@ size_t mssm_filtered_bytes(int side, int moments)
     return bytes <= SIZE_MAX ? (size_t)bytes : 0;
 }
 
-// to[i] = sum of weight[t] * from[i + t * step], t held between low and high. Eight sums at a time become
-// vectors; up to 7 floats too many are read and written, which what comes after them overwrites.
-static void mssm__blur(const float *from, float *to, size_t count, ptrdiff_t step, int low, int high,
-                       int radius, const float *weight)
+// to[i] = sum of weight[t] * from[i + t * step], t held between low and high. Eight sums at a time
+// become vectors; up to 7 floats too many are read and written, which what comes after them
+// overwrites.
+static void mssm__blur(const float *from, float *to, size_t count, ptrdiff_t step, int low,
+                       int high, int radius, const float *weight)
 {
     for (size_t i = 0; i < count; i += 8) {
         float sum[8] = {0};
@@ -3217,7 +3301,8 @@ static void mssm__halve(mssm_filtered *map, int from, int size)
     }
 }
 
-// Blurs what is in `work` and makes all levels of it, which are rounded eight numbers at a time too.
+// Blurs what is in `work` and makes all levels of it, which are rounded eight numbers at a time
+// too.
 static void mssm__filter(mssm_filtered *map, int radius)
 {
     map->radius = radius;
@@ -3242,7 +3327,8 @@ mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, 
     if (!map || !memory || !needed) return MSSM_ERROR_ARGUMENT;
     if (bytes < needed) return MSSM_ERROR_MEMORY;
     const size_t misfit = (size_t)((uintptr_t)memory % 16);
-    mssm_filtered *m = (mssm_filtered *)(void *)((unsigned char *)memory + (misfit ? 16 - misfit : 0));
+    mssm_filtered *m =
+        (mssm_filtered *)(void *)((unsigned char *)memory + (misfit ? 16 - misfit : 0));
     memset(m, 0, sizeof *m);
     m->side = side;
     m->moments = moments;
@@ -3291,7 +3377,7 @@ mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encode
     return MSSM_OK;
 }
 
-#define MSSM__EMPTY 0.99999f  // first moment of nothing, encoded and rounded
+#define MSSM__EMPTY 0.99999f // first moment of nothing, encoded and rounded
 
 mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded)
 {
@@ -3317,7 +3403,8 @@ mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded)
         if (encoded[(size_t)i * (size_t)moments] >= MSSM__EMPTY) continue;
         for (int level = 0; level < map->depths; level++) {
             const int size = map->size_of_depths[level], x = (i % side) >> (level + 1);
-            map->depth[level][(size_t)((i / side) >> (level + 1)) * (size_t)size + (size_t)x][0] = -1;
+            map->depth[level][(size_t)((i / side) >> (level + 1)) * (size_t)size + (size_t)x][0] =
+                -1;
         }
     }
     map->averaged = 0;
@@ -3329,14 +3416,17 @@ static void mssm__add_level(const mssm_filtered *map, int level, float x, float 
                             float sum[6])
 {
     const float scale = 1.0f / (float)(1 << level), size = (float)map->size[level];
-    const float u = mssm_clamp(x * scale - 0.5f, 0, size - 1), v = mssm_clamp(y * scale - 0.5f, 0, size - 1);
+    const float u = mssm_clamp(x * scale - 0.5f, 0, size - 1),
+                v = mssm_clamp(y * scale - 0.5f, 0, size - 1);
     const int left = (int)u, low = (int)v, last = map->size[level] - 1, moments = map->moments;
     for (int j = 0; j < 4; j++) {
         const int i = left + (left < last ? j % 2 : 0), row = low + (low < last ? j / 2 : 0);
         const float across = u - (float)left, up = v - (float)low;
         const float w = share * (j % 2 ? across : 1 - across) * (j / 2 ? up : 1 - up);
-        const uint16_t *texel = map->texel[level] + ((size_t)row * (size_t)(last + 1) + (size_t)i) * (size_t)moments;
-        for (int k = 0; k < moments; k++) sum[k] += w * ((float)texel[k] * (2.0f / 65535.0f) - 1.0f);
+        const uint16_t *texel =
+            map->texel[level] + ((size_t)row * (size_t)(last + 1) + (size_t)i) * (size_t)moments;
+        for (int k = 0; k < moments; k++)
+            sum[k] += w * ((float)texel[k] * (2.0f / 65535.0f) - 1.0f);
     }
 }
 
@@ -3376,7 +3466,8 @@ mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *lig
     const float texels = width / (mssm_texel_at(v, r) * v.distance_scale);
     const float footprint = mssm__is_finite(texels) ? mssm_clamp(texels, 1, v.side) : 1.0f;
     const float total = footprint + 2 * (float)map->radius;
-    return mssm_bounds_under(v, o, r, mssm__sample(map, r.x, r.y, footprint), total, mssm__filter_lack(filter));
+    return mssm_bounds_under(v, o, r, mssm__sample(map, r.x, r.y, footprint), total,
+                             mssm__filter_lack(filter));
 }
 
 float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light,
@@ -3384,7 +3475,7 @@ float mssm_filtered_visibility(const mssm_filtered *map, const mssm_light *light
 {
     return mssm_filtered_bounds(map, light, filter, point, width).upper;
 }
-#endif  // MSSM_NO_FILTERED
+#endif // MSSM_NO_FILTERED
 
 #ifndef MSSM_NO_SCATTERING
 // ---- Single scattering ---- >>scattering
@@ -3400,7 +3491,7 @@ mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth)
     row.y = along * s.slope[1] + aside * s.slope[3];
     float first = 0.0f;
     float last = 1e12f;
-    for (int k = 0; k < 2; k++) {  // clipped by the edges of the map
+    for (int k = 0; k < 2; k++) { // clipped by the edges of the map
         float slope = k == 0 ? row.x : row.y;
         float inverse = 1.0f / (fabsf(slope) > 1e-12f ? slope : 1e-12f);
         float a = (-1.0f - s.eye[k]) * inverse;
@@ -3429,7 +3520,7 @@ mssm_points2 mssm_reconstruct3(float b1, float b2, float b3)
     float d = mssm_clamp(variance, 4e-6f, 1.0f);
     float c = mssm_clamp(third / d, -2.0f, 2.0f);
     float root = sqrtf(c * c + 4.0f * d);
-    float larger = 0.5f * (fabsf(c) + root);  // the root without cancellation
+    float larger = 0.5f * (fabsf(c) + root); // the root without cancellation
     float high = c > 0.0f ? larger : d / larger;
     mssm_points2 p;
     p.z[0] = mssm_clamp(mean - d / high, -1.0f, 1.0f);
@@ -3441,7 +3532,7 @@ mssm_points2 mssm_reconstruct3(float b1, float b2, float b3)
 
 float mssm_inclination(mssm_scattering s, float r, float z)
 {
-    float left = 1.0f - mssm_clamp(z, -1.0f, 0.9999f);  // stretched from MSSM_FAR_CASTER on
+    float left = 1.0f - mssm_clamp(z, -1.0f, 0.9999f); // stretched from MSSM_FAR_CASTER on
     float depth = left < 0.2f ? 0.6f + 0.04f / left : 1.0f - left;
     float angle = atan2f(r, (depth - s.eye[2]) * s.slope[4]);
     return mssm_clamp((angle - s.inclination[0]) * s.inclination[1], -1.0f, 1.0f);
@@ -3461,7 +3552,7 @@ mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, 
     float along = s.axis[0] * x + s.axis[1] * y + s.axis[2] * z;
     float aside = s.axis[3] * x + s.axis[4] * y + s.axis[5] * z;
     float up = s.axis[6] * x + s.axis[7] * y + s.axis[8] * z;
-    float across = sqrtf(along * along + aside * aside);  // r for each unit of distance
+    float across = sqrtf(along * along + aside * aside); // r for each unit of distance
     float azimuth = across > 0.0f ? atan2f(aside, along) : 0.0f;
     mssm_epipolar row = mssm_scattering_row(s, azimuth);
     float all = mssm_clamp(distance, 1e-6f, 1e12f);
@@ -3498,7 +3589,7 @@ static void mssm__incline(const double p[3], const double q[3], double range[2])
 {
     const double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
     const double pd = mssm__dot(p, d), below = p[2] * mssm__dot(d, d) - d[2] * pd;
-    const double t = below != 0 ? (d[2] - p[2] * pd) / below : 0;  // p + t d is the extreme
+    const double t = below != 0 ? (d[2] - p[2] * pd) / below : 0; // p + t d is the extreme
     for (int k = 0; k < 2; k++) {
         const double at = k && t > 0 && t < 1 ? t : 0;
         const double x = p[0] + at * d[0], y = p[1] + at * d[1];
@@ -3508,8 +3599,8 @@ static void mssm__incline(const double p[3], const double q[3], double range[2])
     }
 }
 
-// Angles to the axis, and around it from the azimuth of the picture's middle, between which the picture
-// with these corners lies, all in the light's frame.
+// Angles to the axis, and around it from the azimuth of the picture's middle, between which the
+// picture with these corners lies, all in the light's frame.
 static void mssm__picture_angles(double c[4][3], const double middle[3], double along, double aside,
                                  double range[2], double turn[2])
 {
@@ -3528,8 +3619,8 @@ static void mssm__picture_angles(double c[4][3], const double middle[3], double 
         if (angle < turn[0]) turn[0] = angle;
         if (angle > turn[1]) turn[1] = angle;
     }
-    if (left == 4) range[0] = 0;  // inside of all edges: the light is in the picture
-    if (right == 4) range[1] = pi;  // or the point opposite
+    if (left == 4) range[0] = 0;   // inside of all edges: the light is in the picture
+    if (right == 4) range[1] = pi; // or the point opposite
     if (left == 4 || right == 4) turn[0] = -pi, turn[1] = pi;
 }
 
@@ -3537,7 +3628,7 @@ static void mssm__picture_angles(double c[4][3], const double middle[3], double 
 static int mssm__light_axes(const mssm_light *light, double frame[3][3], double scale[3])
 {
     for (int a = 0; a < 3; a++) {
-        const float sign = a < 2 ? 1.0f : -1.0f;  // depth grows away from the light
+        const float sign = a < 2 ? 1.0f : -1.0f; // depth grows away from the light
         for (int i = 0; i < 3; i++) frame[a][i] = sign * light->world_to_shadow[4 * i + a];
         scale[a] = sqrt(mssm__dot(frame[a], frame[a]));
         if (!mssm__normalise(frame[a])) return 0;
@@ -3587,76 +3678,76 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     *s = r;
     return MSSM_OK;
 }
-#endif  // MSSM_NO_SCATTERING
+#endif // MSSM_NO_SCATTERING
 
 // ---- GLSL texts: what stands around the quotes of >>generated ---- >>texts
 
 // What C and GLSL call by different names.
-#define MSSM__GLSL_NAMES                                                                           \
-    "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n"                         \
-    "#define MSSM_SHARED\n"                                                                        \
-    "#define MSSM_CALLED\n"                                                                        \
-    "#if __VERSION__ < 400\n#define MSSM_PRECISE\n#else\n#define MSSM_PRECISE precise\n#endif\n"     \
-    "#define mssm_min(a, b) min(b, a)\n"                                                           \
-    "#define mssm_max(a, b) max(b, a)\n"                                                           \
-    "#define mssm_clamp(x, low, high) max(low, min(high, x))\n"                                    \
-    "#define mssm_bits floatBitsToInt\n"                                                           \
-    "#define sqrtf sqrt\n"                                                                         \
-    "#define fabsf abs\n"                                                                          \
-    "#define floorf floor\n"                                                                       \
+#define MSSM__GLSL_NAMES                                                                         \
+    "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n"                       \
+    "#define MSSM_SHARED\n"                                                                      \
+    "#define MSSM_CALLED\n"                                                                      \
+    "#if __VERSION__ < 400\n#define MSSM_PRECISE\n#else\n#define MSSM_PRECISE precise\n#endif\n" \
+    "#define mssm_min(a, b) min(b, a)\n"                                                         \
+    "#define mssm_max(a, b) max(b, a)\n"                                                         \
+    "#define mssm_clamp(x, low, high) max(low, min(high, x))\n"                                  \
+    "#define mssm_bits floatBitsToInt\n"                                                         \
+    "#define sqrtf sqrt\n"                                                                       \
+    "#define fabsf abs\n"                                                                        \
+    "#define floorf floor\n"                                                                     \
     "#define powf pow\n"
-#define MSSM__GLSL_FORGET                                                                          \
-    "#undef MSSM_SHARED\n"                                                                         \
-    "#undef MSSM_CALLED\n"                                                                         \
-    "#undef MSSM_PRECISE\n"                                                                        \
-    "#undef sqrtf\n"                                                                               \
-    "#undef fabsf\n"                                                                               \
-    "#undef floorf\n"                                                                              \
+#define MSSM__GLSL_FORGET   \
+    "#undef MSSM_SHARED\n"  \
+    "#undef MSSM_CALLED\n"  \
+    "#undef MSSM_PRECISE\n" \
+    "#undef sqrtf\n"        \
+    "#undef fabsf\n"        \
+    "#undef floorf\n"       \
     "#undef powf\n"
 
 #define MSSM__TEXT_OF(x) #x
 #define MSSM__TEXT(x) MSSM__TEXT_OF(x)
 
 // Each text counts once in a shader.
-#define MSSM__GLSL_BEGIN(name)                                                                     \
-    "#ifndef MSSM_GLSL_" #name "\n"                                                                \
+#define MSSM__GLSL_BEGIN(name)      \
+    "#ifndef MSSM_GLSL_" #name "\n" \
     "#define MSSM_GLSL_" #name "\n" MSSM__GLSL_NAMES
 #define MSSM__GLSL_END MSSM__GLSL_FORGET "#endif\n"
 #define MSSM__GLSL_CONSTANT(name) "#define " #name " " MSSM__TEXT(name) "\n"
 
-#define MSSM__SHADING_NAMES                                                                        \
-    MSSM__GLSL_CONSTANT(MSSM_KERNEL) MSSM__GLSL_CONSTANT(MSSM_FAR_CASTER) MSSM__GLSL_CONSTANT(MSSM_FAR_AWAY)
+#define MSSM__SHADING_NAMES          \
+    MSSM__GLSL_CONSTANT(MSSM_KERNEL) \
+    MSSM__GLSL_CONSTANT(MSSM_FAR_CASTER) MSSM__GLSL_CONSTANT(MSSM_FAR_AWAY)
 
-// Once for each type of map MSSM_MAP the functions that ask it, overloaded. Without one it is int, for a
-// pipeline of the user's own.
-#define MSSM__ESTIMATE_BEGIN                                                                       \
-    "#if !defined MSSM_MAP && !defined MSSM_GLSL_ESTIMATE && !defined MSSM_NO_ESTIMATE\n"          \
-    "#define MSSM_GLSL_ESTIMATE\n"                                                                 \
-    "#define MSSM_MAP int\n"                                                                       \
-    "#endif\n"                                                                                     \
-    "#ifdef MSSM_MAP\n"                                                                            \
-    MSSM__GLSL_NAMES                                                                               \
-    "mssm_moments6 mssm_query(MSSM_MAP map, int moments, float x, float y, float half_x, float half_y);\n"\
-    "#ifndef MSSM_LEAST_DEPTH\n"                                                                   \
-    "#define MSSM_LEAST_DEPTH(map, x, y, half_size) (-1.0)\n"                                      \
-    "#endif\n"                                                                                     \
-    "#ifndef MSSM_GREATEST_DEPTH\n"                                                                \
-    "#define MSSM_GREATEST_DEPTH(map, x, y, half_size) 1.0\n"                                      \
-    "#endif\n"                                                                                     \
-    "#ifndef MSSM_SEARCH\n"                                                                        \
-    "#define MSSM_SEARCH mssm_query\n"                                                             \
+// Once for each type of map MSSM_MAP the functions that ask it, overloaded. Without one it is int,
+// for a pipeline of the user's own.
+#define MSSM__ESTIMATE_BEGIN                                                                               \
+    "#if !defined MSSM_MAP && !defined MSSM_GLSL_ESTIMATE && !defined MSSM_NO_ESTIMATE\n"                  \
+    "#define MSSM_GLSL_ESTIMATE\n"                                                                         \
+    "#define MSSM_MAP int\n"                                                                               \
+    "#endif\n"                                                                                             \
+    "#ifdef MSSM_MAP\n" MSSM__GLSL_NAMES                                                                   \
+    "mssm_moments6 mssm_query(MSSM_MAP map, int moments, float x, float y, float half_x, float half_y);\n" \
+    "#ifndef MSSM_LEAST_DEPTH\n"                                                                           \
+    "#define MSSM_LEAST_DEPTH(map, x, y, half_size) (-1.0)\n"                                              \
+    "#endif\n"                                                                                             \
+    "#ifndef MSSM_GREATEST_DEPTH\n"                                                                        \
+    "#define MSSM_GREATEST_DEPTH(map, x, y, half_size) 1.0\n"                                              \
+    "#endif\n"                                                                                             \
+    "#ifndef MSSM_SEARCH\n"                                                                                \
+    "#define MSSM_SEARCH mssm_query\n"                                                                     \
     "#endif\n"
-#define MSSM__ESTIMATE_END                                                                         \
-    MSSM__GLSL_FORGET                                                                              \
-    "#undef MSSM_LEAST_DEPTH\n"                                                                    \
-    "#undef MSSM_GREATEST_DEPTH\n"                                                                 \
-    "#undef MSSM_SEARCH\n"                                                                         \
-    "#undef MSSM_MAP\n"                                                                            \
+#define MSSM__ESTIMATE_END         \
+    MSSM__GLSL_FORGET              \
+    "#undef MSSM_LEAST_DEPTH\n"    \
+    "#undef MSSM_GREATEST_DEPTH\n" \
+    "#undef MSSM_SEARCH\n"         \
+    "#undef MSSM_MAP\n"            \
     "#endif\n"
 
-#define MSSM__SCATTERING_NAMES                                                                     \
+#define MSSM__SCATTERING_NAMES \
     "#define atan2f atan\n#define cosf cos\n#define sinf sin\n#define expf exp\n#define logf log\n"
-#define MSSM__SCATTERING_FORGET                                                                    \
+#define MSSM__SCATTERING_FORGET \
     "#undef atan2f\n#undef cosf\n#undef sinf\n#undef expf\n#undef logf\n"
 
 // ---- OpenGL 4.5 ---- >>gl
@@ -3683,14 +3774,14 @@ typedef unsigned char mssm__glboolean;
 
 // X(result, name without "gl", parameters)
 #ifndef MSSM_NO_FILTERED
-#define MSSM__GL_FILTERED_FUNCTIONS(X)                                                             \
-    X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int))            \
+#define MSSM__GL_FILTERED_FUNCTIONS(X)                                                  \
+    X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int)) \
     X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))
 #else
 #define MSSM__GL_FILTERED_FUNCTIONS(X)
 #endif
-// Not those by name that Intel's driver for Windows takes without a word and does not carry out: clears,
-// buffers, glBindTextureUnit, queries.
+// Not those by name that Intel's driver for Windows takes without a word and does not carry out:
+// clears, buffers, glBindTextureUnit, queries.
 #define MSSM__GL_FUNCTIONS(X)                                                                      \
     MSSM__GL_FILTERED_FUNCTIONS(X)                                                                 \
     X(void, GetIntegerv, (mssm__glenum, int *))                                                    \
@@ -3735,8 +3826,7 @@ typedef unsigned char mssm__glboolean;
     X(void, CreateTextures, (mssm__glenum, int, unsigned *))                                       \
     X(void, DeleteTextures, (int, const unsigned *))                                               \
     X(void, TextureStorage3D, (unsigned, int, mssm__glenum, int, int, int))                        \
-    X(void, TextureStorage2DMultisample,                                                           \
-      (unsigned, int, mssm__glenum, int, int, mssm__glboolean))                                    \
+    X(void, TextureStorage2DMultisample, (unsigned, int, mssm__glenum, int, int, mssm__glboolean)) \
     X(void, TextureParameteri, (unsigned, mssm__glenum, int))                                      \
     X(void, GetTexLevelParameteriv, (mssm__glenum, int, mssm__glenum, int *))                      \
     X(void, ActiveTexture, (mssm__glenum))                                                         \
@@ -3887,7 +3977,7 @@ enum {
     MSSM__GL_COMPILE_STATUS = 0x8B81,
     MSSM__GL_LINK_STATUS = 0x8B82,
     MSSM__GL_INFO_LOG_LENGTH = 0x8B84,
-    MSSM__GL_BARRIERS = 0x20 | 0x8,  // image access, texture fetch
+    MSSM__GL_BARRIERS = 0x20 | 0x8, // image access, texture fetch
     MSSM__GL_BLEND = 0x0BE2,
     MSSM__GL_TRIANGLES = 0x0004,
     MSSM__GL_VERTEX_ARRAY = 0x8074,
@@ -3905,17 +3995,29 @@ typedef struct mssm__gl_functions {
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
 
-enum { MSSM__RESOLVE, MSSM__AVERAGE, MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__FILTER, MSSM__STORE, MSSM__COPY,
-       MSSM__SHOW, MSSM__GIVEN, MSSM__PROGRAMS = MSSM__GIVEN + 12 };  // a given depth map: for each target, without and with back faces
+enum {
+    MSSM__RESOLVE,
+    MSSM__AVERAGE,
+    MSSM__ROWS,
+    MSSM__HALVE,
+    MSSM__COLUMNS,
+    MSSM__LEAST,
+    MSSM__FILTER,
+    MSSM__STORE,
+    MSSM__COPY,
+    MSSM__SHOW,
+    MSSM__GIVEN,
+    MSSM__PROGRAMS = MSSM__GIVEN + 12
+}; // a given depth map: for each target, without and with back faces
 enum { MSSM__FIRST_UNIT = 80, MSSM__FIRST_BINDING = 7 };
-enum { MSSM__BATCH = 256 };  // lights whose tables are built by one dispatch
-enum { MSSM__CAPABILITIES = 23 };  // at most
+enum { MSSM__BATCH = 256 };       // lights whose tables are built by one dispatch
+enum { MSSM__CAPABILITIES = 23 }; // at most
 
 // State of the caller from begin to end of a depth pass.
 typedef struct mssm__gl_state {
     int framebuffer, depth_func, depth_mask, cull_mode, clip_origin, clip_depth, polygon_mode[2];
     int enabled[MSSM__CAPABILITIES], scissor;
-    mssm__glboolean mask[2][4];  // of the colours that translucent casters write
+    mssm__glboolean mask[2][4]; // of the colours that translucent casters write
     float viewport[4];
     double depth_range[2];
 } mssm__gl_state;
@@ -3923,7 +4025,7 @@ typedef struct mssm__gl_state {
 // Program, textures, samplers and images that our own programs displace.
 typedef struct mssm__gl_bindings {
     int program, array, active, buffer, texture[2][6], sampler[2], image[4][6];
-    int targets;  // of the textures, as bits
+    int targets; // of the textures, as bits
 } mssm__gl_bindings;
 
 // A depth map given to mssm_gl_set_depth, as GL said it is.
@@ -3936,7 +4038,7 @@ typedef struct mssm__gl_source {
 
 typedef struct mssm__gl_light {
     mssm_light light;
-    mssm_light drawn;  // that of the map
+    mssm_light drawn; // that of the map
     mssm__gl_source source[2];
     int averaged;
     int filled;   // was drawn, the map is not empty
@@ -3947,31 +4049,32 @@ typedef struct mssm__gl_light {
 
 struct mssm_gl {
     mssm__gl_functions f;
-    mssm_gl_desc desc;  // with defaults filled in
-    mssm__glenum capability[MSSM__CAPABILITIES];  // those that there are in this context
-    int capabilities, compatible;                 // with the compatibility profile
-    int levels, depth_levels, padded, samples;  // samples that the driver gives: at least those asked for
-    int drawing, back;  // light of the pass between begin and end, or -1; which faces
-    int front_of;       // light whose front faces the depth target holds, or -1
-    int unresolved;     // that light, while these have not become moments
-    int stale;          // something has changed since the last build
-    int first_changed, last_changed;  // lights whose views the buffer does not have
-    int bound;          // by mssm_gl_bind, at least once
-    mssm__glenum format[3];  // of the tables, and of least depths
+    mssm_gl_desc desc;                           // with defaults filled in
+    mssm__glenum capability[MSSM__CAPABILITIES]; // those that there are in this context
+    int capabilities, compatible;                // with the compatibility profile
+    int levels, depth_levels, padded,
+        samples;                     // samples that the driver gives: at least those asked for
+    int drawing, back;               // light of the pass between begin and end, or -1; which faces
+    int front_of;                    // light whose front faces the depth target holds, or -1
+    int unresolved;                  // that light, while these have not become moments
+    int stale;                       // something has changed since the last build
+    int first_changed, last_changed; // lights whose views the buffer does not have
+    int bound;                       // by mssm_gl_bind, at least once
+    mssm__glenum format[3];          // of the tables, and of least depths
     unsigned depth[2], framebuffer[2], table[3], views, program[MSSM__PROGRAMS];
-    unsigned sampler;   // that of given depth maps
-    unsigned array;     // without attributes
-    int targets;        // that textures have come with, as bits
-    int framing;        // between mssm_gl_begin_frame and its end: nothing is saved or put back
+    unsigned sampler; // that of given depth maps
+    unsigned array;   // without attributes
+    int targets;      // that textures have come with, as bits
+    int framing;      // between mssm_gl_begin_frame and its end: nothing is saved or put back
     mssm__gl_state saved;
-    mssm__gl_bindings bindings;  // of the caller, for the end of the frame
+    mssm__gl_bindings bindings; // of the caller, for the end of the frame
     mssm__gl_light *lights;
     mssm_view *view;
     char *shader;
     int filtered, radius, anisotropy;
-    int ready;          // filtered: light whose moments are in work, not built yet, or -1
-    int translucent;    // the pass under way is one of translucent casters
-    int unbound;        // only the text of mssm_glsl_shader is wanted
+    int ready;       // filtered: light whose moments are in work, not built yet, or -1
+    int translucent; // the pass under way is one of translucent casters
+    int unbound;     // only the text of mssm_glsl_shader is wanted
     unsigned work, rows, farthest, target, triangle;
 };
 
@@ -3990,13 +4093,15 @@ static void mssm__filtered_build(mssm_gl *gl);
 
 static const char mssm__glsl_version[] = "#version 450 core\n";
 
-// Around a text of shading: one line for what cannot work, and errors in the user's lines by their own numbers.
+// Around a text of shading: one line for what cannot work, and errors in the user's lines by their
+// own numbers.
 static const char mssm__glsl_needs[] = "#if __VERSION__ < 430\n"
                                        "#error mssm.h needs #version 430 or higher above its text\n"
                                        "#endif\n";
-static const char mssm__glsl_needs_less[] = "#if __VERSION__ < 300 || (!defined GL_ES && __VERSION__ < 330)\n"
-                                            "#error mssm.h needs #version 330, 300 es or higher above its text\n"
-                                            "#endif\n";
+static const char mssm__glsl_needs_less[] =
+    "#if __VERSION__ < 300 || (!defined GL_ES && __VERSION__ < 330)\n"
+    "#error mssm.h needs #version 330, 300 es or higher above its text\n"
+    "#endif\n";
 static const char mssm__glsl_end[] = "#line 1\n";
 
 // Depth as drawn to depth linear in distance.
@@ -4017,8 +4122,8 @@ static const char mssm__glsl_drawn[] =
     "#define MSSM_LAYER layer\n"
     "#define MSSM_DEPTH(map, i, p, s) linear_depth(texelFetch(map, p, s).x)\n";
 
-// Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth. No branch
-// hangs on a uniform: zink of Mesa 22 takes the one of the dispatch before.
+// Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth.
+// No branch hangs on a uniform: zink of Mesa 22 takes the one of the dispatch before.
 static const char mssm__glsl_given[] =
     "#define MSSM_SIDE from[3]\n"
     "#define MSSM_LAYER from[4]\n"
@@ -4053,8 +4158,8 @@ static const char mssm__glsl_given[] =
     "}\n";
 
 // Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from
-// fusing what the C code does not fuse: tables of directional lights are equal bit for bit; linear depth
-// has quotients, which GPUs may round their own way.
+// fusing what the C code does not fuse: tables of directional lights are equal bit for bit; linear
+// depth has quotients, which GPUs may round their own way.
 static const char mssm__glsl_resolve[] =
     "layout(local_size_x = 32, local_size_y = 2) in;\n"
     "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
@@ -4107,7 +4212,7 @@ static const char mssm__glsl_resolve[] =
     "    barrier();\n"
     "    if (i >= 32 || (i & 1) == 1) return;\n"
     "    least = min(min(nearest[i], nearest[i + 1]), min(nearest[i + 32], nearest[i + 33]));\n"
-    "    imageStore(depths, ivec3(p / 2, MSSM_LAYER), least.xyxy);\n"  // beyond the image nothing is stored
+    "    imageStore(depths, ivec3(p / 2, MSSM_LAYER), least.xyxy);\n" // beyond the image nothing is stored
     "}\n";
 
 // Least depths of three levels from the one below: a work group's 8 x 8, 4 x 4 and 2 x 2 texels.
@@ -4123,7 +4228,7 @@ static const char mssm__glsl_least[] =
     "{\n"
     "    memoryBarrierShared();\n"
     "    barrier();\n"
-    "    int j = min(i, 54);\n"  // threads of the border have nothing to say
+    "    int j = min(i, 54);\n" // threads of the border have nothing to say
     "    return min(min(nearest[j], nearest[j + step]), min(nearest[j + 8 * step], nearest[j + 9 * step]));\n"
     "}\n"
     "void main()\n"
@@ -4260,8 +4365,8 @@ static const char mssm__glsl_rows[] =
     "    }\n"
     "}\n";
 
-// Prefix sums along columns, one thread a column: neighbours read neighbouring texels. Eight rows at a
-// time, so that a thread waits for memory once for eight.
+// Prefix sums along columns, one thread a column: neighbours read neighbouring texels. Eight rows
+// at a time, so that a thread waits for memory once for eight.
 static const char mssm__glsl_columns[] =
     "layout(local_size_x = 64) in;\n"
     "void main()\n"
@@ -4283,8 +4388,8 @@ static const char mssm__glsl_columns[] =
     "    }\n"
     "}\n";
 
-// In the texts of an mssm_gl @ stands for the name of its function, $ for what its other names begin with.
-// The estimators are overloaded for its own type of map. This goes before them.
+// In the texts of an mssm_gl @ stands for the name of its function, $ for what its other names
+// begin with. The estimators are overloaded for its own type of map. This goes before them.
 static const char mssm__glsl_search[] =
     "struct $map { int light; };\n"
     "mssm_moments6 mssm_query_texels($map map, int moments, float x, float y, float half_x, float half_y);\n"
@@ -4294,8 +4399,8 @@ static const char mssm__glsl_search[] =
     "#define MSSM_LEAST_DEPTH(map, x, y, half_size) mssm_least(map, x, y, half_size, 0)\n"
     "#define MSSM_GREATEST_DEPTH(map, x, y, half_size) (-mssm_least(map, x, y, half_size, 1))\n";
 
-// Nine rectangles of whole texels with their weights, as mssm__add_strips does. A row of entries starts
-// the differences of the next: the first takes no floats.
+// Nine rectangles of whole texels with their weights, as mssm__add_strips does. A row of entries
+// starts the differences of the next: the first takes no floats.
 static const char mssm__glsl_strips[] =
     "#ifndef MSSM_GLSL_STRIPS\n"
     "#define MSSM_GLSL_STRIPS\n"
@@ -4349,7 +4454,8 @@ static const char mssm__glsl_strips[] =
     "}\n"
     "#endif\n";
 
-// What shading reads, of an mssm_gl and without one; where there is no such light, one without texels, that is lit.
+// What shading reads, of an mssm_gl and without one; where there is no such light, one without
+// texels, that is lit.
 static const char mssm__glsl_bound[] =
     "layout(binding = MSSM_UNIT) uniform isampler2DArray $table0;\n"
     "#if MSSM_MOMENTS == 6\n"
@@ -4489,8 +4595,8 @@ static const char mssm__glsl_texels[] =
 // ---- Loader, log, programs ---- >>plumbing
 
 static const char *const mssm__program_names[MSSM__GIVEN] = {
-    "mssm resolve", "mssm average", "mssm rows", "mssm halve", "mssm columns", "mssm least depth", "mssm filter", "mssm store",
-    "mssm copy", "mssm show"};
+    "mssm resolve",     "mssm average", "mssm rows",  "mssm halve", "mssm columns",
+    "mssm least depth", "mssm filter",  "mssm store", "mssm copy",  "mssm show"};
 
 static const char *mssm__program_name(int which)
 {
@@ -4542,12 +4648,14 @@ static mssm_result mssm__load(mssm_gl *gl)
         const int major = mssm__get(gl, MSSM__GL_MAJOR_VERSION);
         const int old = major < 4 || (major == 4 && mssm__get(gl, MSSM__GL_MINOR_VERSION) < 5);
         if (!text || !strncmp(text, "OpenGL ES", 9) || old) {
-            mssm__log(gl, text ? "OpenGL 4.5 is needed, this context is " : "no context is current", text);
+            mssm__log(gl, text ? "OpenGL 4.5 is needed, this context is " : "no context is current",
+                      text);
             return MSSM_ERROR_GL_VERSION;
         }
     }
     if (missing) {
-        mssm__log(gl, "OpenGL 4.5 is needed (is a context current?), the loader does not find ", missing);
+        mssm__log(gl, "OpenGL 4.5 is needed (is a context current?), the loader does not find ",
+                  missing);
         return MSSM_ERROR_GL_VERSION;
     }
     return MSSM_OK;
@@ -4568,8 +4676,8 @@ static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const c
     MSSM_FREE(text);
 }
 
-static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type, const char *const *text,
-                                    int count)
+static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type,
+                                    const char *const *text, int count)
 {
     const mssm__gl_functions *f = &gl->f;
     int good = 0;
@@ -4583,8 +4691,10 @@ static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type, c
     f->ShaderSource(shader, count, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, MSSM__GL_COMPILE_STATUS, &good);
-    if (good) f->AttachShader(gl->program[which], shader);
-    else mssm__log_all(gl, shader, 0, mssm__program_name(which));
+    if (good)
+        f->AttachShader(gl->program[which], shader);
+    else
+        mssm__log_all(gl, shader, 0, mssm__program_name(which));
     f->DeleteShader(shader);
     return good ? MSSM_OK : MSSM_ERROR_GL;
 }
@@ -4623,8 +4733,8 @@ static int mssm__in_range(const mssm_gl *gl, const char *name, int value, int lo
     return 0;
 }
 
-// Capabilities that passes switch: the first on, the second as the pass is, the third on, the rest off.
-// Asking for one that a context does not have would be an error.
+// Capabilities that passes switch: the first on, the second as the pass is, the third on, the rest
+// off. Asking for one that a context does not have would be an error.
 static void mssm__find_capabilities(mssm_gl *gl)
 {
     static const mssm__glenum always[] = {
@@ -4683,7 +4793,8 @@ static int mssm__is_name(const char *name)
     for (; name[i]; i++) {
         const char c = name[i];
         const int letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-        const int between = (c >= '0' && c <= '9') || (c == '_' && name[i + 1] && name[i + 1] != '_');
+        const int between =
+            (c >= '0' && c <= '9') || (c == '_' && name[i + 1] && name[i + 1] != '_');
         if (i == 64 || (!letter && (i == 0 || !between))) return 0;
     }
     return i > 0 && strncmp(name, "gl_", 3);
@@ -4693,20 +4804,23 @@ static int mssm__is_name(const char *name)
 static void mssm__print_collisions(const mssm_gl *gl, char *to, size_t size)
 {
     const int binding = gl->unbound ? -1 : gl->desc.first_buffer_binding;
-    int at = snprintf(to, size,
-                      "#ifdef MSSM_NAME_@\n#error name: two mssm_gl declare @, one needs another mssm_gl_desc.name\n"
-                      "#endif\n#define MSSM_NAME_@\n#ifdef LIGHTPROBE_BINDING\n#if LIGHTPROBE_BINDING == %d\n"
-                      "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
-                      "#endif\n#endif\n",
-                      binding);
+    int at = snprintf(
+        to, size,
+        "#ifdef MSSM_NAME_@\n#error name: two mssm_gl declare @, one needs another mssm_gl_desc.name\n"
+        "#endif\n#define MSSM_NAME_@\n#ifdef LIGHTPROBE_BINDING\n#if LIGHTPROBE_BINDING == %d\n"
+        "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
+        "#endif\n#endif\n",
+        binding);
     for (int i = -1; i < 3 && !gl->unbound; i++) {
-        const char *what = i < 0 ? "BINDING" : "UNIT", *member = i < 0 ? "buffer_binding" : "texture_unit";
+        const char *what = i < 0 ? "BINDING" : "UNIT",
+                   *member = i < 0 ? "buffer_binding" : "texture_unit";
         const int number = i < 0 ? binding : gl->desc.first_texture_unit + i;
         if (i >= 0 && !mssm__has_texture(gl, i)) continue;
-        at += snprintf(to + at, size - (size_t)at,
-                       "#ifdef MSSM_%s_%d\n#error first_%s: %d of @ is that of another mssm_gl above\n#endif\n"
-                       "#define MSSM_%s_%d\n",
-                       what, number, member, number, what, number);
+        at += snprintf(
+            to + at, size - (size_t)at,
+            "#ifdef MSSM_%s_%d\n#error first_%s: %d of @ is that of another mssm_gl above\n#endif\n"
+            "#define MSSM_%s_%d\n",
+            what, number, member, number, what, number);
     }
 }
 
@@ -4714,29 +4828,37 @@ static void mssm__print_defines(const mssm_gl *gl, char *to, size_t size)
 {
     const mssm_settings s = mssm__settings(gl);
     const struct mssm_options o = mssm__options(&s, gl->desc.moments);
-    const char *const names[] = {"MOMENTS", "SCALE", gl->unbound ? "LIGHTS" : "UNIT", "NEXT_UNIT", "DEPTH_UNIT", "BINDING"};
+    const char *const names[] = {"MOMENTS",   "SCALE",      gl->unbound ? "LIGHTS" : "UNIT",
+                                 "NEXT_UNIT", "DEPTH_UNIT", "BINDING"};
     const int unit = gl->desc.first_texture_unit, third = gl->unbound ? gl->desc.lights : unit;
-    const int values[] = {gl->desc.moments, MSSM_SCALE, third, unit + 1, unit + 2, gl->desc.first_buffer_binding};
+    const int values[] = {gl->desc.moments, MSSM_SCALE, third,
+                          unit + 1,         unit + 2,   gl->desc.first_buffer_binding};
     const float numbers[] = {o.alpha4, o.alpha6, o.depth_bias, o.tolerance};
     int at = 0;
     for (int i = 0; i < (gl->unbound ? 3 : 6); i++) {
-        at += snprintf(to + at, size - (size_t)at, "#undef MSSM_%s\n#define MSSM_%s %d\n", names[i], names[i],
-                       values[i]);
+        at += snprintf(to + at, size - (size_t)at, "#undef MSSM_%s\n#define MSSM_%s %d\n", names[i],
+                       names[i], values[i]);
     }
-    at += snprintf(to + at, size - (size_t)at, "#define $chosen mssm_options(%d, %d", o.moments, o.estimator);
-    for (int i = 0; i < 4; i++) at += mssm__print_float(to + at, size - (size_t)at, ", ", numbers[i]);
+    at += snprintf(to + at, size - (size_t)at, "#define $chosen mssm_options(%d, %d", o.moments,
+                   o.estimator);
+    for (int i = 0; i < 4; i++)
+        at += mssm__print_float(to + at, size - (size_t)at, ", ", numbers[i]);
     at += snprintf(to + at, size - (size_t)at, ")\n");
 #ifndef MSSM_NO_FILTERED
     if (!gl->filtered) return;
-    at += snprintf(to + at, size - (size_t)at, "#undef MSSM_ANISOTROPY\n#define MSSM_ANISOTROPY %d\n#undef MSSM_BLUR\n"
-                   "#define MSSM_BLUR %d.0\n#undef MSSM_LACK\n", gl->anisotropy, 2 * gl->radius);
-    at += mssm__print_float(to + at, size - (size_t)at, "#define MSSM_LACK ", mssm__filter_lack(&gl->desc.filter));
+    at += snprintf(to + at, size - (size_t)at,
+                   "#undef MSSM_ANISOTROPY\n#define MSSM_ANISOTROPY %d\n#undef MSSM_BLUR\n"
+                   "#define MSSM_BLUR %d.0\n#undef MSSM_LACK\n",
+                   gl->anisotropy, 2 * gl->radius);
+    at += mssm__print_float(to + at, size - (size_t)at, "#define MSSM_LACK ",
+                            mssm__filter_lack(&gl->desc.filter));
     snprintf(to + at, size - (size_t)at, "\n");
 #endif
 }
 
 // Adds a text with the object's names; counts its characters where there is nothing to write to.
-static size_t mssm__add_text(char *to, size_t at, const char *text, const char *name, const char *others)
+static size_t mssm__add_text(char *to, size_t at, const char *text, const char *name,
+                             const char *others)
 {
     for (; *text; text++) {
         const char *piece = *text == '@' ? name : *text == '$' ? others : text;
@@ -4747,20 +4869,25 @@ static size_t mssm__add_text(char *to, size_t at, const char *text, const char *
     return at;
 }
 
-// The text for shading, if to is not NULL; its length. own: before and after what the estimators share, three at the end.
+// The text for shading, if to is not NULL; its length. own: before and after what the estimators
+// share, three at the end.
 static size_t mssm__print_shader(const mssm_gl *gl, const char *const own[5], char *to)
 {
     const char *name = gl->desc.name;
     char collisions[1400], defines[700], others[80];
-    if (name) snprintf(others, sizeof others, "mssm_%s_", name);
-    else snprintf(others, sizeof others, gl->filtered ? "mssm_filtered_" : "mssm_");
+    if (name)
+        snprintf(others, sizeof others, "mssm_%s_", name);
+    else
+        snprintf(others, sizeof others, gl->filtered ? "mssm_filtered_" : "mssm_");
     mssm__print_collisions(gl, collisions, sizeof collisions);
-    if (!name && gl->filtered) strcat(collisions, "#define mssm_filtered_bounds mssm_filtered_visibility_bounds\n");
+    if (!name && gl->filtered)
+        strcat(collisions, "#define mssm_filtered_bounds mssm_filtered_visibility_bounds\n");
     if (!name) name = gl->filtered ? "mssm_filtered_visibility" : "mssm_visibility";
     mssm__print_defines(gl, defines, sizeof defines);
     const char *const needs = gl->unbound ? mssm__glsl_needs_less : mssm__glsl_needs;
-    const char *const parts[] = {needs,  mssm_glsl_math(), collisions, own[0], mssm_glsl_shading(), own[1],
-                                 defines, own[2],          own[3],     own[4], mssm__glsl_end};
+    const char *const parts[] = {
+        needs,   mssm_glsl_math(), collisions, own[0], mssm_glsl_shading(), own[1],
+        defines, own[2],           own[3],     own[4], mssm__glsl_end};
     const int count = (int)(sizeof parts / sizeof *parts);
     size_t length = 0;
     for (int i = 0; i < count; i++) length = mssm__add_text(to, length, parts[i], name, others);
@@ -4797,8 +4924,9 @@ static mssm_result mssm__build_programs(mssm_gl *gl)
     mssm__write_defines(gl, defines);
     const char *const resolve[] = {mssm__glsl_version,      defines,          mssm_glsl_math(),
                                    mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_resolve};
-    const char *const average[] = {mssm__glsl_version, defines,          "#define MSSM_AVERAGE\n", mssm_glsl_math(),
-                                   mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_resolve};
+    const char *const average[] = {
+        mssm__glsl_version,      defines,          "#define MSSM_AVERAGE\n", mssm_glsl_math(),
+        mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_resolve};
     const char *const rows[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_rows};
     const char *const halve[] = {mssm__glsl_version, defines, "#define MSSM_HALVE\n",
                                  mssm__glsl_tables, mssm__glsl_rows};
@@ -4838,7 +4966,7 @@ static void mssm__delete_storage(mssm_gl *gl)
     }
     gl->views = 0;
 #ifndef MSSM_NO_FILTERED
-    const unsigned textures[3] = {gl->work, gl->rows, gl->farthest};  // or 0
+    const unsigned textures[3] = {gl->work, gl->rows, gl->farthest}; // or 0
     if (gl->target) f->DeleteFramebuffers(1, &gl->target);
     if (gl->triangle) f->DeleteVertexArrays(1, &gl->triangle);
     if (gl->filtered) f->DeleteTextures(3, textures);
@@ -4861,7 +4989,8 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
     const int bound = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
     f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[i]);
     gl->samples = gl->desc.samples;
-    f->GetTexLevelParameteriv(MSSM__GL_TEXTURE_2D_MULTISAMPLE, 0, MSSM__GL_TEXTURE_SAMPLES, &gl->samples);
+    f->GetTexLevelParameteriv(MSSM__GL_TEXTURE_2D_MULTISAMPLE, 0, MSSM__GL_TEXTURE_SAMPLES,
+                              &gl->samples);
     f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, (unsigned)bound);
     f->ObjectLabel(MSSM__GL_TEXTURE, gl->depth[i], -1, names[i]);
     f->NamedFramebufferTexture(gl->framebuffer[i], MSSM__GL_DEPTH_ATTACHMENT, gl->depth[i], 0);
@@ -4875,8 +5004,8 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
 }
 
 // A 2D array; integer textures are complete with these filters only.
-static unsigned mssm__create_array(const mssm_gl *gl, int levels, int side, int layers, mssm__glenum format,
-                                   const char *label)
+static unsigned mssm__create_array(const mssm_gl *gl, int levels, int side, int layers,
+                                   mssm__glenum format, const char *label)
 {
     unsigned texture = 0;
     gl->f.CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &texture);
@@ -4900,7 +5029,8 @@ static mssm_result mssm__check_limits(mssm_gl *gl)
 {
     const int texels = mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE);
     const int layers = mssm__get(gl, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS);
-    if (!mssm__in_range(gl, "this driver: lights", gl->desc.lights, 1, layers)) return MSSM_ERROR_ARGUMENT;
+    if (!mssm__in_range(gl, "this driver: lights", gl->desc.lights, 1, layers))
+        return MSSM_ERROR_ARGUMENT;
     if (!mssm__in_range(gl, "this driver: side", gl->padded, 1, texels) ||
         !mssm__in_range(gl, "this driver: samples", gl->desc.samples, 1,
                         mssm__get(gl, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES))) {
@@ -4916,8 +5046,9 @@ static mssm_result mssm__create_views(mssm_gl *gl)
     f->CreateBuffers(1, &gl->views);
     if (!gl->views) return MSSM_ERROR_GL;
     f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
-    f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view),
-                     gl->view, MSSM__GL_DYNAMIC_STORAGE_BIT);
+    f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER,
+                     (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view), gl->view,
+                     MSSM__GL_DYNAMIC_STORAGE_BIT);
     f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
     f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
     return MSSM_OK;
@@ -4925,8 +5056,8 @@ static mssm_result mssm__create_views(mssm_gl *gl)
 
 static mssm_result mssm__create_storage(mssm_gl *gl)
 {
-    static const char *const names[] = {"mssm tables, moments 1 to 4", "mssm tables, moments 5 and 6",
-                                        "mssm least depths"};
+    static const char *const names[] = {"mssm tables, moments 1 to 4",
+                                        "mssm tables, moments 5 and 6", "mssm least depths"};
     const size_t count = (size_t)gl->desc.lights;
     mssm__set_sizes(gl);
     mssm_result r = mssm__check_limits(gl);
@@ -4943,8 +5074,10 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     for (int i = 0; i < 3 && !r; i++) {
         if (!mssm__has_texture(gl, i)) continue;
         // Least depths begin with half the side, and halve without rest.
-        const int levels = i < 2 ? gl->levels : gl->depth_levels, side = i < 2 ? gl->padded : 1 << (levels - 1);
-        gl->table[i] = mssm__create_array(gl, levels, side, gl->desc.lights, gl->format[i], names[i]);
+        const int levels = i < 2 ? gl->levels : gl->depth_levels,
+                  side = i < 2 ? gl->padded : 1 << (levels - 1);
+        gl->table[i] =
+            mssm__create_array(gl, levels, side, gl->desc.lights, gl->format[i], names[i]);
         if (!gl->table[i]) r = MSSM_ERROR_GL;
     }
     if (!r) r = mssm__create_views(gl);
@@ -4967,7 +5100,8 @@ static const struct {
     mssm__glenum target, binding;
     const char *name, *text;
 } mssm__targets[6] = {
-    {MSSM__GL_TEXTURE_2D_MULTISAMPLE, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE, "GL_TEXTURE_2D_MULTISAMPLE",
+    {MSSM__GL_TEXTURE_2D_MULTISAMPLE, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE,
+     "GL_TEXTURE_2D_MULTISAMPLE",
      "#define MSSM_SAMPLER sampler2DMS\n"
      "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, s).x\n"},
     {MSSM__GL_TEXTURE_2D, MSSM__GL_TEXTURE_BINDING_2D, "GL_TEXTURE_2D",
@@ -4980,7 +5114,8 @@ static const struct {
      "#define MSSM_SAMPLER samplerCube\n"
      "#define MSSM_FETCH(map, at, layer, s) "
      "textureLod(map, cube_direction(layer, at, textureSize(map, 0).x), 0.0).x\n"},
-    {MSSM__GL_TEXTURE_CUBE_MAP_ARRAY, MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY, "GL_TEXTURE_CUBE_MAP_ARRAY",
+    {MSSM__GL_TEXTURE_CUBE_MAP_ARRAY, MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY,
+     "GL_TEXTURE_CUBE_MAP_ARRAY",
      "#define MSSM_SAMPLER samplerCubeArray\n"
      "#define MSSM_FETCH(map, at, layer, s) "
      "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), float((layer) / 6)), 0.0).x\n"},
@@ -5044,22 +5179,24 @@ static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b
         gl->f.ActiveTexture(MSSM__GL_TEXTURE0 + unit);
         for (int k = 0; k < 6; k++) {
             if (!(b->targets >> k & 1)) continue;
-            gl->f.BindTexture(mssm__targets[k].target, mssm__living(b->texture[i][k], gl->f.IsTexture));
+            gl->f.BindTexture(mssm__targets[k].target,
+                              mssm__living(b->texture[i][k], gl->f.IsTexture));
         }
         gl->f.BindSampler(unit, mssm__living(b->sampler[i], gl->f.IsSampler));
     }
     gl->f.ActiveTexture((mssm__glenum)b->active);
     for (unsigned i = 0; i < 4; i++) {
         const int *m = b->image[i];
-        gl->f.BindImageTexture(i, mssm__living(m[0], gl->f.IsTexture), m[1], (mssm__glboolean)m[2], m[3],
-                               (mssm__glenum)m[4], (mssm__glenum)m[5]);
+        gl->f.BindImageTexture(i, mssm__living(m[0], gl->f.IsTexture), m[1], (mssm__glboolean)m[2],
+                               m[3], (mssm__glenum)m[4], (mssm__glenum)m[5]);
     }
     gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)b->buffer);
     gl->f.BindVertexArray(mssm__living(b->array, gl->f.IsVertexArray));
     gl->f.UseProgram(mssm__living(b->program, gl->f.IsProgram));
 }
 
-// Without a sampler: a filter for colours would make integer textures incomplete. The unit stays active.
+// Without a sampler: a filter for colours would make integer textures incomplete. The unit stays
+// active.
 static void mssm__bind_texture(const mssm_gl *gl, int unit, mssm__glenum target, unsigned texture)
 {
     gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + unit));
@@ -5071,7 +5208,8 @@ static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, 
 {
     for (unsigned i = 0; i < 2; i++) {
         if (gl->table[i]) {
-            gl->f.BindImageTexture(first_unit + i, gl->table[i], level, 1, 0, access, gl->format[i]);
+            gl->f.BindImageTexture(first_unit + i, gl->table[i], level, 1, 0, access,
+                                   gl->format[i]);
         }
     }
 }
@@ -5093,7 +5231,8 @@ static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linea
     f->ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->z_near, light->z_far, 0);
     f->ProgramUniform1i(program, 1, samples);
     f->UseProgram(program);
-    // After shading, or an earlier resolve of this layer; what follows has the barrier of the build.
+    // After shading, or an earlier resolve of this layer; what follows has the barrier of the
+    // build.
     (f->MemoryBarrier)(MSSM__GL_BARRIERS);
     f->DispatchCompute((side + 31) / 32, (side + 1) / 2, 1);
 }
@@ -5113,8 +5252,8 @@ static void mssm__resolve(mssm_gl *gl, int index)
     mssm__restore_bindings(gl, &saved);
 }
 
-// Front faces wait for the back faces that may follow. Anything else that is done next comes here first: they
-// become moments, unless light `instead` is given others.
+// Front faces wait for the back faces that may follow. Anything else that is done next comes here
+// first: they become moments, unless light `instead` is given others.
 static void mssm__settle(mssm_gl *gl, int instead)
 {
     if (gl->unresolved >= 0 && gl->unresolved != instead) mssm__resolve(gl, gl->unresolved);
@@ -5177,7 +5316,8 @@ static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
     const int one_mode = !gl->compatible || s->polygon_mode[0] == s->polygon_mode[1];
     mssm__set_pass(gl, s, gl->capabilities);
     f->ClipControl((mssm__glenum)s->clip_origin, (mssm__glenum)s->clip_depth);
-    f->PolygonMode(one_mode ? MSSM__GL_FRONT_AND_BACK : MSSM__GL_FRONT, (mssm__glenum)s->polygon_mode[0]);
+    f->PolygonMode(one_mode ? MSSM__GL_FRONT_AND_BACK : MSSM__GL_FRONT,
+                   (mssm__glenum)s->polygon_mode[0]);
     if (!one_mode) f->PolygonMode(MSSM__GL_BACK, (mssm__glenum)s->polygon_mode[1]);
     for (unsigned i = 0; i < 2; i++) {
         f->ColorMaski(i, s->mask[i][0], s->mask[i][1], s->mask[i][2], s->mask[i][3]);
@@ -5195,7 +5335,7 @@ static void mssm__restore_state(mssm_gl *gl)
 
 static void mssm__make_view(const mssm_gl *gl, mssm__gl_light *l, mssm_view *v)
 {
-    memset(v, 0, sizeof *v);  // a map without texels: all is lit
+    memset(v, 0, sizeof *v); // a map without texels: all is lit
     l->changed = 0;
     l->widest = 0;
     if (!l->filled || !(l->light.z_far > l->light.z_near)) return;
@@ -5206,7 +5346,7 @@ static void mssm__make_view(const mssm_gl *gl, mssm__gl_light *l, mssm_view *v)
     const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
     l->widest = 2.0f * kernel * (mssm_blur_depth(*v, 17.0f) - mssm_blur_depth(*v, -1.0f));
     if (l->built == 0) {
-        memset(v, 0, sizeof *v);  // drawn, but not built
+        memset(v, 0, sizeof *v); // drawn, but not built
         return;
     }
     const float limit = 0.5f * MSSM_KERNEL * (float)(1 << (l->built - 1));
@@ -5231,12 +5371,14 @@ static void mssm__upload_views(mssm_gl *gl)
     if (gl->last_changed < 0) return;
     mssm__make_views(gl);
     gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
-    gl->f.BufferSubData(MSSM__GL_SHADER_STORAGE_BUFFER, (ptrdiff_t)((size_t)first * sizeof *gl->view),
+    gl->f.BufferSubData(MSSM__GL_SHADER_STORAGE_BUFFER,
+                        (ptrdiff_t)((size_t)first * sizeof *gl->view),
                         (ptrdiff_t)((size_t)count * sizeof *gl->view), gl->view + first);
     gl->last_changed = -1;
 }
 
-// Least depths of coarser levels, three at a time; those beyond the last are written where it is, before it.
+// Least depths of coarser levels, three at a time; those beyond the last are written where it is,
+// before it.
 static void mssm__build_depths(mssm_gl *gl, int count)
 {
     const mssm__gl_functions *f = &gl->f;
@@ -5262,13 +5404,14 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
     if (first == 0) mssm__build_depths(gl, count);
     for (int level = first; level < levels; level++) {
         const unsigned size = (unsigned)(gl->padded >> level);
-        unsigned threads = 1;  // of a row, as the shader counts them
+        unsigned threads = 1; // of a row, as the shader counts them
         while (threads < 64 && 8 * threads < size) threads *= 2;
         mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
         if (level > 0) {
             mssm__bind_level(gl, 2, level - 1, MSSM__GL_READ_ONLY);
             const int grain = (1 << (level - 1)) - 1;
-            f->ProgramUniform1i(gl->program[MSSM__HALVE], MSSM__BATCH, (gl->desc.side + grain) >> (level - 1));
+            f->ProgramUniform1i(gl->program[MSSM__HALVE], MSSM__BATCH,
+                                (gl->desc.side + grain) >> (level - 1));
         }
         f->UseProgram(gl->program[level > 0 ? MSSM__HALVE : MSSM__ROWS]);
         f->DispatchCompute(1, (size * threads + 63) / 64, (unsigned)count);
@@ -5289,7 +5432,9 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
 #endif
     if (d->name && !mssm__is_name(d->name)) {
         char line[160];
-        snprintf(line, sizeof line, "name %.64s: up to 64 letters, digits and single _, from a letter on, not gl_", d->name);
+        snprintf(line, sizeof line,
+                 "name %.64s: up to 64 letters, digits and single _, from a letter on, not gl_",
+                 d->name);
         mssm__log(gl, line, NULL);
         return MSSM_ERROR_ARGUMENT;
     }
@@ -5314,8 +5459,10 @@ static mssm_result mssm__check_units(mssm_gl *gl)
     const int units = mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS);
     const int bindings = mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS);
     const int own = gl->format[2] ? 3 : 2;
-    return mssm__in_range(gl, "first_texture_unit", gl->desc.first_texture_unit, 0, units < own ? -1 : units - own) &&
-                   mssm__in_range(gl, "first_buffer_binding", gl->desc.first_buffer_binding, 0, bindings < 1 ? -1 : bindings - 1)
+    return mssm__in_range(gl, "first_texture_unit", gl->desc.first_texture_unit, 0,
+                          units < own ? -1 : units - own) &&
+                   mssm__in_range(gl, "first_buffer_binding", gl->desc.first_buffer_binding, 0,
+                                  bindings < 1 ? -1 : bindings - 1)
                ? MSSM_OK
                : MSSM_ERROR_ARGUMENT;
 }
@@ -5352,7 +5499,7 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
         mssm_gl_destroy(g);
         return r;
     }
-    g->desc.name = NULL;  // the caller's
+    g->desc.name = NULL; // the caller's
     *gl = g;
     return MSSM_OK;
 }
@@ -5368,10 +5515,13 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
     const uint64_t side = (uint64_t)g.desc.side, texel = g.desc.moments == 6 ? 24 : 16;
     uint64_t light = sizeof(mssm_view);
     uint64_t texels = 0, targets = 8 * side * side * (uint64_t)g.desc.samples;
-    for (int i = 0; i < g.levels; i++) texels += (uint64_t)(g.padded >> i) * (uint64_t)(g.padded >> i);
+    for (int i = 0; i < g.levels; i++)
+        texels += (uint64_t)(g.padded >> i) * (uint64_t)(g.padded >> i);
     light += (g.filtered ? texel / 2 : texel) * texels;
     for (int i = 0; i < g.depth_levels && !g.filtered; i++) light += (uint64_t)8 << (2 * i);
-    if (g.filtered) targets = targets / 2 + 32 * texels + 36 * (uint64_t)g.padded * (uint64_t)g.padded; // to work in
+    if (g.filtered)
+        targets =
+            targets / 2 + 32 * texels + 36 * (uint64_t)g.padded * (uint64_t)g.padded; // to work in
     if (targets > SIZE_MAX || light > (SIZE_MAX - targets) / (uint64_t)g.desc.lights) {
         mssm__log(&g, "more bytes than a size_t holds", NULL);
         return 0;
@@ -5474,12 +5624,14 @@ static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, 
     s.clip_depth = MSSM__GL_NEGATIVE_ONE_TO_ONE;
     s.polygon_mode[0] = s.polygon_mode[1] = MSSM__GL_FILL;
     s.enabled[0] = s.enabled[2] = 1;
-    s.enabled[1] = back_faces;  // cull front faces
+    s.enabled[1] = back_faces; // cull front faces
     memset(s.mask, 1, sizeof s.mask);
     s.viewport[2] = s.viewport[3] = (float)gl->desc.side;
     s.depth_range[1] = 1;
-    if (gl->framing) mssm__set_pass(gl, &s, 2);
-    else mssm__set_state(gl, &s);
+    if (gl->framing)
+        mssm__set_pass(gl, &s, 2);
+    else
+        mssm__set_state(gl, &s);
 }
 
 mssm_result mssm_gl_begin_frame(mssm_gl *gl)
@@ -5512,7 +5664,8 @@ mssm_result mssm_gl_end_frame(mssm_gl *gl)
 
 mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
 {
-    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return MSSM_ERROR_ARGUMENT;
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
+        return MSSM_ERROR_ARGUMENT;
     if (back_faces && gl->filtered) {
         mssm__log(gl, "filtered maps have no back faces", NULL);
         return MSSM_ERROR_ARGUMENT;
@@ -5563,7 +5716,8 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
 }
 
 // Distances that the ends of a given depth map stand for; whether they are the light's own.
-static int mssm__depth_ends(const mssm_light *light, const mssm_gl_depth *d, float *low, float *high)
+static int mssm__depth_ends(const mssm_light *light, const mssm_gl_depth *d, float *low,
+                            float *high)
 {
     const int own = d->z_near == 0 && d->z_far == 0;
     *low = own ? light->z_near : d->z_near;
@@ -5580,11 +5734,13 @@ static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const m
     char line[120];
     while (kind >= 0 && mssm__targets[kind].target != target) kind--;
     if (kind < 0) {
-        snprintf(line, sizeof line, "mssm_gl_depth: target 0x%04X: a 2D, cube map or multisampled texture", target);
+        snprintf(line, sizeof line,
+                 "mssm_gl_depth: target 0x%04X: a 2D, cube map or multisampled texture", target);
         mssm__log(gl, line, NULL);
         return -1;
     }
-    if (!mssm__in_range(gl, "mssm_gl_depth: stored", (int)d->stored, 0, light->perspective ? 2 : 1) ||
+    if (!mssm__in_range(gl, "mssm_gl_depth: stored", (int)d->stored, 0,
+                        light->perspective ? 2 : 1) ||
         !mssm__in_range(gl, "mssm_gl_depth: layer", d->layer, 0, INT32_MAX) ||
         !mssm__in_range(gl, "mssm_gl_depth: x", d->x, 0, INT32_MAX) ||
         !mssm__in_range(gl, "mssm_gl_depth: y", d->y, 0, INT32_MAX) ||
@@ -5594,26 +5750,30 @@ static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const m
     }
     float low, high;
     mssm__depth_ends(light, d, &low, &high); // NaN fails all of these
-    if (low >= (hyperbolic ? FLT_MIN : -FLT_MAX) && high > low && (high <= FLT_MAX || hyperbolic)) return kind;
-    snprintf(line, sizeof line, "mssm_gl_depth: z_near %g, z_far %g: %sz_near < z_far%s", (double)low, (double)high,
-             hyperbolic ? "0 < " : "", hyperbolic ? ", which may be infinite" : ", both finite");
+    if (low >= (hyperbolic ? FLT_MIN : -FLT_MAX) && high > low && (high <= FLT_MAX || hyperbolic))
+        return kind;
+    snprintf(line, sizeof line, "mssm_gl_depth: z_near %g, z_far %g: %sz_near < z_far%s",
+             (double)low, (double)high, hyperbolic ? "0 < " : "",
+             hyperbolic ? ", which may be infinite" : ", both finite");
     mssm__log(gl, line, NULL);
     return -1;
 }
 
 // One axis of a given depth map: how many texels a texel of the moment map takes, 0 after a word.
-static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int at, int size, int all)
+static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int at, int size,
+                            int all)
 {
     const int side = gl->desc.side;
     char line[120];
-    if (all < 0) all = 0;  // a driver that lies
+    if (all < 0) all = 0; // a driver that lies
     if (!mssm__in_range(gl, names[0], at, 0, all - 1) ||
         !mssm__in_range(gl, names[1], size ? size : all - at, 1, all - at)) {
         return 0;
     }
     if (!size) size = all - at;
     if (size % side == 0 && size / side <= 8) return size / side;
-    snprintf(line, sizeof line, "%s %d: once to 8 times the side of mssm_gl, %d", names[1], size, side);
+    snprintf(line, sizeof line, "%s %d: once to 8 times the side of mssm_gl, %d", names[1], size,
+             side);
     mssm__log(gl, line, NULL);
     return 0;
 }
@@ -5624,40 +5784,48 @@ static int mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s)
     static const char *const names[2][2] = {{"mssm_gl_depth: x", "mssm_gl_depth: width"},
                                             {"mssm_gl_depth: y", "mssm_gl_depth: height"}};
     enum { WIDTH, HEIGHT, DEPTH, SAMPLES, DEPTH_SIZE, RED_TYPE };
-    static const mssm__glenum questions[6] = {MSSM__GL_TEXTURE_WIDTH,      MSSM__GL_TEXTURE_HEIGHT,
-                                              MSSM__GL_TEXTURE_DEPTH,      MSSM__GL_TEXTURE_SAMPLES,
-                                              MSSM__GL_TEXTURE_DEPTH_SIZE, MSSM__GL_TEXTURE_RED_TYPE};
+    static const mssm__glenum questions[6] = {
+        MSSM__GL_TEXTURE_WIDTH,   MSSM__GL_TEXTURE_HEIGHT,     MSSM__GL_TEXTURE_DEPTH,
+        MSSM__GL_TEXTURE_SAMPLES, MSSM__GL_TEXTURE_DEPTH_SIZE, MSSM__GL_TEXTURE_RED_TYPE};
     const mssm__glenum target = mssm__targets[s->kind].target;
-    const int cube = target == MSSM__GL_TEXTURE_CUBE_MAP, multisampled = s->kind == 0 || s->kind == 5;
+    const int cube = target == MSSM__GL_TEXTURE_CUBE_MAP,
+              multisampled = s->kind == 0 || s->kind == 5;
     int level = 0, answers[6] = {0};
     if (!multisampled) gl->f.GetTexParameteriv(target, MSSM__GL_TEXTURE_BASE_LEVEL, &level);
     for (int i = 0; i < 6; i++) {
-        gl->f.GetTexLevelParameteriv(cube ? (mssm__glenum)MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X : target, level,
-                                     questions[i], &answers[i]);
+        gl->f.GetTexLevelParameteriv(cube ? (mssm__glenum)MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X
+                                          : target,
+                                     level, questions[i], &answers[i]);
     }
     const int type = answers[RED_TYPE];
     if (!answers[DEPTH_SIZE] && type != MSSM__GL_FLOAT && type != MSSM__GL_UNSIGNED_NORMALIZED &&
         type != MSSM__GL_SIGNED_NORMALIZED) {
-        mssm__log(gl, "mssm_gl_depth: the texture has no storage, or neither depth nor red as fractions", NULL);
+        mssm__log(
+            gl, "mssm_gl_depth: the texture has no storage, or neither depth nor red as fractions",
+            NULL);
         return 0;
     }
     const int flat = target == MSSM__GL_TEXTURE_2D || target == MSSM__GL_TEXTURE_2D_MULTISAMPLE;
     s->each = multisampled && answers[SAMPLES] > 0 ? answers[SAMPLES] : 1;
-    if (!mssm__in_range(gl, "mssm_gl_depth: layer", s->is.layer, 0, cube ? 5 : flat ? 0 : answers[DEPTH] - (answers[DEPTH] > 0))) {
+    if (!mssm__in_range(gl, "mssm_gl_depth: layer", s->is.layer, 0,
+                        cube   ? 5
+                        : flat ? 0
+                               : answers[DEPTH] - (answers[DEPTH] > 0))) {
         return 0;
     }
     s->across = mssm__check_axis(gl, names[0], s->is.x, s->is.width, answers[WIDTH]);
     s->up = s->across ? mssm__check_axis(gl, names[1], s->is.y, s->is.height, answers[HEIGHT]) : 0;
-    return s->up && mssm__in_range(gl, "mssm_gl_depth: texels times samples of a texel of the moment map",
-                                   s->across * s->up * s->each, 1, 64);
+    return s->up &&
+           mssm__in_range(gl, "mssm_gl_depth: texels times samples of a texel of the moment map",
+                          s->across * s->up * s->each, 1, 64);
 }
 
-// What a texture's own state must be for its depth to be read: unlike filters and compare mode no sampler
-// stands in for it. `set` or put back what was there.
+// What a texture's own state must be for its depth to be read: unlike filters and compare mode no
+// sampler stands in for it. `set` or put back what was there.
 static void mssm__set_texture_state(const mssm_gl *gl, mssm__gl_source *s, int ask, int set)
 {
-    static const mssm__glenum names[3] = {MSSM__GL_DEPTH_STENCIL_TEXTURE_MODE, MSSM__GL_TEXTURE_SWIZZLE_R,
-                                          MSSM__GL_DEPTH_TEXTURE_MODE};
+    static const mssm__glenum names[3] = {MSSM__GL_DEPTH_STENCIL_TEXTURE_MODE,
+                                          MSSM__GL_TEXTURE_SWIZZLE_R, MSSM__GL_DEPTH_TEXTURE_MODE};
     static const int wanted[3] = {MSSM__GL_DEPTH_COMPONENT, MSSM__GL_RED, MSSM__GL_RED};
     const mssm__glenum target = mssm__targets[s->kind].target;
     for (int i = 0; i < (gl->compatible ? 3 : 2); i++) {
@@ -5665,12 +5833,15 @@ static void mssm__set_texture_state(const mssm_gl *gl, mssm__gl_source *s, int a
             s->state[i] = wanted[i]; // a lost context writes nothing
             gl->f.GetTexParameteriv(target, names[i], &s->state[i]);
         }
-        if (s->state[i] != wanted[i]) gl->f.TexParameteri(target, names[i], set ? wanted[i] : s->state[i]);
+        if (s->state[i] != wanted[i])
+            gl->f.TexParameteri(target, names[i], set ? wanted[i] : s->state[i]);
     }
 }
 
-// Binds a depth map to a unit, asks GL about it where that has not been done before, and makes it readable.
-static int mssm__bind_depth(mssm_gl *gl, mssm__gl_light *light, int i, const mssm_gl_depth *d, int kind)
+// Binds a depth map to a unit, asks GL about it where that has not been done before, and makes it
+// readable.
+static int mssm__bind_depth(mssm_gl *gl, mssm__gl_light *light, int i, const mssm_gl_depth *d,
+                            int kind)
 {
     mssm__gl_source *known = &light->source[i], s;
     const int unit = gl->desc.first_texture_unit + i;
@@ -5682,7 +5853,8 @@ static int mssm__bind_depth(mssm_gl *gl, mssm__gl_light *light, int i, const mss
         mssm__log(gl, "mssm_gl_depth: there is no such texture", NULL);
         return 0;
     }
-    if (ask && mssm__take_error(gl)) mssm__log(gl, "a GL error was pending before mssm_gl_set_depth", NULL);
+    if (ask && mssm__take_error(gl))
+        mssm__log(gl, "a GL error was pending before mssm_gl_set_depth", NULL);
     mssm__bind_texture(gl, unit, mssm__targets[kind].target, d->texture);
     gl->f.BindSampler((unsigned)unit, gl->sampler);
     if (!ask) {
@@ -5721,9 +5893,10 @@ static mssm_result mssm__prepare_depth(mssm_gl *gl, int kind, int back)
 #ifndef MSSM_NO_FILTERED
     if (gl->filtered) resolve = mssm__filtered_resolve_text();
 #endif
-    const char *const text[] = {mssm__glsl_version, defines, back ? "#define MSSM_AVERAGE\n" : "",
-                                mssm__targets[kind].text, mssm_glsl_math(), mssm__glsl_linear_depth,
-                                mssm__glsl_given, resolve};
+    const char *const text[] = {
+        mssm__glsl_version,       defines,          back ? "#define MSSM_AVERAGE\n" : "",
+        mssm__targets[kind].text, mssm_glsl_math(), mssm__glsl_linear_depth,
+        mssm__glsl_given,         resolve};
     const mssm_result r = mssm__build_program(gl, which, text, 8);
     if (r && gl->program[which]) gl->f.DeleteProgram(gl->program[which]);
     if (r) gl->program[which] = 0;
@@ -5738,15 +5911,21 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
     const unsigned program = gl->program[MSSM__GIVEN + 2 * s->kind + back];
     const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
     float low, high;
-    const int ours = mssm__depth_ends(light, d, &low, &high), radial = d->stored == MSSM_STORED_RADIAL;
-    const float ratio = low / high, straight = !ours || radial || (d->reversed && hyperbolic) ? 0.0f : d->reversed ? -1.0f : 1.0f;
+    const int ours = mssm__depth_ends(light, d, &low, &high),
+              radial = d->stored == MSSM_STORED_RADIAL;
+    const float ratio = low / high, straight = !ours || radial || (d->reversed && hyperbolic) ? 0.0f
+                                               : d->reversed ? -1.0f
+                                                             : 1.0f;
     const int from[11] = {s->across, s->up,    s->each,   gl->desc.side, index,        d->x,
-                          d->y,      d->layer, s[1].is.x, s[1].is.y,     s[1].is.layer}, linear = !hyperbolic;
+                          d->y,      d->layer, s[1].is.x, s[1].is.y,     s[1].is.layer},
+              linear = !hyperbolic;
     const int samples = s->across * s->up * s->each;
     gl->f.ProgramUniform4f(program, 2, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
                            radial ? light->extent_u : 0.0f, radial ? light->extent_v : 0.0f);
-    if (hyperbolic) gl->f.ProgramUniform4f(program, 3, low, 0, ratio, 1 - ratio);
-    else gl->f.ProgramUniform4f(program, 3, high, low - high, 1, 0);
+    if (hyperbolic)
+        gl->f.ProgramUniform4f(program, 3, low, 0, ratio, 1 - ratio);
+    else
+        gl->f.ProgramUniform4f(program, 3, high, low - high, 1, 0);
     gl->f.ProgramUniform4f(program, 4, straight, 0, 0, 0);
     gl->f.ProgramUniform1iv(program, 5, back ? 11 : 8, from);
 #ifndef MSSM_NO_FILTERED
@@ -5762,16 +5941,22 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
 // Whether both are read in the same way.
 static int mssm__alike(const mssm__gl_source *a, const mssm__gl_source *b)
 {
-    return a->across == b->across && a->up == b->up && a->each == b->each && a->is.stored == b->is.stored &&
-           !a->is.reversed == !b->is.reversed && a->is.z_near == b->is.z_near && a->is.z_far == b->is.z_far;
+    return a->across == b->across && a->up == b->up && a->each == b->each &&
+           a->is.stored == b->is.stored && !a->is.reversed == !b->is.reversed &&
+           a->is.z_near == b->is.z_near && a->is.z_far == b->is.z_far;
 }
 
-mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front, const mssm_gl_depth *back)
+mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
+                              const mssm_gl_depth *back)
 {
-    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return MSSM_ERROR_ARGUMENT;
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
+        return MSSM_ERROR_ARGUMENT;
     mssm__gl_light *light = &gl->lights[index];
     if (!front || !(light->light.z_far > light->light.z_near)) {
-        mssm__log(gl, front ? "mssm_gl_set_depth before mssm_gl_set_light" : "mssm_gl_set_depth: front is null", NULL);
+        mssm__log(gl,
+                  front ? "mssm_gl_set_depth before mssm_gl_set_light"
+                        : "mssm_gl_set_depth: front is null",
+                  NULL);
         return front ? MSSM_ERROR_ORDER : MSSM_ERROR_ARGUMENT;
     }
     if (gl->drawing >= 0) mssm__log(gl, "mssm_gl_set_depth before mssm_gl_end_depth", NULL);
@@ -5789,20 +5974,24 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
     gl->targets |= 1 << kind;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
-    if (gl->framing && !(gl->bindings.targets >> kind & 1)) mssm__save_target(gl, &gl->bindings, kind);
+    if (gl->framing && !(gl->bindings.targets >> kind & 1))
+        mssm__save_target(gl, &gl->bindings, kind);
     int bound = mssm__bind_depth(gl, light, 0, front, kind);
     int good = bound;
     if (good && back) {
         good = other == kind && mssm__bind_depth(gl, light, 1, back, kind);
         bound += good;
         if (other != kind || (good && !mssm__alike(&light->source[0], &light->source[1]))) {
-            mssm__log(gl, "mssm_gl_set_depth: back must be like front but for texture, layer, x and y", NULL);
+            mssm__log(gl,
+                      "mssm_gl_set_depth: back must be like front but for texture, layer, x and y",
+                      NULL);
             good = 0;
         }
     }
     if (good) mssm__take_given(gl, index, light->source, back != NULL);
     while (bound-- > 0) {
-        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + bound));
+        gl->f.ActiveTexture(
+            (mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + bound));
         mssm__set_texture_state(gl, &light->source[bound], 0, 0);
     }
     mssm__restore_bindings(gl, &saved);
@@ -5849,10 +6038,13 @@ mssm_result mssm_gl_build(mssm_gl *gl)
 #endif
     const int levels = mssm__make_views(gl), framing = gl->framing;
     int work = gl->unresolved >= 0;
-    for (int i = 0; i < gl->desc.lights; i++) work |= gl->lights[i].filled && gl->lights[i].built < levels;
+    for (int i = 0; i < gl->desc.lights; i++)
+        work |= gl->lights[i].filled && gl->lights[i].built < levels;
     mssm__gl_bindings saved;
-    if (work) mssm__save_bindings(gl, &saved);
-    else if (!framing) saved.buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+    if (work)
+        mssm__save_bindings(gl, &saved);
+    else if (!framing)
+        saved.buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     gl->framing = 1; // what follows need not save it again
     mssm__settle(gl, -1);
     if (work) mssm__build_tables(gl, levels);
@@ -5860,8 +6052,10 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     gl->framing = framing;
     gl->front_of = -1; // its texels have become sums
     gl->stale = 0;
-    if (work) mssm__restore_bindings(gl, &saved);
-    else if (!framing) gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)saved.buffer);
+    if (work)
+        mssm__restore_bindings(gl, &saved);
+    else if (!framing)
+        gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)saved.buffer);
     return MSSM_OK;
 }
 
@@ -5876,13 +6070,14 @@ static void mssm__log_displaced(const mssm_gl *gl)
         const int flat = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D);
         const int array = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_ARRAY);
         if (!gl->table[i] || (!flat && !array)) continue;
-        snprintf(line, sizeof line, "first_texture_unit: unit %d has texture %d of someone else", unit + i,
-                 array ? array : flat);
+        snprintf(line, sizeof line, "first_texture_unit: unit %d has texture %d of someone else",
+                 unit + i, array ? array : flat);
         mssm__log(gl, line, NULL);
     }
     gl->f.GetIntegeri_v(MSSM__GL_SHADER_STORAGE_BUFFER_BINDING, (unsigned)binding, &buffer);
     if (!buffer) return;
-    snprintf(line, sizeof line, "first_buffer_binding: binding %d has buffer %d of someone else", binding, buffer);
+    snprintf(line, sizeof line, "first_buffer_binding: binding %d has buffer %d of someone else",
+             binding, buffer);
     mssm__log(gl, line, NULL);
 }
 
@@ -5917,7 +6112,8 @@ int mssm_gl_stale(const mssm_gl *gl, int index)
     mssm_light drawn = l->drawn;
     drawn.half_u = l->light.half_u;
     drawn.half_v = l->light.half_v;
-    const int ready = gl->ready == index, moved = (!l->filled && !ready) || memcmp(&drawn, &l->light, sizeof drawn) != 0;
+    const int ready = gl->ready == index,
+              moved = (!l->filled && !ready) || memcmp(&drawn, &l->light, sizeof drawn) != 0;
     const int levels = 1 + mssm_level_of(l->widest, gl->levels);
     const int coarse = !gl->filtered && l->filled && (l->changed || l->built < levels);
     return (moved ? MSSM_STALE_MAP : 0) | (ready || coarse ? MSSM_STALE_TABLES : 0);
@@ -5972,8 +6168,8 @@ static mssm_result mssm__prepare_show(mssm_gl *gl)
     if (gl->program[MSSM__SHOW]) return MSSM_OK;
     mssm__write_defines(gl, defines);
     const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
-    const char *const fragment[] = {mssm__glsl_version, defines, gl->filtered ? "#define MSSM_FILTERED\n" : "",
-                                    mssm__glsl_show};
+    const char *const fragment[] = {mssm__glsl_version, defines,
+                                    gl->filtered ? "#define MSSM_FILTERED\n" : "", mssm__glsl_show};
     mssm_result r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_VERTEX_SHADER, vertex, 2);
     if (!r) r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_FRAGMENT_SHADER, fragment, 4);
     if (!r) r = mssm__link(gl, MSSM__SHOW);
@@ -5989,7 +6185,7 @@ static void mssm__draw_show(mssm_gl *gl, const mssm__gl_state *caller, const int
     const int blend = f->IsEnabledi(MSSM__GL_BLEND, 0);
     mssm__gl_bindings saved;
     mssm__gl_state s = *caller;
-    gl->targets |= 1 << 2;  // 2D arrays
+    gl->targets |= 1 << 2; // 2D arrays
     mssm__save_bindings(gl, &saved);
     memset(s.enabled, 0, sizeof s.enabled);
     memset(s.mask, 1, sizeof s.mask);
@@ -5999,7 +6195,8 @@ static void mssm__draw_show(mssm_gl *gl, const mssm__gl_state *caller, const int
     mssm__set_state(gl, &s);
     f->Disablei(MSSM__GL_BLEND, 0);
     mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[0]);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit + 1, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[2]);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit + 1, MSSM__GL_TEXTURE_2D_ARRAY,
+                       gl->table[2]);
     f->ProgramUniform1iv(gl->program[MSSM__SHOW], 0, 3, show);
     f->UseProgram(gl->program[MSSM__SHOW]);
     f->BindVertexArray(gl->array);
@@ -6016,7 +6213,8 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
         return MSSM_ERROR_ARGUMENT;
     }
     if (gl->drawing >= 0 || gl->framing || !gl->lights[index].built) {
-        mssm__log(gl, "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build", NULL);
+        mssm__log(gl, "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build",
+                  NULL);
         return MSSM_ERROR_ORDER;
     }
     mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
@@ -6025,7 +6223,8 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
     const int show[3] = {index, (int)what, gl->desc.side};
     mssm__gl_state caller;
     mssm__save_state(gl, &caller);
-    if (gl->f.CheckNamedFramebufferStatus((unsigned)caller.framebuffer, MSSM__GL_DRAW_FRAMEBUFFER) !=
+    if (gl->f.CheckNamedFramebufferStatus((unsigned)caller.framebuffer,
+                                          MSSM__GL_DRAW_FRAMEBUFFER) !=
         MSSM__GL_FRAMEBUFFER_COMPLETE) {
         mssm__log(gl, "mssm_gl_show: the draw framebuffer is not complete", NULL);
         return MSSM_ERROR_GL;
@@ -6058,7 +6257,7 @@ enum {
     MSSM__GL_TEXTURE_WRAP_S = 0x2802,
     MSSM__GL_TEXTURE_WRAP_T = 0x2803,
     MSSM__GL_CLAMP_TO_EDGE = 0x812F,
-    MSSM__GL_ALL_BARRIERS = 0x20 | 0x8 | 0x400  // image access, texture fetch, framebuffer
+    MSSM__GL_ALL_BARRIERS = 0x20 | 0x8 | 0x400 // image access, texture fetch, framebuffer
 };
 
 static const char mssm__glsl_translucent[] =
@@ -6102,8 +6301,9 @@ static const char mssm__glsl_filtered_resolve[] =
     "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * high / float(samples), 1.0));\n"
     "}\n";
 
-// Depth of one sample for translucent casters: the farthest, or an edge of an opaque caster would cut a rim
-// out of the smoke before it. Multisampled depth blits are where drivers fail, and take any sample.
+// Depth of one sample for translucent casters: the farthest, or an edge of an opaque caster would
+// cut a rim out of the smoke before it. Multisampled depth blits are where drivers fail, and take
+// any sample.
 static const char mssm__glsl_triangle[] =
     "void main()\n"
     "{\n"
@@ -6243,20 +6443,24 @@ static const char mssm__glsl_filtered_entry[] =
 
 static mssm_result mssm__filtered_targets(mssm_gl *gl)
 {
-    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0, MSSM__GL_COLOR_ATTACHMENT0 + 1};
+    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
+                                            MSSM__GL_COLOR_ATTACHMENT0 + 1};
     const mssm__gl_functions *f = &gl->f;
     // The maps are read trilinearly; beyond their edges the outermost texels go on.
-    static const mssm__glenum sampling[4][2] = {{MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_LINEAR_MIPMAP_LINEAR},
-                                                {MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_LINEAR},
-                                                {MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_EDGE},
-                                                {MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_EDGE}};
+    static const mssm__glenum sampling[4][2] = {
+        {MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_LINEAR_MIPMAP_LINEAR},
+        {MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_LINEAR},
+        {MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_EDGE},
+        {MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_EDGE}};
     const int side = gl->padded;
     gl->work = mssm__create_array(gl, gl->levels, side, 2, MSSM__GL_RGBA32F, "mssm moments");
     gl->rows = mssm__create_array(gl, 1, side, 2, MSSM__GL_RGBA32F, "mssm blurred rows");
-    gl->farthest = mssm__create_array(gl, 1, side, 1, MSSM__GL_DEPTH_COMPONENT32F, "mssm depth, one sample");
+    gl->farthest =
+        mssm__create_array(gl, 1, side, 1, MSSM__GL_DEPTH_COMPONENT32F, "mssm depth, one sample");
     f->CreateFramebuffers(1, &gl->target);
     f->CreateVertexArrays(1, &gl->triangle);
-    if (!gl->work || !gl->rows || !gl->farthest || !gl->target || !gl->triangle) return MSSM_ERROR_GL;
+    if (!gl->work || !gl->rows || !gl->farthest || !gl->target || !gl->triangle)
+        return MSSM_ERROR_GL;
     f->ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->triangle, -1, "mssm triangle");
     for (int i = 0; i < 2; i++) {
         for (int k = 0; k < 4 && gl->table[i]; k++) {
@@ -6267,7 +6471,8 @@ static mssm_result mssm__filtered_targets(mssm_gl *gl)
     f->NamedFramebufferTextureLayer(gl->target, MSSM__GL_DEPTH_ATTACHMENT, gl->farthest, 0, 0);
     f->NamedFramebufferDrawBuffers(gl->target, 2, buffers);
     f->ObjectLabel(MSSM__GL_FRAMEBUFFER, gl->target, -1, "mssm translucent casters");
-    return f->CheckNamedFramebufferStatus(gl->target, MSSM__GL_DRAW_FRAMEBUFFER) == MSSM__GL_FRAMEBUFFER_COMPLETE
+    return f->CheckNamedFramebufferStatus(gl->target, MSSM__GL_DRAW_FRAMEBUFFER) ==
+                   MSSM__GL_FRAMEBUFFER_COMPLETE
                ? MSSM_OK
                : MSSM_ERROR_GL;
 }
@@ -6282,13 +6487,14 @@ static mssm_result mssm__filtered_programs(mssm_gl *gl)
     char defines[128];
     snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n",
              gl->desc.moments, gl->desc.first_texture_unit);
-    const char *const resolve[] = {mssm__glsl_version, defines, mssm_glsl_math(),
-                                   mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_filtered_resolve};
+    const char *const resolve[] = {mssm__glsl_version, defines,
+                                   mssm_glsl_math(),   mssm__glsl_linear_depth,
+                                   mssm__glsl_drawn,   mssm__glsl_filtered_resolve};
     const char *const filter[] = {mssm__glsl_version, defines, mssm__glsl_filter};
     const char *const triangle[] = {mssm__glsl_version, mssm__glsl_triangle};
     const char *const copy[] = {mssm__glsl_version, defines, mssm__glsl_copy};
     const char *const shading[5] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered(),
-                                           mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n", ""};
+                                    mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n", ""};
     mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
     if (!r) r = mssm__build_program(gl, MSSM__FILTER, filter, 3);
     if (!r) r = mssm__add_shader(gl, MSSM__COPY, MSSM__GL_VERTEX_SHADER, triangle, 2);
@@ -6323,7 +6529,8 @@ static void mssm__filtered_take(mssm_gl *gl, int index, unsigned program, int li
     mssm__gl_light *light = &gl->lights[index];
     light->drawn = light->light;
     gl->f.BindImageTexture(0, gl->work, 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
-    gl->f.ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->drawn.z_near, light->drawn.z_far, 0);
+    gl->f.ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->drawn.z_near,
+                           light->drawn.z_far, 0);
     gl->f.ProgramUniform1i(program, 1, samples);
     gl->f.UseProgram(program);
     gl->f.DispatchCompute(groups, groups, 1);
@@ -6337,8 +6544,10 @@ static void mssm__filtered_resolve(mssm_gl *gl)
     const int index = gl->drawing;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[0]);
-    mssm__filtered_take(gl, index, gl->program[MSSM__RESOLVE], !gl->lights[index].light.perspective, gl->samples);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
+                       gl->depth[0]);
+    mssm__filtered_take(gl, index, gl->program[MSSM__RESOLVE], !gl->lights[index].light.perspective,
+                        gl->samples);
     mssm__restore_bindings(gl, &saved);
     gl->front_of = index;
     gl->drawing = -1;
@@ -6350,7 +6559,8 @@ static void mssm__copy_depth(mssm_gl *gl)
     const mssm__gl_functions *f = &gl->f;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[0]);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
+                       gl->depth[0]);
     f->ProgramUniform1i(gl->program[MSSM__COPY], 0, gl->samples);
     f->UseProgram(gl->program[MSSM__COPY]);
     f->BindVertexArray(gl->triangle);
@@ -6368,7 +6578,10 @@ mssm_result mssm_gl_begin_translucent(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
     if (gl->drawing >= 0 || gl->ready < 0 || gl->front_of != gl->ready) {
-        mssm__log(gl, "translucent casters must follow the depth pass of their light, of a filtered mssm_gl", NULL);
+        mssm__log(
+            gl,
+            "translucent casters must follow the depth pass of their light, of a filtered mssm_gl",
+            NULL);
         return MSSM_ERROR_ORDER;
     }
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_translucent");
@@ -6395,8 +6608,8 @@ mssm_result mssm_gl_end_translucent(mssm_gl *gl)
     return MSSM_OK;
 }
 
-static void mssm__filter_level(const mssm_gl *gl, unsigned source, int source_level, unsigned target,
-                               int level, const int pass[7])
+static void mssm__filter_level(const mssm_gl *gl, unsigned source, int source_level,
+                               unsigned target, int level, const int pass[7])
 {
     const unsigned groups = ((unsigned)(gl->padded >> level) + 7) / 8;
     mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
@@ -6434,19 +6647,21 @@ static void mssm__filtered_build(mssm_gl *gl)
 
 mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 {
-    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) return MSSM_ERROR_ARGUMENT;
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
+        return MSSM_ERROR_ARGUMENT;
     if (!texture || (!gl->framing && !gl->f.IsTexture(texture))) {
         mssm__log(gl, "mssm_gl_set_moments: there is no such texture", NULL);
         return MSSM_ERROR_ARGUMENT;
     }
     if (gl->drawing >= 0) mssm__log(gl, "mssm_gl_set_moments before mssm_gl_end_depth", NULL);
-    if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_moments")) return MSSM_ERROR_ORDER;
+    if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_moments"))
+        return MSSM_ERROR_ORDER;
     if (gl->filtered) {
         mssm__log(gl, "mssm_gl_set_moments is for soft shadows", NULL);
         return MSSM_ERROR_ARGUMENT;
     }
     unsigned *program = &gl->program[MSSM__STORE];
-    if (!*program) {  // made when first needed
+    if (!*program) { // made when first needed
         char defines[128];
         snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_SCALE %d\n",
                  gl->desc.moments, MSSM_SCALE);
@@ -6475,7 +6690,7 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     gl->front_of = -1;
     return MSSM_OK;
 }
-#endif  // MSSM_NO_FILTERED
+#endif // MSSM_NO_FILTERED
 
 #endif // MSSM_NO_GL
 
@@ -6541,6 +6756,7 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 
 // ================================================================================================
 // GLSL texts, quoted from the C above by `make glsl`: nothing to read, nothing to edit >>generated
+// clang-format off
 // ================================================================================================
 
 #if defined __GNUC__
@@ -6552,12 +6768,14 @@ const char *mssm_glsl_math(void)
 {
     return MSSM__GLSL_BEGIN(MATH)
     // [glsl text begin] made by "make glsl", do not edit
+    "// clang-format off\n"
     "struct mssm_moments4 { float b[4]; };\n"
     "struct mssm_moments6 { float b[6]; };\n"
     "struct mssm_points3 { float z[3], w[3]; };\n"
     "struct mssm_points4 { float z[4], w[4]; };\n"
     "struct mssm_bounds { float lower, upper; };\n"
     "struct mssm_roots3 { float x[3]; int count; };\n"
+    "// clang-format on\n"
     "\n"
     "// ---- Moments and their storage ---- >>math\n"
     "\n"
@@ -6738,7 +6956,7 @@ const char *mssm_glsl_math(void)
     "};\n"
     "\n"
     "struct mssm_kernel4 {\n"
-    "    float mean, u0, i1, i2, f1, q2;  // i = 1/d; q, f, e: values and slopes of polynomials at u0\n"
+    "    float mean, u0, i1, i2, f1, q2; // i = 1/d; q, f, e: values and slopes of polynomials at u0\n"
     "    float k0, k1, k2, w0;\n"
     "};\n"
     "\n"
@@ -6906,13 +7124,13 @@ const char *mssm_glsl_math(void)
     "}\n"
     "\n"
     "// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its\n"
-    "// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d < 0.\n"
-    "// Long: the selects between the cases use everything that was found before.\n"
+    "// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d <\n"
+    "// 0. Long: the selects between the cases use everything that was found before.\n"
     "MSSM_SHARED mssm_split mssm_split6(mssm_kernel6 k)\n"
     "{\n"
     "    int falling = k.k1 < 0.0f ? 1 : 0;\n"
-    "    int three = k.k2 > 0.0f ? falling : 0;  // beyond, where their number is odd\n"
-    "    int two = k.k2 < 0.0f ? 1 : falling;    // beyond, where it is even\n"
+    "    int three = k.k2 > 0.0f ? falling : 0; // beyond, where their number is odd\n"
+    "    int two = k.k2 < 0.0f ? 1 : falling;   // beyond, where it is even\n"
     "    float side_odd = three == 1 ? -1.0f : 1.0f;\n"
     "    float side = k.k3 < 0.0f ? side_odd : -1.0f;\n"
     "\n"
@@ -6930,7 +7148,7 @@ const char *mssm_glsl_math(void)
     "    float y_c = c >= 0.0f ? y_a : y_b;\n"
     "    y_c = b > 0.0f ? y_c : y;\n"
     "    y = mssm_min(y_c, y);\n"
-    "    for (int i = 0; i < 3; i++) {  // Halley: monotone from there, error below 1e-6 after three\n"
+    "    for (int i = 0; i < 3; i++) { // Halley: monotone from there, error below 1e-6 after three\n"
     "        float f = ((y + b) * y + c) * y + d;\n"
     "        float f1 = (3.0f * y + 2.0f * b) * y + c;\n"
     "        float f2 = 6.0f * y + 2.0f * b;\n"
@@ -6970,8 +7188,7 @@ const char *mssm_glsl_math(void)
     "\n"
     "MSSM_SHARED mssm_kernel6 mssm_kernel6_of(mssm_moments6 m, float z)\n"
     "{\n"
-    "    return mssm_make_kernel6(\n"
-    "        mssm_factorise6(m.b[0], m.b[1], m.b[2], m.b[3], m.b[4], m.b[5]), z);\n"
+    "    return mssm_make_kernel6(mssm_factorise6(m.b[0], m.b[1], m.b[2], m.b[3], m.b[4], m.b[5]), z);\n"
     "}\n"
     "\n"
     "mssm_bounds mssm_visibility4(mssm_moments4 m, float z)\n"
@@ -7024,7 +7241,7 @@ const char *mssm_glsl_math(void)
     "    float disc = middle * middle - c;\n"
     "    float root = sqrtf(mssm_max(disc, 0.0f));\n"
     "    float x = middle < 0.0f ? middle - root : middle + root;\n"
-    "    float y = disc > 0.0f ? c / x : middle;  // no cancellation; x is not 0 where disc is not\n"
+    "    float y = disc > 0.0f ? c / x : middle; // no cancellation; x is not 0 where disc is not\n"
     "    mssm_pair r;\n"
     "    r.x0 = mssm_min(x, y);\n"
     "    r.x1 = mssm_max(y, x);\n"
@@ -7061,7 +7278,7 @@ const char *mssm_glsl_math(void)
     "        f = ((x + b) * x + c) * x + d;\n"
     "        f1 = (3.0f * x + 2.0f * b) * x + c;\n"
     "        float step = f1 > 0.0f ? side * f / f1 : -size;\n"
-    "        if (fabsf(step) > size) break;  // steps shrink, or all is rounding: three equal roots\n"
+    "        if (fabsf(step) > size) break; // steps shrink, or all is rounding: three equal roots\n"
     "        size = fabsf(step);\n"
     "        x = x - side * step;\n"
     "        if (step >= 0.0f) break;\n"
@@ -7083,7 +7300,7 @@ const char *mssm_glsl_math(void)
     "    float x = middle - (f < 0.0f ? -2.0f : 2.0f) * unit * cosine;\n"
     "    f = ((x + b) * x + c) * x + d;\n"
     "    float f1 = (3.0f * x + 2.0f * b) * x + c;\n"
-    "    float step = f / mssm_max(f1, 1e-30f);  // bounded: next to a triple root it is noise\n"
+    "    float step = f / mssm_max(f1, 1e-30f); // bounded: next to a triple root it is noise\n"
     "    x = x - mssm_clamp(step, -0.1f * unit, 0.1f * unit);\n"
     "    return mssm_divide(b, c, d, x);\n"
     "}\n"
@@ -7099,7 +7316,8 @@ const char *mssm_glsl_math(void)
     "    return spread > 0.0f ? 1.324718f * mssm_max(cube, root) : cube;\n"
     "}\n"
     "\n"
-    "// All three roots of a cubic that is known to have only real ones; the single one is the lowest or the highest.\n"
+    "// All three roots of a cubic that is known to have only real ones; the single one is the lowest or\n"
+    "// the highest.\n"
     "MSSM_SHARED mssm_roots3 mssm_sort3(float single, mssm_pair p)\n"
     "{\n"
     "    mssm_roots3 r;\n"
@@ -7132,7 +7350,7 @@ const char *mssm_glsl_math(void)
     "        float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));\n"
     "        size = size > 1e-37f ? size : 1.0f;\n"
     "        b = b / size;\n"
-    "        c = mssm_clamp(c / size, -3e38f, 3e38f) / size;  // as in mssm_solve_cubic\n"
+    "        c = mssm_clamp(c / size, -3e38f, 3e38f) / size; // as in mssm_solve_cubic\n"
     "        mssm_pair p = mssm_quadratic(b, c);\n"
     "        // Rounding of b and c alone moves the discriminant by this much.\n"
     "        if (0.25f * b * b - c >= -4.8e-7f * (0.75f * b * b + fabsf(c))) {\n"
@@ -7168,8 +7386,9 @@ const char *mssm_glsl_math(void)
     "    float a3 = fabsf(e3);\n"
     "    if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);\n"
     "\n"
-    "    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2. Two roots far\n"
-    "    // below the third are found in units of their own, or their squares would leave the range of float.\n"
+    "    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2. Two roots\n"
+    "    // far below the third are found in units of their own, or their squares would leave the range\n"
+    "    // of float.\n"
     "    float b = e2 / e3;\n"
     "    float c = e1 / e3;\n"
     "    float d = e0 / e3;\n"
@@ -7184,8 +7403,8 @@ const char *mssm_glsl_math(void)
     "    float unit = pair < 0.01f * size && pair > 1e-37f ? pair : size;\n"
     "    float s = unit / size;\n"
     "    b = b / size;\n"
-    "    // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of size,\n"
-    "    // which leaves the range of float.\n"
+    "    // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of\n"
+    "    // size, which leaves the range of float.\n"
     "    c = mssm_clamp(c / size, -3e38f, 3e38f) / unit;\n"
     "    d = mssm_clamp(mssm_clamp(d / unit, -3e38f, 3e38f) / unit, -3e38f, 3e38f) / size;\n"
     "    mssm_deflated left = mssm_deflate(b, c * s, d * s * s, mssm_reach(b, c * s, d * s * s));\n"
@@ -7243,8 +7462,7 @@ const char *mssm_glsl_math(void)
     "MSSM_SHARED mssm_points4 mssm_points_of6(mssm_kernel6 k)\n"
     "{\n"
     "    float inverse = 1.0f / k.k0;\n"
-    "    mssm_deflated left =\n"
-    "        mssm_deflate_real(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);\n"
+    "    mssm_deflated left = mssm_deflate_real(k.k1 * inverse, k.k2 * inverse, k.k3 * inverse);\n"
     "    mssm_pair v = mssm_quadratic(left.b, left.c);\n"
     "    float ta = mssm_distance(left.root);\n"
     "    float tb = mssm_distance(v.x0);\n"
@@ -7277,7 +7495,7 @@ const char *mssm_glsl_math(void)
     "mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)\n"
     "{\n"
     "    mssm_points4 r = mssm_points_of6(mssm_kernel6_of(m, z));\n"
-    "    for (int i = 0; i < 3; i++) {  // three comparisons of neighbours sort three depths\n"
+    "    for (int i = 0; i < 3; i++) { // three comparisons of neighbours sort three depths\n"
     "        int j = i == 1 ? 2 : 1;\n"
     "        float z_low = r.z[j];\n"
     "        float w_low = r.w[j];\n"
@@ -7365,12 +7583,12 @@ const char *mssm_glsl_shading(void)
     "    float edge[4];\n"
     "    float first;\n"
     "    float last;\n"
-    "    float whole;  // length of all\n"
-    "    float known;  // and of what stands for the map\n"
+    "    float whole; // length of all\n"
+    "    float known; // and of what stands for the map\n"
     "};\n"
     "\n"
-    "// What lies beyond the map is not known: its outermost texels stand for as much of it as the query has\n"
-    "// inside, so that a frustum may cut through the world. Further out all is lit.\n"
+    "// What lies beyond the map is not known: its outermost texels stand for as much of it as the query\n"
+    "// has inside, so that a frustum may cut through the world. Further out all is lit.\n"
     "MSSM_SHARED mssm_strips mssm_cut(float begin, float to, float size)\n"
     "{\n"
     "    mssm_strips r;\n"
@@ -7397,8 +7615,9 @@ const char *mssm_glsl_shading(void)
     "    float high;\n"
     "};\n"
     "\n"
-    "// Rounds a wide query to the next texel borders. One of a texel's width grows to all that it touches:\n"
-    "// by rounding it would see one texel of two, and lose what shadows of no width are made of.\n"
+    "// Rounds a wide query to the next texel borders. One of a texel's width grows to all that it\n"
+    "// touches: by rounding it would see one texel of two, and lose what shadows of no width are made\n"
+    "// of.\n"
     "MSSM_SHARED mssm_span mssm_cut_texels(float begin, float to, float size)\n"
     "{\n"
     "    mssm_span r;\n"
@@ -7425,8 +7644,8 @@ const char *mssm_glsl_shading(void)
     "    return level < levels - 1 ? level : levels - 1;\n"
     "}\n"
     "\n"
-    "// First and last of at most three texels of least depth on one axis, as they are before the fraction is\n"
-    "// cut off; scale is one over their width.\n"
+    "// First and last of at most three texels of least depth on one axis, as they are before the\n"
+    "// fraction is cut off; scale is one over their width.\n"
     "MSSM_SHARED mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)\n"
     "{\n"
     "    mssm_span r;\n"
@@ -7438,43 +7657,44 @@ const char *mssm_glsl_shading(void)
     "// A light and its map as shading sees them. Scalars only: std430 lays it out as C does.\n"
     "struct mssm_view {\n"
     "    float world_to_shadow[16];\n"
-    "    float kernel_u;         // half-width of the kernel in texels per unit of blur depth, see below\n"
+    "    float kernel_u; // half-width of the kernel in texels per unit of blur depth, see below\n"
     "    float kernel_v;\n"
-    "    float distance_scale;   // distance along the axis = scale * z + offset\n"
+    "    float distance_scale; // distance along the axis = scale * z + offset\n"
     "    float distance_offset;\n"
-    "    float texel;            // width of a texel in units of z; perspective: at distance 1\n"
+    "    float texel; // width of a texel in units of z; perspective: at distance 1\n"
     "    float side;\n"
-    "    float max_half;         // of the kernel, in texels\n"
+    "    float max_half; // of the kernel, in texels\n"
     "    int perspective;\n"
-    "    int averaged;           // the map is made of front and back faces\n"
-    "    int levels;             // of its tables\n"
+    "    int averaged; // the map is made of front and back faces\n"
+    "    int levels;   // of its tables\n"
     "};\n"
     "\n"
     "// Settings with their defaults filled in.\n"
     "struct mssm_options {\n"
-    "    int moments;    // 4 or 6\n"
-    "    int estimator;  // 0 layered, 1 lower, 2 upper blocker\n"
+    "    int moments;   // 4 or 6\n"
+    "    int estimator; // 0 layered, 1 lower, 2 upper blocker\n"
     "    float alpha4;\n"
     "    float alpha6;\n"
-    "    float depth_bias;  // 0: three quarters of a texel\n"
+    "    float depth_bias; // 0: three quarters of a texel\n"
     "    float tolerance;\n"
     "};\n"
     "\n"
     "// A receiver as the estimators see it. A blocker at depth zb blurs over a kernel whose half-width\n"
-    "// in texels is kernel * (blur_depth(z) - blur_depth(zb)). Blur depth is depth for directional lights;\n"
-    "// for perspective ones it is -1/distance, which makes similar triangles out of the same formula.\n"
+    "// in texels is kernel * (blur_depth(z) - blur_depth(zb)). Blur depth is depth for directional\n"
+    "// lights; for perspective ones it is -1/distance, which makes similar triangles out of the same\n"
+    "// formula.\n"
     "struct mssm_receiver {\n"
-    "    float x;       // texels of level 0\n"
+    "    float x; // texels of level 0\n"
     "    float y;\n"
-    "    float z_test;  // depth less the bias, and never behind the empty texels\n"
-    "    float z_own;   // depths from z_own - fade to z_own belong in part to the receiver's surface\n"
-    "    float sharp;   // 1 / fade\n"
-    "    float blur_depth;  // of the receiver\n"
-    "    float d_max;   // its distance from the near plane, in blur depth\n"
-    "    float rise_u;  // of its tangent plane, in blur depth per texel\n"
+    "    float z_test;     // depth less the bias, and never behind the empty texels\n"
+    "    float z_own;      // depths from z_own - fade to z_own belong in part to the receiver's surface\n"
+    "    float sharp;      // 1 / fade\n"
+    "    float blur_depth; // of the receiver\n"
+    "    float d_max;      // its distance from the near plane, in blur depth\n"
+    "    float rise_u;     // of its tangent plane, in blur depth per texel\n"
     "    float rise_v;\n"
-    "    int plane;     // whether the normal is known\n"
-    "    int lit;       // whatever the map holds\n"
+    "    int plane; // whether the normal is known\n"
+    "    int lit;   // whatever the map holds\n"
     "};\n"
     "\n"
     "MSSM_SHARED float mssm_blur_depth(mssm_view v, float z)\n"
@@ -7498,8 +7718,8 @@ const char *mssm_glsl_shading(void)
     "}\n"
     "\n"
     "// From shadow-space coordinates. Overflow and NaN end up far outside of the map.\n"
-    "MSSM_CALLED mssm_receiver mssm_receive_at(mssm_view v, mssm_options o, float x, float y,\n"
-    "                                                 float depth)\n"
+    "MSSM_CALLED mssm_receiver mssm_receive_at(mssm_view v, mssm_options o, float x,\n"
+    "                                                 float y, float depth)\n"
     "{\n"
     "    mssm_receiver r;\n"
     "    float z = mssm_clamp(depth, -MSSM_FAR_AWAY, MSSM_FAR_AWAY);\n"
@@ -7548,10 +7768,10 @@ const char *mssm_glsl_shading(void)
     "    return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);\n"
     "}\n"
     "\n"
-    "// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the map along\n"
-    "// a plane also for perspective lights.\n"
-    "MSSM_CALLED mssm_receiver mssm_tangent(mssm_view v, mssm_receiver r, float nx, float ny,\n"
-    "                                              float nz)\n"
+    "// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the\n"
+    "// map along a plane also for perspective lights.\n"
+    "MSSM_CALLED mssm_receiver mssm_tangent(mssm_view v, mssm_receiver r, float nx,\n"
+    "                                              float ny, float nz)\n"
     "{\n"
     "    float u = mssm_along_row(v, 0, nx, ny, nz);\n"
     "    float w = mssm_along_row(v, 1, nx, ny, nz);\n"
@@ -7609,44 +7829,47 @@ const char *mssm_glsl_shading(void)
     "    return z < r.z_test ? w * mssm_clamp((r.z_own - z) * r.sharp, 0.0f, 1.0f) : 0.0f;\n"
     "}\n"
     "\n"
-    "// How far the receiver's tangent plane comes towards the light within the kernel for distance d: less\n"
-    "// than d where the whole light is above the horizon.\n"
+    "// How far the receiver's tangent plane comes towards the light within the kernel for distance d:\n"
+    "// less than d where the whole light is above the horizon.\n"
     "MSSM_SHARED float mssm_plane_reach(mssm_view v, mssm_receiver r, float d)\n"
     "{\n"
     "    return mssm_min(r.rise_u * mssm_half_width(v, v.kernel_u, d) +\n"
-    "                    r.rise_v * mssm_half_width(v, v.kernel_v, d), d);\n"
+    "                        r.rise_v * mssm_half_width(v, v.kernel_v, d),\n"
+    "                    d);\n"
     "}\n"
     "\n"
-    "// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's moments\n"
-    "// have their points in front between a third and all of its reach.\n"
+    "// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's\n"
+    "// moments have their points in front between a third and all of its reach.\n"
     "MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)\n"
     "{\n"
     "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "}\n"
     "\n"
-    "// Where the range of depth is long, the moment bias lets light through: about half of alpha / distance^2, in\n"
-    "// depths from -1 to 1. Whether that may be all of a visibility.\n"
+    "// Where the range of depth is long, the moment bias lets light through: about half of alpha /\n"
+    "// distance^2, in depths from -1 to 1. Whether that may be all of a visibility.\n"
     "MSSM_SHARED int mssm_bias_leaks(mssm_options o, float distance, float visible)\n"
     "{\n"
     "    float alpha = o.moments == 6 ? o.alpha6 : o.alpha4;\n"
     "    return alpha > visible * distance * distance ? 1 : 0;\n"
     "}\n"
     "\n"
-    "// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in front.\n"
+    "// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in\n"
+    "// front.\n"
     "MSSM_SHARED int mssm_may_leak(mssm_options o, mssm_receiver r, float visible)\n"
     "{\n"
     "    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;\n"
     "}\n"
     "\n"
-    "// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may not be its\n"
-    "// own surface, and more than the bias lets through comes through gaps between layers, which the depth that\n"
-    "// is greatest does not tell of.\n"
-    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_options o, mssm_receiver r, float d, float z,\n"
-    "                           float visible)\n"
+    "// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may\n"
+    "// not be its own surface, and more than the bias lets through comes through gaps between layers,\n"
+    "// which the depth that is greatest does not tell of.\n"
+    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_options o, mssm_receiver r, float d,\n"
+    "                           float z, float visible)\n"
     "{\n"
     "    float w = mssm_blocked(r, z, 1.0f);\n"
     "    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;\n"
-    "    if (r.plane == 1) w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));\n"
+    "    if (r.plane == 1)\n"
+    "        w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));\n"
     "    return w < 1.0f ? 0 : 1;\n"
     "}\n"
     "\n"
@@ -7655,13 +7878,13 @@ const char *mssm_glsl_shading(void)
     "struct mssm_nested {\n"
     "    float d;\n"
     "    float inner;\n"
-    "    float outer;  // of the one before\n"
+    "    float outer; // of the one before\n"
     "    int first;\n"
     "    int last;\n"
     "};\n"
     "\n"
-    "// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for, of\n"
-    "// those that it alone stands for, and of those so far off that wider ones have dealt with them.\n"
+    "// What a kernel holds: the weight of all its blockers, of those that it or a wider one stands for,\n"
+    "// of those that it alone stands for, and of those so far off that wider ones have dealt with them.\n"
     "struct mssm_occlusion {\n"
     "    float all;\n"
     "    float counted;\n"
@@ -7672,11 +7895,13 @@ const char *mssm_glsl_shading(void)
     "// Linear in the area of kernels: 0 at distance a, 1 at b.\n"
     "MSSM_SHARED float mssm_between(float distance, float a, float b)\n"
     "{\n"
-    "    return mssm_clamp((distance - a) * (distance + a) / mssm_max((b - a) * (b + a), 1e-37f), 0.0f, 1.0f);\n"
+    "    return mssm_clamp((distance - a) * (distance + a) / mssm_max((b - a) * (b + a), 1e-37f), 0.0f,\n"
+    "                      1.0f);\n"
     "}\n"
     "\n"
-    "// Share of a depth behind the receiver that counts as its own surface going on there; distance in units\n"
-    "// of the one that the kernel is for. Neither the empty texels beyond all casters nor what is further off.\n"
+    "// Share of a depth behind the receiver that counts as its own surface going on there; distance in\n"
+    "// units of the one that the kernel is for. Neither the empty texels beyond all casters nor what is\n"
+    "// further off.\n"
     "MSSM_SHARED float mssm_own_surface(mssm_receiver r, float z, float w, float distance)\n"
     "{\n"
     "    float gap = 1.0f - MSSM_FAR_CASTER;\n"
@@ -7685,8 +7910,8 @@ const char *mssm_glsl_shading(void)
     "           mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);\n"
     "}\n"
     "\n"
-    "// What of a blocker of weight w is so close to the receiver that it may be the receiver's own surface\n"
-    "// in the next texel: all up to three texels of depth in front, nothing from nine on.\n"
+    "// What of a blocker of weight w is so close to the receiver that it may be the receiver's own\n"
+    "// surface in the next texel: all up to three texels of depth in front, nothing from nine on.\n"
     "MSSM_SHARED float mssm_adjacent(mssm_receiver r, float z, float w)\n"
     "{\n"
     "    return w * mssm_clamp(1.4f - 0.25f * (r.z_own - z) * r.sharp, 0.0f, 1.0f);\n"
@@ -7707,8 +7932,8 @@ const char *mssm_glsl_shading(void)
     "    return mssm_min(behind, adjacent) / (adjacent + 1e-9f);\n"
     "}\n"
     "\n"
-    "// One loop over the other depths with four sums, which is what makes it long: split in four it would read\n"
-    "// each of them four times.\n"
+    "// One loop over the other depths with four sums, which is what makes it long: split in four it\n"
+    "// would read each of them four times.\n"
     "MSSM_CALLED mssm_occlusion mssm_kernel_occlusion(mssm_view v, mssm_receiver r,\n"
     "                                                        mssm_nested k, mssm_points4 p)\n"
     "{\n"
@@ -7717,7 +7942,8 @@ const char *mssm_glsl_shading(void)
     "    float plane_reach = mssm_plane_reach(v, r, k.d);\n"
     "    // The one-texel kernel sees texel centres up to a texel away.\n"
     "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / k.d;\n"
-    "    float rim = half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
+    "    float rim =\n"
+    "        half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
     "    float nearer = 1.0f / (0.3f * k.d + 1e-30f);\n"
     "    float past = k.first == 1 ? 0.0f : 0.3f * nearer;\n"
@@ -7731,8 +7957,8 @@ const char *mssm_glsl_shading(void)
     "    for (int j = 1; j < 4; j++) {\n"
     "        if (p.w[j] < 1e-4f) continue;\n"
     "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
-    "        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but not\n"
-    "        // out of what lies behind, whose mean is nearer then.\n"
+    "        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but\n"
+    "        // not out of what lies behind, whose mean is nearer then.\n"
     "        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;\n"
     "        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, k.d);\n"
     "        float fresh = k.first == 1 ? counted : counted - mssm_between(at, k.d, k.outer);\n"
@@ -7746,17 +7972,19 @@ const char *mssm_glsl_shading(void)
     "            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
     "        } else {\n"
     "            seen += p.w[j];\n"
-    "            // A surface through the receiver lies as much behind it as in front, and within its tangent\n"
-    "            // plane's reach: without this a plane tilted by more than a third of the light's reach would\n"
-    "            // shadow itself. Halfway to its back, a surface is less in its own way.\n"
+    "            // A surface through the receiver lies as much behind it as in front, and within its\n"
+    "            // tangent plane's reach: without this a plane tilted by more than a third of the\n"
+    "            // light's reach would shadow itself. Halfway to its back, a surface is less in its own\n"
+    "            // way.\n"
     "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);\n"
-    "            if (r.plane == 1) w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
+    "            if (r.plane == 1)\n"
+    "                w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "        }\n"
     "        s.counted += w * counted;\n"
     "        s.fresh += w * fresh;\n"
     "    }\n"
-    "    // What is much nearer than the kernel's blockers is more often the receiver's own surface, where\n"
-    "    // there is as much of it at the receiver's depth or behind.\n"
+    "    // What is much nearer than the kernel's blockers is more often the receiver's own surface,\n"
+    "    // where there is as much of it at the receiver's depth or behind.\n"
     "    if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);\n"
     "    s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);\n"
     "    s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);\n"
@@ -7765,8 +7993,8 @@ const char *mssm_glsl_shading(void)
     "    return s;\n"
     "}\n"
     "\n"
-    "// Distance of the next kernel: the mean of the blockers that this one is too wide for, and with some\n"
-    "// weight a third of its own.\n"
+    "// Distance of the next kernel: the mean of the blockers that this one is too wide for, and with\n"
+    "// some weight a third of its own.\n"
     "MSSM_SHARED float mssm_next_distance(mssm_view v, mssm_receiver r, float d, mssm_points4 p)\n"
     "{\n"
     "    float sum = 0.2f;\n"
@@ -7812,8 +8040,8 @@ const char *mssm_glsl_shading(void)
     "}\n"
     "\n"
     "// Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.\n"
-    "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r,\n"
-    "                            float d, float visible)\n"
+    "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_options o,\n"
+    "                            mssm_receiver r, float d, float visible)\n"
     "{\n"
     "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
     "    float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);\n"
@@ -7853,30 +8081,34 @@ const char *mssm_glsl_shading(void)
     "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
     "    float reach = mssm_cone_reach(map, v, r);\n"
     "    if (reach <= 0.0f) return 1.0f;\n"
-    "    // The least distance that matters: of a kernel one texel wide, or of the casters that are nearest.\n"
-    "    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER), 0.5f / mssm_max(kernel, 1e-30f));\n"
+    "    // The least distance that matters: of a kernel one texel wide, or of the casters that are\n"
+    "    // nearest.\n"
+    "    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER),\n"
+    "                           0.5f / mssm_max(kernel, 1e-30f));\n"
     "    least = mssm_min(least, reach);\n"
     "    mssm_nested k;\n"
     "    k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;\n"
     "    k.outer = k.d;\n"
     "    k.first = 1;\n"
     "    float blocked = 0.0f;\n"
-    "    float lit = 0.0f;   // but for fresh blockers\n"
-    "    float rest = 1.0f;  // left to narrower kernels\n"
+    "    float lit = 0.0f;  // but for fresh blockers\n"
+    "    float rest = 1.0f; // left to narrower kernels\n"
     "    int i = 0;\n"
     "    do {\n"
-    "        mssm_points4 p = mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);\n"
+    "        mssm_points4 p =\n"
+    "            mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);\n"
     "        k.inner = mssm_next_distance(v, r, k.d, p);\n"
     "        k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;\n"
     "        if (k.last == 0) {\n"
     "            float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, k.inner));\n"
-    "            i = z < r.z_test ? i : 4;  // nothing is nearer\n"
+    "            i = z < r.z_test ? i : 4; // nothing is nearer\n"
     "            k.inner = mssm_max(mssm_min(mssm_blur_distance(v, r, z), k.inner), least);\n"
     "        }\n"
     "        mssm_occlusion s = mssm_kernel_occlusion(v, r, k, p);\n"
     "        float part = k.last == 1 ? 1.0f : s.counted / (s.all + 1e-6f);\n"
-    "        // Of what wider kernels left, none is left to the blockers of other layers, much further than this\n"
-    "        // kernel's, that block beside it. 1.3, not 1: where only those are seen, they stand for what they hide.\n"
+    "        // Of what wider kernels left, none is left to the blockers of other layers, much further\n"
+    "        // than this kernel's, that block beside it. 1.3, not 1: where only those are seen, they\n"
+    "        // stand for what they hide.\n"
     "        float left = part * (1.3f * s.counted - s.past) / (1.3f * part - s.past + 1e-6f);\n"
     "        float more = lit * s.fresh;\n"
     "        blocked += more + rest * left;\n"
@@ -7889,7 +8121,8 @@ const char *mssm_glsl_shading(void)
     "        i = i + 1;\n"
     "    } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);\n"
     "    float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);\n"
-    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;\n"
+    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1)\n"
+    "        return 0.0f;\n"
     "    return visible;\n"
     "}\n"
     "\n"
@@ -7903,7 +8136,8 @@ const char *mssm_glsl_shading(void)
     "}\n"
     "\n"
     "// The published pipeline: one mean blocker depth, one kernel.\n"
-    "MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, mssm_options o, mssm_receiver r)\n"
+    "MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, mssm_options o,\n"
+    "                              mssm_receiver r)\n"
     "{\n"
     "    float reach = mssm_cone_reach(map, v, r);\n"
     "    if (reach <= 0.0f) return 1.0f;\n"
@@ -7911,7 +8145,8 @@ const char *mssm_glsl_shading(void)
     "    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);\n"
     "    s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));\n"
     "    float visible = mssm_split_bounds(s).upper;\n"
-    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1) return 0.0f;\n"
+    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1)\n"
+    "        return 0.0f;\n"
     "    return visible;\n"
     "}\n"
     "\n"
@@ -7932,7 +8167,9 @@ const char *mssm_glsl_lights(void)
     // [glsl text begin lights] made by "make glsl", do not edit
     "// Faces of mssm_light_point that a receiver asks, and their weights, sum 1. Next to an edge of the\n"
     "// cube two or three faces have a share, so that nothing jumps there; else the others have 0.\n"
+    "// clang-format off\n"
     "struct mssm_faces { int face[3]; float weight[3]; };\n"
+    "// clang-format on\n"
     "\n"
     "MSSM_SHARED float mssm_face_weight(float v, float largest)\n"
     "{\n"
@@ -7999,13 +8236,14 @@ static const char *mssm__glsl_filtered(void)
     "    return mssm_max(fabsf(r.x - middle), fabsf(r.y - middle)) > middle ? 1 : 0;\n"
     "}\n"
     "\n"
-    "// Bounds from Chebyshev moments under a Gaussian and footprint, width texels wide. Of all that is not at the\n"
-    "// receiver's depth a share lies beyond it: there its surface goes on, if it is steep or ends here, and\n"
-    "// then it rises before the receiver as well. The depth bias is an eighth of a texel and that share of\n"
-    "// three quarters of the width. Where nothing lies beyond, more would only light what is close behind a\n"
-    "// caster. Occlusion that lacks no more than that counts as all.\n"
-    "MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, mssm_options o, mssm_receiver r,\n"
-    "                                          mssm_moments6 t, float width, float lack)\n"
+    "// Bounds from Chebyshev moments under a Gaussian and footprint, width texels wide. Of all that is\n"
+    "// not at the receiver's depth a share lies beyond it: there its surface goes on, if it is steep or\n"
+    "// ends here, and then it rises before the receiver as well. The depth bias is an eighth of a texel\n"
+    "// and that share of three quarters of the width. Where nothing lies beyond, more would only light\n"
+    "// what is close behind a caster. Occlusion that lacks no more than that counts as all.\n"
+    "MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, mssm_options o,\n"
+    "                                          mssm_receiver r, mssm_moments6 t, float width,\n"
+    "                                          float lack)\n"
     "{\n"
     "    float texel = o.depth_bias > 0.0f ? 0.0f : mssm_texel_at(v, r);\n"
     "    float z = r.z_own - 0.125f * texel;\n"
@@ -8038,21 +8276,27 @@ const char *mssm_glsl_scattering(void)
     "    float axis[9];  // unit: across the light to the middle of the picture, aside, towards the light\n"
     "    float eye[3];   // camera in shadow space\n"
     "    float slope[5]; // shadow-space x, y for each world unit along two axes, world units for each z\n"
-    "    float azimuth[2];      // where rows begin, and their range, 2 pi where they go round\n"
-    "    float inclination[2];  // of depth 0, and depth in a radian\n"
-    "    float extinction;      // per world unit\n"
-    "    float fade;            // the same for r: columns scatter equal shares of unshadowed light\n"
-    "    float balance;         // see mssm_scattering_visibility\n"
+    "    float azimuth[2];     // where rows begin, and their range, 2 pi where they go round\n"
+    "    float inclination[2]; // of depth 0, and depth in a radian\n"
+    "    float extinction;     // per world unit\n"
+    "    float fade;           // the same for r: columns scatter equal shares of unshadowed light\n"
+    "    float balance;        // see mssm_scattering_visibility\n"
     "};\n"
     "\n"
     "// Where a row is over the map: from r = first on (extent 0: nowhere); shadow-space x, y for each r.\n"
+    "// clang-format off\n"
     "struct mssm_epipolar { float first, extent, fade, x, y; };\n"
+    "// clang-format on\n"
     "\n"
     "// A view ray: texture coordinates of its row and its last column's end, depth, share of its light\n"
     "// that comes from over the map, weight of the upper bound.\n"
+    "// clang-format off\n"
     "struct mssm_view_ray { float row, column, depth, share, upper, balance; };\n"
+    "// clang-format on\n"
     "\n"
+    "// clang-format off\n"
     "struct mssm_points2 { float z[2], w[2]; };\n"
+    "// clang-format on\n"
     "\n"
     "mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth)\n"
     "{\n"
@@ -8063,7 +8307,7 @@ const char *mssm_glsl_scattering(void)
     "    row.y = along * s.slope[1] + aside * s.slope[3];\n"
     "    float first = 0.0f;\n"
     "    float last = 1e12f;\n"
-    "    for (int k = 0; k < 2; k++) {  // clipped by the edges of the map\n"
+    "    for (int k = 0; k < 2; k++) { // clipped by the edges of the map\n"
     "        float slope = k == 0 ? row.x : row.y;\n"
     "        float inverse = 1.0f / (fabsf(slope) > 1e-12f ? slope : 1e-12f);\n"
     "        float a = (-1.0f - s.eye[k]) * inverse;\n"
@@ -8092,7 +8336,7 @@ const char *mssm_glsl_scattering(void)
     "    float d = mssm_clamp(variance, 4e-6f, 1.0f);\n"
     "    float c = mssm_clamp(third / d, -2.0f, 2.0f);\n"
     "    float root = sqrtf(c * c + 4.0f * d);\n"
-    "    float larger = 0.5f * (fabsf(c) + root);  // the root without cancellation\n"
+    "    float larger = 0.5f * (fabsf(c) + root); // the root without cancellation\n"
     "    float high = c > 0.0f ? larger : d / larger;\n"
     "    mssm_points2 p;\n"
     "    p.z[0] = mssm_clamp(mean - d / high, -1.0f, 1.0f);\n"
@@ -8104,7 +8348,7 @@ const char *mssm_glsl_scattering(void)
     "\n"
     "float mssm_inclination(mssm_scattering s, float r, float z)\n"
     "{\n"
-    "    float left = 1.0f - mssm_clamp(z, -1.0f, 0.9999f);  // stretched from MSSM_FAR_CASTER on\n"
+    "    float left = 1.0f - mssm_clamp(z, -1.0f, 0.9999f); // stretched from MSSM_FAR_CASTER on\n"
     "    float depth = left < 0.2f ? 0.6f + 0.04f / left : 1.0f - left;\n"
     "    float angle = atan2f(r, (depth - s.eye[2]) * s.slope[4]);\n"
     "    return mssm_clamp((angle - s.inclination[0]) * s.inclination[1], -1.0f, 1.0f);\n"
@@ -8124,7 +8368,7 @@ const char *mssm_glsl_scattering(void)
     "    float along = s.axis[0] * x + s.axis[1] * y + s.axis[2] * z;\n"
     "    float aside = s.axis[3] * x + s.axis[4] * y + s.axis[5] * z;\n"
     "    float up = s.axis[6] * x + s.axis[7] * y + s.axis[8] * z;\n"
-    "    float across = sqrtf(along * along + aside * aside);  // r for each unit of distance\n"
+    "    float across = sqrtf(along * along + aside * aside); // r for each unit of distance\n"
     "    float azimuth = across > 0.0f ? atan2f(aside, along) : 0.0f;\n"
     "    mssm_epipolar row = mssm_scattering_row(s, azimuth);\n"
     "    float all = mssm_clamp(distance, 1e-6f, 1e12f);\n"

@@ -1,7 +1,8 @@
-// Shadowed image-based lighting with an irradiance map of one's own, OpenGL 4.5, no window: objects stand in a
-// photograph, whose ground is invisible but for the shadows that it catches.
+// Shadowed image-based lighting with an irradiance map of one's own, OpenGL 4.5, no window: objects
+// stand in a photograph, whose ground is invisible but for the shadows that it catches.
 //     cc -O2 -I. examples/gl_catcher.c examples/common/*.c -lm -lpthread -ldl && ./a.out --truth
-// The extracted lights shade nothing: they only say, in shadow_ratio(), which part of the light is left.
+// The extracted lights shade nothing: they only say, in shadow_ratio(), which part of the light is
+// left.
 #include "common/gl_context.h"
 #include "common/gl_draw.h"
 #include "common/options.h"

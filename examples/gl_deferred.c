@@ -52,14 +52,19 @@ static bool create(renderer *r, message *why)
 {
     const lightprobe_gl_desc from = {
         .load = gl_context_function, .side = 128, .max_lights = LIGHTS};
-    const mssm_gl_desc desc = {.load = gl_context_function, .lights = LIGHTS, .first_texture_unit = 4,
+    const mssm_gl_desc desc = {.load = gl_context_function,
+                               .lights = LIGHTS,
+                               .first_texture_unit = 4,
                                .first_buffer_binding = 1};
     const GLenum view_formats[] = {GL_RGBA32F, GL_RGBA16F, GL_RGBA8}, formats[3] = {GL_RGBA32F};
     if (lightprobe_gl_create(&r->probe, &from)) return fail(why, "no lights from probes");
     if (mssm_gl_create(&r->shadows, &desc)) return fail(why, "no shadow maps");
     const char *const vertices[] = {gl_triangle_vertex, NULL};
-    const char *const fragments[] = {lightprobe_glsl_math(), lightprobe_glsl_lights(),
-                                     lightprobe_glsl_specular(), mssm_gl_shader(r->shadows), shading,
+    const char *const fragments[] = {lightprobe_glsl_math(),
+                                     lightprobe_glsl_lights(),
+                                     lightprobe_glsl_specular(),
+                                     mssm_gl_shader(r->shadows),
+                                     shading,
                                      NULL};
     gl_mesh_triangle(&r->triangle);
     return (r->depth_program = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
@@ -132,7 +137,10 @@ int main(int argc, char **argv)
     message why = {"usage: gl_deferred [--orbit FRAMES] [--out STEM]"};
     const char *stem = "deferred", *missing;
     int frames = 1;
-    if (options_help_asked(argc, argv, "gl_deferred [--orbit FRAMES] [--out STEM]: all lights of a turning probe; writes STEM-0000.png and on")) return 0;
+    if (options_help_asked(
+            argc, argv,
+            "gl_deferred [--orbit FRAMES] [--out STEM]: all lights of a turning probe; writes STEM-0000.png and on"))
+        return 0;
     for (int i = 1; i + 1 < argc; i += 2) {
         if (!strcmp(argv[i], "--orbit")) frames = atoi(argv[i + 1]);
         if (!strcmp(argv[i], "--out")) stem = argv[i + 1];

@@ -1,5 +1,5 @@
-// A sun with filtered hard shadows and 16 lamps with soft ones in one forward shader, with OpenGL 4.5 and
-// without a window:
+// A sun with filtered hard shadows and 16 lamps with soft ones in one forward shader, with OpenGL
+// 4.5 and without a window:
 //     cc -O2 -I. examples/gl_forward.c examples/common/*.c -lm -lpthread -ldl && ./a.out forward.png
 // Two objects of mssm.h with maps of their own side, and a name each for what the shader calls.
 #include "mssm.h"
@@ -42,11 +42,14 @@ static GLuint depth, program;
 
 static bool create(message *why)
 {
-    const mssm_gl_desc sun_desc = {.load = gl_context_function, .filtered = 1, .side = 1024, .name = "sun_shadow"};
-    const mssm_gl_desc lamp_desc = {.load = gl_context_function, .lights = LAMPS, .name = "lamp_shadow"};
+    const mssm_gl_desc sun_desc = {
+        .load = gl_context_function, .filtered = 1, .side = 1024, .name = "sun_shadow"};
+    const mssm_gl_desc lamp_desc = {
+        .load = gl_context_function, .lights = LAMPS, .name = "lamp_shadow"};
     const float low[3] = {-4.4f, -0.2f, -4.4f}, high[3] = {4.4f, 2.2f, 4.4f};
-    bool good = !mssm_light_directional(&sun, to_sun, axis, 0, 0, low, high) && !mssm_gl_create(&sun_maps, &sun_desc) &&
-                !mssm_gl_create(&lamp_maps, &lamp_desc) && !mssm_gl_set_light(sun_maps, 0, &sun);
+    bool good = !mssm_light_directional(&sun, to_sun, axis, 0, 0, low, high) &&
+                !mssm_gl_create(&sun_maps, &sun_desc) && !mssm_gl_create(&lamp_maps, &lamp_desc) &&
+                !mssm_gl_set_light(sun_maps, 0, &sun);
     for (int i = 0; i < LAMPS && good; i++) {
         places[i][0] = (float)(i % 4) * 1.4f - 2.1f;
         places[i][1] = 2.6f;
@@ -56,7 +59,8 @@ static bool create(message *why)
     }
     if (!good) return fail(why, "no shadow maps");
     const char *const vertex[] = {gl_scene_vertex, NULL};
-    const char *const texts[] = {mssm_gl_shader(sun_maps), mssm_gl_shader(lamp_maps), fragment, NULL};
+    const char *const texts[] = {mssm_gl_shader(sun_maps), mssm_gl_shader(lamp_maps), fragment,
+                                 NULL};
     return (depth = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
            (program = gl_program("forward", vertex, texts, why));
 }
@@ -77,7 +81,8 @@ static void draw_maps(mssm_gl *maps, const mssm_light *light, int count)
 
 static bool draw(const char *file, message *why)
 {
-    const camera eye = camera_look(vec(0.3f, 3.4f, 5.6f), vec(-0.05f, 0.6f, 0), 0.66f, (float)WIDTH / HEIGHT);
+    const camera eye =
+        camera_look(vec(0.3f, 3.4f, 5.6f), vec(-0.05f, 0.6f, 0), 0.66f, (float)WIDTH / HEIGHT);
     float world_to_clip[16];
     gl_target target;
     image picture;
@@ -107,7 +112,10 @@ int main(int argc, char **argv)
     gl_context context = {0};
     const char *missing;
     message why = {"no memory"};
-    if (options_help_asked(argc, argv, "gl_forward [PICTURE.png]: a filtered sun and 16 soft lamps in one forward shader")) return 0;
+    if (options_help_asked(
+            argc, argv,
+            "gl_forward [PICTURE.png]: a filtered sun and 16 soft lamps in one forward shader"))
+        return 0;
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
                       draw(argc > 1 ? argv[1] : "forward.png", &why);
     if (!done) fprintf(stderr, "gl_forward: %s\n", why.text);

@@ -1,8 +1,8 @@
 // Antialiased hard shadows of a sun from a moment map of 64 bits a texel, beside percentage-closer
 // filtering of the same kernel and beside rays, with errors and costs, OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_hard.c examples/common/*.c -lm -lpthread -ldl && ./a.out hard 2
-// writes hard.png, hard-pcf.png and hard-truth.png; 2 is the radius of the Gaussian in texels, and a
-// third argument the number of moments, 4 (64 bits a texel) or 6 (96).
+// writes hard.png, hard-pcf.png and hard-truth.png; 2 is the radius of the Gaussian in texels, and
+// a third argument the number of moments, 4 (64 bits a texel) or 6 (96).
 #include "mssm.h"
 
 #include "common/gl_context.h"
@@ -88,8 +88,11 @@ static bool draw(GLuint program, const char *file, const char *end, message *why
 
 static bool compare(const char *file, int radius, int moments, message *why)
 {
-    const mssm_gl_desc desc = {
-        .load = gl_context_function, .filtered = 1, .side = SIDE, .radius = radius, .moments = moments};
+    const mssm_gl_desc desc = {.load = gl_context_function,
+                               .filtered = 1,
+                               .side = SIDE,
+                               .radius = radius,
+                               .moments = moments};
     mssm_gl *shadow;
     if (mssm_gl_create(&shadow, &desc)) return fail(why, "no filtered maps");
     const char *const vertices[] = {gl_scene_vertex, NULL};
@@ -141,8 +144,11 @@ int main(int argc, char **argv)
     gl_context context = {0};
     const char *missing;
     message why = {"cannot start"};
-    if (options_help_asked(argc, argv, "gl_hard [STEM [RADIUS [MOMENTS]]]: filtered hard shadows beside PCF and rays; writes STEM.png,\n"
-                             "STEM-pcf.png and STEM-truth.png. RADIUS of the Gaussian in texels (2), MOMENTS 4 or 6")) return 0;
+    if (options_help_asked(
+            argc, argv,
+            "gl_hard [STEM [RADIUS [MOMENTS]]]: filtered hard shadows beside PCF and rays; writes STEM.png,\n"
+            "STEM-pcf.png and STEM-truth.png. RADIUS of the Gaussian in texels (2), MOMENTS 4 or 6"))
+        return 0;
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
                       run(argc > 1 ? argv[1] : "hard", argc > 2 ? atoi(argv[2]) : 2,
                           argc > 3 ? atoi(argv[3]) : 4, &why);

@@ -130,7 +130,9 @@ int main(int argc, char **argv)
     gl_context context = {0};
     const char *missing;
     message why;
-    if (options_help_asked(argc, argv, "gl_hello [PICTURE.png]: one area light, one caster, one soft shadow")) return 0;
+    if (options_help_asked(argc, argv,
+                           "gl_hello [PICTURE.png]: one area light, one caster, one soft shadow"))
+        return 0;
     if (!gl_context_create(&context, &missing))
         return fprintf(stderr, "gl_hello: %s\n", missing), 1;
     const bool done = run(argc > 1 ? argv[1] : "hello.png", &why);

@@ -1,6 +1,7 @@
 // Every kind of light over one scene, with OpenGL 4.5 and without a window:
 //     cc -O2 -I. examples/gl_lights.c examples/common/*.c -lm -lpthread -ldl && ./a.out lights.png
-// Above: a sun, the sun in a box, a spot. Below: a lamp on all sides, an area light, the same sampled.
+// Above: a sun, the sun in a box, a spot. Below: a lamp on all sides, an area light, the same
+// sampled.
 #include "common/gl_context.h"
 #include "common/gl_range.h"
 #include "common/gl_sampled.h"
@@ -67,8 +68,11 @@ static mssm_light area_light(const void *half, float x, float y)
 
 static bool create(const scene *s, message *why)
 {
-    const mssm_gl_desc desc = {.load = gl_context_function, .lights = MAPS, .side = 512,
-                               .first_texture_unit = 4, .first_buffer_binding = 1};
+    const mssm_gl_desc desc = {.load = gl_context_function,
+                               .lights = MAPS,
+                               .side = 512,
+                               .first_texture_unit = 4,
+                               .first_buffer_binding = 1};
     if (mssm_light_directional(&light[SUN], sun, axis, 0.06f, 0.06f, room[0], room[1]) ||
         mssm_light_directional(&light[BOXED], sun, axis, 0.06f, 0.06f, box[0], box[1]) ||
         mssm_light_spot(&light[SPOT], position, aim, axis, 0.76f, 0.5f, 9, 0.1f, 0.1f) ||
@@ -142,7 +146,9 @@ int main(int argc, char **argv)
     gl_context context = {0};
     const char *missing;
     message why = {"no memory"};
-    if (options_help_asked(argc, argv, "gl_lights [PICTURE.png]: every kind of light, the last beside its truth")) return 0;
+    if (options_help_asked(
+            argc, argv, "gl_lights [PICTURE.png]: every kind of light, the last beside its truth"))
+        return 0;
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
                       run(argc > 1 ? argv[1] : "lights.png", &why);
     if (!done) fprintf(stderr, "gl_lights: %s\n", why.text);

@@ -1,7 +1,9 @@
-// gl_hello where OpenGL ends at 3.3 (or 4.1 of macOS), or is OpenGL ES 3.0: tables are made on the CPU and
-// uploaded, the shading is the same. Draws with what these two have in common, and without a window:
+// gl_hello where OpenGL ends at 3.3 (or 4.1 of macOS), or is OpenGL ES 3.0: tables are made on the
+// CPU and uploaded, the shading is the same. Draws with what these two have in common, and without
+// a window:
 //     cc -O2 -I. examples/gl_portable.c examples/common/*.c -lm -lpthread -ldl && ./a.out --es portable.png
-// All that mssm.h asks of a renderer is in common/gl33_shadows.c, shadow_draw() and the fragment shader.
+// All that mssm.h asks of a renderer is in common/gl33_shadows.c, shadow_draw() and the fragment
+// shader.
 #include "mssm.h"
 
 #include "common/gl33_shadows.h"
@@ -31,7 +33,8 @@ static const char fragment[] =
     "}\n";
 
 // The depth map, drawn by OpenGL and read back, and its tables.
-static bool shadow_draw(mssm_map **map, mssm_light *light, const char *version, const gl33_mesh *casters, message *why)
+static bool shadow_draw(mssm_map **map, mssm_light *light, const char *version,
+                        const gl33_mesh *casters, message *why)
 {
     static float depth[SIDE * SIDE * SAMPLES];
     static unsigned char memory[4 << 20];
@@ -46,7 +49,8 @@ static bool shadow_draw(mssm_map **map, mssm_light *light, const char *version, 
 static bool run(const char *version, const char *file, message *why)
 {
     const camera eye = camera_look(vec(2.5f, 3.3f, 3.8f), vec(0.42f, 0.58f, 0), 0.52f, 4.0f / 3);
-    const scene_frame ground = scene_frame_at(vec(0, -0.1f, 0), 0, 0), wall = scene_frame_at(vec(0, 0.75f, 0), 0, 0);
+    const scene_frame ground = scene_frame_at(vec(0, -0.1f, 0), 0, 0),
+                      wall = scene_frame_at(vec(0, 0.75f, 0), 0, 0);
     scene s = {0};
     gl33_mesh boxes = {0};
     gl33_shadows shadows = {.lights = 1};
@@ -66,10 +70,12 @@ static bool run(const char *version, const char *file, message *why)
     gl_camera_matrix(&eye, 0.1f, 30, world_to_clip);
     gl33.UseProgram(program);
     gl33_shadows_bind(&shadows);
-    gl33.UniformMatrix4fv(gl33.GetUniformLocation(program, "world_to_clip"), 1, GL_FALSE, world_to_clip);
+    gl33.UniformMatrix4fv(gl33.GetUniformLocation(program, "world_to_clip"), 1, GL_FALSE,
+                          world_to_clip);
     gl33.Uniform3fv(gl33.GetUniformLocation(program, "to_light"), 1, to_light);
     gl33_mesh_draw(&boxes);
-    const bool done = gl33_target_read(WIDTH, HEIGHT, &picture, why) && image_save(&picture, 1.3f, file, why);
+    const bool done =
+        gl33_target_read(WIDTH, HEIGHT, &picture, why) && image_save(&picture, 1.3f, file, why);
     image_free(&picture);
     gl33_shadows_free(&shadows);
     scene_free(&s);
@@ -78,16 +84,20 @@ static bool run(const char *version, const char *file, message *why)
 
 int main(int argc, char **argv)
 {
-    static const char usage[] = "gl_portable [--es|--gl33] [PICTURE.png]: gl_hello in OpenGL ES 3.0, or 3.3 (default)";
+    static const char usage[] =
+        "gl_portable [--es|--gl33] [PICTURE.png]: gl_hello in OpenGL ES 3.0, or 3.3 (default)";
     gl_context context = {0};
     const char *missing;
     message why = {"OpenGL has refused a call"};
     if (options_help_asked(argc, argv, usage)) return 0;
-    const bool es = argc > 1 && !strcmp(argv[1], "--es"), named = es || (argc > 1 && !strcmp(argv[1], "--gl33"));
+    const bool es = argc > 1 && !strcmp(argv[1], "--es"),
+               named = es || (argc > 1 && !strcmp(argv[1], "--gl33"));
     const char *file = argc > 1 + named ? argv[1 + named] : "portable.png";
-    if (!gl_context_create_portable(&context, es, &missing) || !gl33_load(gl_context_function, &missing))
+    if (!gl_context_create_portable(&context, es, &missing) ||
+        !gl33_load(gl_context_function, &missing))
         return fprintf(stderr, "gl_portable: %s\n", missing), 1;
-    const bool done = run(es ? "#version 300 es\nprecision highp float;\n" : "#version 330 core\n", file, &why);
+    const bool done =
+        run(es ? "#version 300 es\nprecision highp float;\n" : "#version 330 core\n", file, &why);
     if (!done) fprintf(stderr, "gl_portable: %s\n", why.text);
     gl_context_destroy(&context);
     return done ? 0 : 1;

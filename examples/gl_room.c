@@ -1,6 +1,7 @@
 // A light probe that is rendered each frame: a room with a swinging lamp and a sliding door is
-// drawn into a cube map with distances, its lights are found on the GPU, and things on a table lit by
-// them, so that they get the light that the walls reflect, with its shadows. OpenGL 4.5, no window:
+// drawn into a cube map with distances, its lights are found on the GPU, and things on a table lit
+// by them, so that they get the light that the walls reflect, with its shadows. OpenGL 4.5, no
+// window:
 //     cc -O2 -I. examples/gl_room.c examples/common/*.c -lm -lpthread -ldl && ./a.out --truth
 #include "common/gl_context.h"
 #include "common/gl_room.h"

@@ -1,5 +1,5 @@
-// Light shafts in a hazy hall from a filtered moment map, one lookup a pixel, beside marching along view
-// rays on the GPU and, with 1024 steps, on the CPU, which is the truth. OpenGL 4.5, no window:
+// Light shafts in a hazy hall from a filtered moment map, one lookup a pixel, beside marching along
+// view rays on the GPU and, with 1024 steps, on the CPU, which is the truth. OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_shafts.c examples/common/*.c -lm -lpthread -ldl && ./a.out shafts.png
 // writes shafts.png, shafts.png-marched.png (in equal time) and shafts.png-truth.png.
 #include "common/gl_context.h"
@@ -38,7 +38,8 @@ static GLuint depth, shade, moments, march;
 static bool create(message *why)
 {
     const GLenum color[GL_TARGET_COLORS] = {GL_RGBA32F}, none[GL_TARGET_COLORS] = {0};
-    const mssm_gl_desc desc = {.load = gl_context_function, .filtered = 1, .side = SIDE, .radius = 1};
+    const mssm_gl_desc desc = {
+        .load = gl_context_function, .filtered = 1, .side = SIDE, .radius = 1};
     eye = camera_look(vec(2.5f, 1.4f, 3.2f), vec(-0.5f, 1.2f, -2), 0.9f, (float)WIDTH / HEIGHT);
     if (!shafts_hall(&hall) || !image_create(&truth, WIDTH, HEIGHT)) return fail(why, "no memory");
     light = shafts_sun(&hall, to_sun);
@@ -82,8 +83,8 @@ static bool prepare(message *why)
     return gl_target_read(&target, &shaded, why) && gl_target_read(&seen.target, &positions, why);
 }
 
-// Shafts alone, by moments of rows x columns, or by marching where there are no rows. Returns the least
-// time of the process for a frame.
+// Shafts alone, by moments of rows x columns, or by marching where there are no rows. Returns the
+// least time of the process for a frame.
 static double draw(const char *name, int rows, int columns, image *out)
 {
     gl_shafts s = {0};
@@ -141,7 +142,10 @@ int main(int argc, char **argv)
     gl_context context = {0};
     const char *missing;
     message why = {"cannot start"};
-    if (options_help_asked(argc, argv, "gl_shafts [PICTURE.png]: light shafts; writes also PICTURE.png-marched.png and -truth.png")) return 0;
+    if (options_help_asked(
+            argc, argv,
+            "gl_shafts [PICTURE.png]: light shafts; writes also PICTURE.png-marched.png and -truth.png"))
+        return 0;
     if (!gl_context_create(&context, &missing)) return fprintf(stderr, "%s\n", missing), 1;
     const bool done = run(argc > 1 ? argv[1] : "shafts.png", &why);
     if (!done) fprintf(stderr, "gl_shafts: %s\n", why.text);

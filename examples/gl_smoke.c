@@ -45,9 +45,13 @@ static GLuint depth, layer;
 
 static bool create(int moments, message *why)
 {
-    const mssm_gl_desc hard_desc = {
-        .load = gl_context_function, .filtered = 1, .side = SIDE, .moments = moments, .first_buffer_binding = 1};
-    const mssm_gl_desc soft_desc = {.load = gl_context_function, .side = SIDE, .first_buffer_binding = 1};
+    const mssm_gl_desc hard_desc = {.load = gl_context_function,
+                                    .filtered = 1,
+                                    .side = SIDE,
+                                    .moments = moments,
+                                    .first_buffer_binding = 1};
+    const mssm_gl_desc soft_desc = {
+        .load = gl_context_function, .side = SIDE, .first_buffer_binding = 1};
     const char *const vertex[] = {gl_smoke_vertex, NULL};
     const char *const text[] = {mssm_glsl_math(), mssm_glsl_translucent(), gl_smoke_opacity,
                                 layer_text, NULL};
@@ -144,8 +148,11 @@ int main(int argc, char **argv)
     gl_context context = {0};
     const char *missing;
     message why = {"no memory"};
-    if (options_help_asked(argc, argv, "gl_smoke [STEM [MOMENTS]]: smoke and its shadows beside rays; writes STEM.png, STEM-soft.png and\n"
-                             "their -truth.png. MOMENTS 4 or 6")) return 0;
+    if (options_help_asked(
+            argc, argv,
+            "gl_smoke [STEM [MOMENTS]]: smoke and its shadows beside rays; writes STEM.png, STEM-soft.png and\n"
+            "their -truth.png. MOMENTS 4 or 6"))
+        return 0;
     const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
                       run(argc > 1 ? argv[1] : "smoke", argc > 2 ? atoi(argv[2]) : 6, &why);
     if (!done) fprintf(stderr, "gl_smoke: %s\n", why.text);

@@ -1,4 +1,5 @@
-// The scene of gl_hello, and that of the demo under its probe, live in a browser: WebGL 2, the maps made on the CPU.
+// The scene of gl_hello, and that of the demo under its probe, live in a browser: WebGL 2, the maps
+// made on the CPU.
 //     make page     with emscripten: build/page/page.html, one file to open
 // Dragging turns the light or the probe, the wheel changes the light's size.
 #include "../lightprobe.h"
@@ -29,7 +30,11 @@ static struct {
     int shown, lights;
     float azimuth, elevation, size, turn; // of the light; of the probe
     bool changed, dragging;
-} page = {.shadows = {.lights = LIGHTS}, .azimuth = 2.9927f, .elevation = 0.8258f, .size = 0.12f, .changed = true};
+} page = {.shadows = {.lights = LIGHTS},
+          .azimuth = 2.9927f,
+          .elevation = 0.8258f,
+          .size = 0.12f,
+          .changed = true};
 
 static const char fragment[] =
     "uniform float exposure;\n"
@@ -52,7 +57,8 @@ static const char fragment[] =
 static bool light_hello(void)
 {
     const float c = cosf(page.elevation);
-    const float to_light[3] = {c * cosf(page.azimuth), sinf(page.elevation), c * sinf(page.azimuth)};
+    const float to_light[3] = {c * cosf(page.azimuth), sinf(page.elevation),
+                               c * sinf(page.azimuth)};
     lightprobe_light *l = &page.light[0];
     memset(l, 0, sizeof *l);
     memset(&page.stats, 0, sizeof page.stats);
@@ -77,7 +83,8 @@ static bool light_demo(message *why)
     void *scratch = malloc(bytes);
     bool good = scratch && probe_rotate(&page.turned, &page.source, page.turn);
     for (int i = 0; i < 6; i++) cube.face[i] = page.turned.face[i];
-    good = good && !lightprobe_extract(&cube, &settings, scratch, bytes, page.light, &page.lights, &page.stats);
+    good = good && !lightprobe_extract(&cube, &settings, scratch, bytes, page.light, &page.lights,
+                                       &page.stats);
     free(scratch);
     return good || fail(why, "no lights in the probe");
 }
@@ -87,7 +94,8 @@ static bool draw_maps(message *why)
     static float depth[SIDE * SIDE * SAMPLES];
     static const float hello_low[3] = {-0.15f, 0, -0.5f}, hello_high[3] = {0.15f, 1.5f, 0.5f};
     const scene *s = &page.scenes[page.shown];
-    const float low[3] = {s->low.x, s->low.y, s->low.z}, high[3] = {s->high.x, s->high.y, s->high.z};
+    const float low[3] = {s->low.x, s->low.y, s->low.z},
+                high[3] = {s->high.x, s->high.y, s->high.z};
     const bool hello = page.shown == HELLO; // whose ground is much larger than the caster
     for (int i = 0; i < page.lights; i++) {
         const lightprobe_light *l = &page.light[i];
@@ -111,13 +119,15 @@ static bool draw_maps(message *why)
 static bool draw(message *why)
 {
     static unsigned char block[BLOCK];
-    const camera eyes[SCENES] = {camera_look(vec(2.5f, 3.3f, 3.8f), vec(0.42f, 0.58f, 0), 0.52f, 4.0f / 3),
-                                 camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 4.0f / 3)};
+    const camera eyes[SCENES] = {
+        camera_look(vec(2.5f, 3.3f, 3.8f), vec(0.42f, 0.58f, 0), 0.52f, 4.0f / 3),
+        camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 4.0f / 3)};
     const float exposure[SCENES] = {1.3f, 0.6f};
     float world_to_clip[16];
     int width, height;
     if (!(page.shown == HELLO ? light_hello() : light_demo(why)) || !draw_maps(why)) return false;
-    if (lightprobe_uniforms(page.light, page.lights, &page.stats, block, BLOCK)) return fail(why, "no lights");
+    if (lightprobe_uniforms(page.light, page.lights, &page.stats, block, BLOCK))
+        return fail(why, "no lights");
     gl33.BindBufferBase(GL_UNIFORM_BUFFER, 1, page.lights_buffer);
     gl33.BufferData(GL_UNIFORM_BUFFER, BLOCK, block, 0x88E8); // GL_DYNAMIC_DRAW
     gl33_shadows_bind(&page.shadows);
@@ -128,7 +138,8 @@ static bool draw(message *why)
     gl33.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     gl33.Enable(GL_DEPTH_TEST);
     gl33.UseProgram(page.program);
-    gl33.UniformMatrix4fv(gl33.GetUniformLocation(page.program, "world_to_clip"), 1, GL_FALSE, world_to_clip);
+    gl33.UniformMatrix4fv(gl33.GetUniformLocation(page.program, "world_to_clip"), 1, GL_FALSE,
+                          world_to_clip);
     gl33.Uniform1f(gl33.GetUniformLocation(page.program, "exposure"), exposure[page.shown]);
     gl33_mesh_draw(&page.mesh[page.shown]);
     return gl33.GetError() == GL_NO_ERROR || fail(why, "WebGL refused a call");
@@ -158,8 +169,10 @@ static EM_BOOL mouse(int type, const EmscriptenMouseEvent *e, void *user)
     if (type == EMSCRIPTEN_EVENT_MOUSEUP) page.dragging = false;
     if (type != EMSCRIPTEN_EVENT_MOUSEMOVE || !page.dragging) return EM_FALSE;
     const float x = (float)e->movementX * 0.01f, y = (float)e->movementY * 0.01f;
-    if (page.shown == DEMO) page.turn += x;
-    else page.azimuth -= x, page.elevation = fminf(fmaxf(page.elevation - y, 0.1f), 1.5f);
+    if (page.shown == DEMO)
+        page.turn += x;
+    else
+        page.azimuth -= x, page.elevation = fminf(fmaxf(page.elevation - y, 0.1f), 1.5f);
     page.changed = true;
     return EM_TRUE;
 }
@@ -183,17 +196,20 @@ static void (*find(const char *name))(void)
 
 static bool open_page(message *why)
 {
-    const scene_frame ground = scene_frame_at(vec(0, -0.1f, 0), 0, 0), wall = scene_frame_at(vec(0, 0.75f, 0), 0, 0);
-    const char *const before[] = {"#define LIGHTPROBE_UNIFORMS 16\n", lightprobe_glsl_math(), lightprobe_glsl_lights(),
-                                  NULL};
+    const scene_frame ground = scene_frame_at(vec(0, -0.1f, 0), 0, 0),
+                      wall = scene_frame_at(vec(0, 0.75f, 0), 0, 0);
+    const char *const before[] = {"#define LIGHTPROBE_UNIFORMS 16\n", lightprobe_glsl_math(),
+                                  lightprobe_glsl_lights(), NULL};
     const char *missing = "";
     EmscriptenWebGLContextAttributes attributes;
     emscripten_webgl_init_context_attributes(&attributes);
     attributes.majorVersion = 2;
     attributes.antialias = EM_TRUE;
     attributes.preserveDrawingBuffer = EM_TRUE; // for screenshots
-    const EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context = emscripten_webgl_create_context("#canvas", &attributes);
-    if (context <= 0 || emscripten_webgl_make_context_current(context)) return fail(why, "this browser has no WebGL 2");
+    const EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context =
+        emscripten_webgl_create_context("#canvas", &attributes);
+    if (context <= 0 || emscripten_webgl_make_context_current(context))
+        return fail(why, "this browser has no WebGL 2");
     if (!gl33_load(find, &missing)) return fail(why, "WebGL 2 lacks %s", missing);
     scene *s = &page.scenes[HELLO];
     scene_begin_object(s, 0.7f, 0.7f, 0.68f);
@@ -201,15 +217,17 @@ static bool open_page(message *why)
     scene_begin_object(s, 0.8f, 0.3f, 0.15f);
     scene_put_box(s, &wall, vec(0.1f, 0.75f, 0.45f));
     const size_t bytes = mssm_map_bytes(SIDE, 6);
-    if (!scene_end(s) || !scene_create(&page.scenes[DEMO], 0, NULL) || !probe_default(&page.source, 64) ||
-        !probe_create(&page.turned, 64) || mssm_map_init(&page.map, malloc(bytes), bytes, SIDE, 6)) {
+    if (!scene_end(s) || !scene_create(&page.scenes[DEMO], 0, NULL) ||
+        !probe_default(&page.source, 64) || !probe_create(&page.turned, 64) ||
+        mssm_map_init(&page.map, malloc(bytes), bytes, SIDE, 6)) {
         return fail(why, "no memory");
     }
     for (int i = 0; i < SCENES; i++)
         if (!gl33_mesh_upload(&page.mesh[i], &page.scenes[i], why)) return false;
     page.program = gl33_shadows_program("#version 300 es\n", LIGHTS, before, fragment, why);
     if (!page.program) return false;
-    gl33.UniformBlockBinding(page.program, gl33.GetUniformBlockIndex(page.program, "lightprobe_buffer"), 1);
+    gl33.UniformBlockBinding(page.program,
+                             gl33.GetUniformBlockIndex(page.program, "lightprobe_buffer"), 1);
     gl33.GenBuffers(1, &page.lights_buffer);
     emscripten_set_mousedown_callback("#canvas", NULL, EM_FALSE, mouse);
     emscripten_set_mouseup_callback(EMSCRIPTEN_EVENT_TARGET_WINDOW, NULL, EM_FALSE, mouse);
@@ -221,7 +239,9 @@ static bool open_page(message *why)
 int main(void)
 {
     message why;
-    if (open_page(&why)) emscripten_set_main_loop(frame, 0, 0);
-    else EM_ASM({ said(UTF8ToString($0), 0); }, why.text);
+    if (open_page(&why))
+        emscripten_set_main_loop(frame, 0, 0);
+    else
+        EM_ASM({ said(UTF8ToString($0), 0); }, why.text);
     return 0;
 }

@@ -99,6 +99,22 @@ fresh_glsl()
     done
 }
 
+# Other versions of clang-format break lines elsewhere.
+format()
+{
+    case $(clang-format --version 2>/dev/null) in
+        *" version 14."*) ;;
+        *) echo "skip  format: apt-get install clang-format (version 14, Debian 12)" && return ;;
+    esac
+    wrong=$(find ./*.h examples tests -name '*.[ch]' -exec sh -c \
+        'for f; do clang-format "$f" | cmp -s - "$f" || echo "$f"; done' sh {} +)
+    if [ -z "$wrong" ]; then
+        echo "ok    all C code is as .clang-format says"
+    else
+        echo "FAIL  mend the format with: clang-format -i" $wrong
+    fi
+}
+
 # Programs that fail where a promise does not hold.
 promises()
 {
@@ -218,6 +234,7 @@ more()
 }
 
 section "GLSL text" fresh_glsl
+section "format" format
 section "docs" sh tests/snippets.sh
 [ -z "$all" ] || beside &
 section "dialects" sh tests/dialects.sh ${all:-quick}

@@ -1,5 +1,5 @@
-// All suites in the order in which they run, a line each: NAME's tests are NAME_tests[] in tests/ROOM/test_NAME.c.
-// main.c, test.h and the Makefile read this list.
+// All suites in the order in which they run, a line each: NAME's tests are NAME_tests[] in
+// tests/ROOM/test_NAME.c. main.c, test.h and the Makefile read this list.
 //     CPU    everywhere; coverage, mutants and other platforms run these alone
 //     ALL    where the rest of a desktop is: OpenGL, files, threads
 //     GL64   only in programs of 64 bits: a driver for 32 would have to be installed beside the other

@@ -7,7 +7,8 @@
 
 gl33_functions gl33;
 
-// Framebuffers to draw into and to read the mean of the samples from, with their renderbuffers; of the current context.
+// Framebuffers to draw into and to read the mean of the samples from, with their renderbuffers; of
+// the current context.
 static struct {
     GLuint name, buffers[2];
 } targets[2];
@@ -43,11 +44,13 @@ bool gl33_mesh_upload(gl33_mesh *m, const scene *s, message *why)
     gl33.BindBuffer(GL_ARRAY_BUFFER, m->buffers[0]);
     gl33.BufferData(GL_ARRAY_BUFFER, (GLsizeiptr)vertex_bytes, v, 0x88E4); // GL_STATIC_DRAW
     gl33.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, m->buffers[1]);
-    gl33.BufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)s->triangles * (GLsizeiptr)sizeof *s->triangle, s->triangle,
+    gl33.BufferData(GL_ELEMENT_ARRAY_BUFFER,
+                    (GLsizeiptr)s->triangles * (GLsizeiptr)sizeof *s->triangle, s->triangle,
                     0x88E4);
     for (GLuint i = 0; i < 3; i++) {
         gl33.EnableVertexAttribArray(i);
-        gl33.VertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, sizeof *v, (const void *)(i * sizeof(vec3)));
+        gl33.VertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, sizeof *v,
+                                 (const void *)(i * sizeof(vec3)));
     }
     m->count = 3 * s->triangles;
     free(v);
@@ -62,21 +65,21 @@ void gl33_mesh_draw(const gl33_mesh *m)
 
 // ---- Programs
 
-const char gl33_scene_vertex[] =
-    "uniform mat4 world_to_clip;\n"
-    "layout(location = 0) in vec3 position_in;\n"
-    "layout(location = 1) in vec3 normal_in;\n"
-    "layout(location = 2) in vec3 albedo_in;\n"
-    "out vec3 position, normal, albedo;\n"
-    "void main()\n"
-    "{\n"
-    "    position = position_in;\n"
-    "    normal = normal_in;\n"
-    "    albedo = albedo_in;\n"
-    "    gl_Position = world_to_clip * vec4(position_in, 1.0);\n"
-    "}\n";
+const char gl33_scene_vertex[] = "uniform mat4 world_to_clip;\n"
+                                 "layout(location = 0) in vec3 position_in;\n"
+                                 "layout(location = 1) in vec3 normal_in;\n"
+                                 "layout(location = 2) in vec3 albedo_in;\n"
+                                 "out vec3 position, normal, albedo;\n"
+                                 "void main()\n"
+                                 "{\n"
+                                 "    position = position_in;\n"
+                                 "    normal = normal_in;\n"
+                                 "    albedo = albedo_in;\n"
+                                 "    gl_Position = world_to_clip * vec4(position_in, 1.0);\n"
+                                 "}\n";
 
-GLuint gl33_shader(GLenum type, const char *version, const char *const *text, char *log, GLsizei room)
+GLuint gl33_shader(GLenum type, const char *version, const char *const *text, char *log,
+                   GLsizei room)
 {
     const char *piece[16] = {version};
     GLsizei pieces = 1;
@@ -93,7 +96,8 @@ GLuint gl33_shader(GLenum type, const char *version, const char *const *text, ch
     return 0;
 }
 
-static bool attach(GLuint program, GLenum type, const char *version, const char *const *text, message *why)
+static bool attach(GLuint program, GLenum type, const char *version, const char *const *text,
+                   message *why)
 {
     char log[200];
     const GLuint shader = gl33_shader(type, version, text, log, sizeof log);
@@ -103,7 +107,8 @@ static bool attach(GLuint program, GLenum type, const char *version, const char 
     return true;
 }
 
-GLuint gl33_program(const char *version, const char *vertex, const char *const *fragment, message *why)
+GLuint gl33_program(const char *version, const char *vertex, const char *const *fragment,
+                    message *why)
 {
     const char *const vertices[] = {vertex, NULL};
     const GLuint program = gl33.CreateProgram();
@@ -144,7 +149,8 @@ static GLuint framebuffer(int which, GLenum target, int samples, int width, int 
 
 bool gl33_target_begin(int width, int height, int samples, message *why)
 {
-    if (!framebuffer(0, GL_FRAMEBUFFER, samples, width, height)) return fail(why, "no framebuffer of floats");
+    if (!framebuffer(0, GL_FRAMEBUFFER, samples, width, height))
+        return fail(why, "no framebuffer of floats");
     gl33.Viewport(0, 0, width, height);
     gl33.ClearColor(0, 0, 0, 0);
     gl33.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -158,7 +164,8 @@ bool gl33_target_read(int width, int height, image *out, message *why)
     const GLuint mean = framebuffer(1, GL_DRAW_FRAMEBUFFER, 0, width, height);
     const bool good = pixels && mean && image_create(out, width, height);
     if (good) {
-        gl33.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+        gl33.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT,
+                             GL_NEAREST);
         gl33.BindFramebuffer(GL_READ_FRAMEBUFFER, mean);
         gl33.ReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, pixels);
         for (int i = 0; i < width * height; i++) // row 0 is at the bottom in GL
@@ -169,13 +176,12 @@ bool gl33_target_read(int width, int height, image *out, message *why)
 }
 
 // How much nearer than the far end, so that 0 is nothing hit.
-static const char depth_fragment[] =
-    "in vec3 position, normal, albedo;\n"
-    "out vec4 color;\n"
-    "void main() { color = vec4(2.0 - 2.0 * gl_FragCoord.z); }\n";
+static const char depth_fragment[] = "in vec3 position, normal, albedo;\n"
+                                     "out vec4 color;\n"
+                                     "void main() { color = vec4(2.0 - 2.0 * gl_FragCoord.z); }\n";
 
-bool gl33_depth(const char *version, const gl33_mesh *m, const float world_to_shadow[16], int side, int samples,
-                float *depth, message *why)
+bool gl33_depth(const char *version, const gl33_mesh *m, const float world_to_shadow[16], int side,
+                int samples, float *depth, message *why)
 {
     const char *const fragments[] = {depth_fragment, NULL};
     const GLuint program = gl33_program(version, gl33_scene_vertex, fragments, why);
@@ -190,7 +196,8 @@ bool gl33_depth(const char *version, const gl33_mesh *m, const float world_to_sh
         moved[13] += (1 - 2 * y) / (float)side;
         good = gl33_target_begin(side, side, 0, why);
         if (good) {
-            gl33.UniformMatrix4fv(gl33.GetUniformLocation(program, "world_to_clip"), 1, GL_FALSE, moved);
+            gl33.UniformMatrix4fv(gl33.GetUniformLocation(program, "world_to_clip"), 1, GL_FALSE,
+                                  moved);
             gl33_mesh_draw(m);
         }
         good = good && gl33_target_read(side, side, &map, why);

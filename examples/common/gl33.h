@@ -1,5 +1,5 @@
-// What OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 have in common, in a table of its own: gl33_load() fills it.
-// Objects are bound to be changed; the calls below leave theirs bound.
+// What OpenGL 3.3, OpenGL ES 3.0 and WebGL 2 have in common, in a table of its own: gl33_load()
+// fills it. Objects are bound to be changed; the calls below leave theirs bound.
 #ifndef GL33_H
 #define GL33_H
 
@@ -89,24 +89,29 @@ typedef struct gl33_mesh {
     int count;
 } gl33_mesh;
 
-bool gl33_mesh_upload(gl33_mesh *m, const scene *s, message *why); // into a zeroed mesh, or over an older one
+bool gl33_mesh_upload(gl33_mesh *m, const scene *s,
+                      message *why); // into a zeroed mesh, or over an older one
 void gl33_mesh_draw(const gl33_mesh *m);
 
 // Vertex shader of such meshes: uniform world_to_clip; out vec3 position, normal, albedo.
 extern const char gl33_scene_vertex[];
 
 // A shader of version and texts up to NULL; 0 on failure. The log is cut to its room.
-GLuint gl33_shader(GLenum type, const char *version, const char *const *text, char *log, GLsizei room);
-// Both begin with version, "#version 300 es\n" say; fragment ends in NULL. 0 on failure, with the log in *why.
-GLuint gl33_program(const char *version, const char *vertex, const char *const *fragment, message *why);
+GLuint gl33_shader(GLenum type, const char *version, const char *const *text, char *log,
+                   GLsizei room);
+// Both begin with version, "#version 300 es\n" say; fragment ends in NULL. 0 on failure, with the
+// log in *why.
+GLuint gl33_program(const char *version, const char *vertex, const char *const *fragment,
+                    message *why);
 
-// Colours of floats and depth, bound and cleared to zero; samples 0: one a pixel. ES wants EXT_color_buffer_float.
+// Colours of floats and depth, bound and cleared to zero; samples 0: one a pixel. ES wants
+// EXT_color_buffer_float.
 bool gl33_target_begin(int width, int height, int samples, message *why);
 bool gl33_target_read(int width, int height, image *out, message *why); // the mean of the samples
 
-// The depth map of a directional light as mssm_map_update takes it, drawn once for each sample of a texel since OpenGL
-// ES 3.0 has no multisampled textures. samples: 1, 2, 4 or 8.
-bool gl33_depth(const char *version, const gl33_mesh *m, const float world_to_shadow[16], int side, int samples,
-                float *depth, message *why);
+// The depth map of a directional light as mssm_map_update takes it, drawn once for each sample of a
+// texel since OpenGL ES 3.0 has no multisampled textures. samples: 1, 2, 4 or 8.
+bool gl33_depth(const char *version, const gl33_mesh *m, const float world_to_shadow[16], int side,
+                int samples, float *depth, message *why);
 
 #endif

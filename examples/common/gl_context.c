@@ -153,8 +153,9 @@ static void *create_context(void *display)
                                       EGL_CONTEXT_MINOR_VERSION,
                                       5,
                                       EGL_CONTEXT_PROFILE_MASK,
-                                      getenv("GL_COMPATIBILITY") ? EGL_CONTEXT_COMPATIBILITY_PROFILE_BIT
-                                                                 : EGL_CONTEXT_CORE_PROFILE_BIT,
+                                      getenv("GL_COMPATIBILITY")
+                                          ? EGL_CONTEXT_COMPATIBILITY_PROFILE_BIT
+                                          : EGL_CONTEXT_CORE_PROFILE_BIT,
                                       EGL_CONTEXT_FLAGS,
                                       EGL_CONTEXT_DEBUG_BIT,
                                       EGL_NONE};
@@ -170,8 +171,13 @@ static void *create_portable(void *display, bool es)
 {
     const int config_attributes[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
                                      es ? EGL_OPENGL_ES3_BIT : EGL_OPENGL_BIT, EGL_NONE};
-    const int context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, es ? 0 : 3,
-                                      es ? EGL_NONE : EGL_CONTEXT_PROFILE_MASK, EGL_CONTEXT_CORE_PROFILE_BIT, EGL_NONE};
+    const int context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                      3,
+                                      EGL_CONTEXT_MINOR_VERSION,
+                                      es ? 0 : 3,
+                                      es ? EGL_NONE : EGL_CONTEXT_PROFILE_MASK,
+                                      EGL_CONTEXT_CORE_PROFILE_BIT,
+                                      EGL_NONE};
     void *config = NULL;
     int count = 0;
     if (!egl.BindAPI(es ? EGL_OPENGL_ES_API : EGL_OPENGL_API)) return NULL;
@@ -194,12 +200,16 @@ static bool create(gl_context *c, context_kind kind, const char **why)
         *why = "EGL finds no driver: apt-get install libgl1-mesa-dri";
         return false;
     }
-    c->context = kind == OPENGL_45 ? create_context(c->display) : create_portable(c->display, kind == OPENGL_ES_30);
+    c->context = kind == OPENGL_45 ? create_context(c->display)
+                                   : create_portable(c->display, kind == OPENGL_ES_30);
     if (!c->context) {
-        *why = kind == OPENGL_ES_30 ? "the driver has no OpenGL ES 3.0: apt-get install libgl1-mesa-dri"
-               : kind == OPENGL_33  ? "the driver has no OpenGL 3.3 core: apt-get install libgl1-mesa-dri"
-                                    : "the driver has no OpenGL 4.5 core: apt-get install libgl1-mesa-dri (Mesa 20.2 or "
-                                      "newer)";
+        *why =
+            kind == OPENGL_ES_30
+                ? "the driver has no OpenGL ES 3.0: apt-get install libgl1-mesa-dri"
+            : kind == OPENGL_33
+                ? "the driver has no OpenGL 3.3 core: apt-get install libgl1-mesa-dri"
+                : "the driver has no OpenGL 4.5 core: apt-get install libgl1-mesa-dri (Mesa 20.2 or "
+                  "newer)";
     } else if (!egl.MakeCurrent(c->display, NULL, NULL, c->context)) {
         *why = "the driver cannot work without a window (EGL_KHR_surfaceless_context): "
                "apt-get install libgl1-mesa-dri";

@@ -1,5 +1,6 @@
 // What a program that draws with OpenGL needs around the two headers: meshes, programs, targets to
-// draw into, pictures back from them, and how long it took. Everything belongs to the current context.
+// draw into, pictures back from them, and how long it took. Everything belongs to the current
+// context.
 #ifndef GL_DRAW_H
 #define GL_DRAW_H
 
@@ -24,8 +25,9 @@ void gl_mesh_free(gl_mesh *m);
 
 // ---- Programs
 
-// Vertex shader for gl_mesh_triangle: out vec2 place, from (0,0) at the lower left to (1,1), and out
-// vec3 ray, the direction in which the camera of gl_camera_uniforms() looks there (not normalized).
+// Vertex shader for gl_mesh_triangle: out vec2 place, from (0,0) at the lower left to (1,1), and
+// out vec3 ray, the direction in which the camera of gl_camera_uniforms() looks there (not
+// normalized).
 extern const char gl_triangle_vertex[];
 // Vertex shaders for gl_mesh_upload that transform by the uniform world_to_clip at location 0: one
 // for depth maps, and one with out vec3 position, normal, albedo in world space.
@@ -66,8 +68,8 @@ bool gl_image_draw(const image *picture, message *why);
 
 void gl_camera_uniforms(const camera *c, GLuint program);
 
-// What the camera sees, one sample a pixel: colours position (w = 0 where there is nothing), normal,
-// albedo.
+// What the camera sees, one sample a pixel: colours position (w = 0 where there is nothing),
+// normal, albedo.
 typedef struct gl_surfaces {
     gl_target target;
     GLuint program;

@@ -56,8 +56,8 @@ static const char shading_lights[] =
     "    return sum;\n"
     "}\n";
 
-// A pixel is shaded once, unless an edge runs through it: samples on the same object that face about
-// the same way are one piece of surface, as in view_surfaces() of raster.c.
+// A pixel is shaded once, unless an edge runs through it: samples on the same object that face
+// about the same way are one piece of surface, as in view_surfaces() of raster.c.
 static const char shading_main[] =
     "layout(binding = 0) uniform sampler2DMS position_map;\n"
     "layout(binding = 1) uniform sampler2DMS normal_map;\n"

@@ -1,5 +1,6 @@
-// Depth ranges that fit what is drawn into shadow maps: a compute pass finds the least and the greatest
-// depth of each map, the CPU reads them when the next frame begins and fits the frusta to them.
+// Depth ranges that fit what is drawn into shadow maps: a compute pass finds the least and the
+// greatest depth of each map, the CPU reads them when the next frame begins and fits the frusta to
+// them.
 #ifndef GL_RANGE_H
 #define GL_RANGE_H
 
@@ -20,9 +21,10 @@ typedef struct gl_range {
 bool gl_range_create(gl_range *r, int lights, int side, message *why);
 void gl_range_free(gl_range *r);
 
-// The light to draw this frame's map with; needs last frame's gl_range_reduce. Casters may move by a
-// tenth of the range a frame. Where one has used up more than half of that, or nothing was drawn, it is
-// the whole frustum for a frame. whole is the light as set up; it should not turn by much at once.
+// The light to draw this frame's map with; needs last frame's gl_range_reduce. Casters may move by
+// a tenth of the range a frame. Where one has used up more than half of that, or nothing was drawn,
+// it is the whole frustum for a frame. whole is the light as set up; it should not turn by much at
+// once.
 mssm_light gl_range_fit(gl_range *r, int index, const mssm_light *whole);
 // Between mssm_gl_begin_depth and mssm_gl_end_depth, after the casters. Leaves a program bound, and
 // what is at texture unit 0 and shader storage binding 0.

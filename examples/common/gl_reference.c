@@ -2,9 +2,9 @@
 
 #include <stdio.h>
 
-// Lights go to the GPU in slots, a fresh one for each call of gl_reference_draw: Mesa's llvmpipe (22.3)
-// lets NamedBufferSubData overtake draws that are queued and still read the old contents, so that sums
-// of many points differed from run to run.
+// Lights go to the GPU in slots, a fresh one for each call of gl_reference_draw: Mesa's llvmpipe
+// (22.3) lets NamedBufferSubData overtake draws that are queued and still read the old contents, so
+// that sums of many points differed from run to run.
 enum { DEPTH_UNIT = 4, LIGHT_BINDING = 1, SLOTS = 32, OFFSET_ALIGNMENT = 256 };
 
 // As the shaders see a light: std430.

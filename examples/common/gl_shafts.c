@@ -7,7 +7,8 @@
 static const char view_text[] =
     "layout(std430, binding = 8) readonly buffer View { mssm_scattering view; };\n";
 
-// A work group a row, 64 columns at a time: each thread fills a texel, then all add up what is before it.
+// A work group a row, 64 columns at a time: each thread fills a texel, then all add up what is
+// before it.
 static const char fill_text[] =
     "layout(local_size_x = 64) in;\n"
     "layout(binding = 8) uniform sampler2DArray map;\n"

@@ -1,4 +1,5 @@
-// How long the stages of a frame take on the GPU, by timer queries: start a frame, mark the end of each stage.
+// How long the stages of a frame take on the GPU, by timer queries: start a frame, mark the end of
+// each stage.
 //
 //     static gl_timer timer;                     // zeroed
 //     ... each frame:
@@ -25,8 +26,8 @@ void gl_timer_start(gl_timer *t); // sets mark 0 of a new frame
 void gl_timer_mark(gl_timer *t);
 void gl_timer_free(gl_timer *t);
 
-// Seconds from mark - 1 to mark, 0 where there are none. Of this frame, for which it waits; or of the latest
-// that the GPU has finished, for which it does not.
+// Seconds from mark - 1 to mark, 0 where there are none. Of this frame, for which it waits; or of
+// the latest that the GPU has finished, for which it does not.
 double gl_timer_seconds(const gl_timer *t, int mark);
 double gl_timer_latest(const gl_timer *t, int mark);
 

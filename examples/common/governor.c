@@ -3,17 +3,18 @@
 #include <math.h>
 #include <string.h>
 
-// Lower when the time is over the budget; higher when the next level is predicted to leave a tenth of it
-// unused, for half a second on end. Between the two nothing changes, whatever the noise.
+// Lower when the time is over the budget; higher when the next level is predicted to leave a tenth
+// of it unused, for half a second on end. Between the two nothing changes, whatever the noise.
 #define ROOM 0.9f
 #define PATIENCE 30
-// A trial that failed may have met a load that happened to rise just then. Frames until what it taught
-// is doubted; twice as many after every failure, so that a true cost is not paid for again and again.
+// A trial that failed may have met a load that happened to rise just then. Frames until what it
+// taught is doubted; twice as many after every failure, so that a true cost is not paid for again
+// and again.
 #define RETRY 600
 #define RETRY_MOST (1 << 20)
 
-// Costs as build/release/bench_governor measured them with llvmpipe: frames of 480 x 270, medians. They
-// hold for the demo's scene; what another GPU makes of them is learnt on the way.
+// Costs as build/release/bench_governor measured them with llvmpipe: frames of 480 x 270, medians.
+// They hold for the demo's scene; what another GPU makes of them is learnt on the way.
 const quality governor_ladder[] = {
     {4, 128, 4, MSSM_LOWER_BLOCKER, 1.0f}, {4, 256, 4, MSSM_LAYERED, 1.5f},
     {8, 256, 4, MSSM_LAYERED, 2.5f},       {16, 256, 4, MSSM_LAYERED, 4.3f},

@@ -100,7 +100,8 @@ static float float_at(const unsigned char *bytes, bool little)
     return value;
 }
 
-// Behind blanks, a comment of plain text and the line's end; where it was if something else comes first.
+// Behind blanks, a comment of plain text and the line's end; where it was if something else comes
+// first.
 static reader end_of_line(reader in)
 {
     reader at = in;
@@ -114,10 +115,10 @@ static reader end_of_line(reader in)
     return cr || lf ? at : in;
 }
 
-// Where the values of a PFM begin. By the book one blank ends the header, but writers also put CR LF,
-// blanks or comments there, and any of these may as well be a value's first byte. So the line ends
-// it, with comments below, or that one blank in headers without LF; what fits the size of the file
-// goes first.
+// Where the values of a PFM begin. By the book one blank ends the header, but writers also put CR
+// LF, blanks or comments there, and any of these may as well be a value's first byte. So the line
+// ends it, with comments below, or that one blank in headers without LF; what fits the size of the
+// file goes first.
 static reader pfm_values(reader in, const unsigned char *start, size_t size)
 {
     const reader one = {in.at + 1, in.end};
@@ -261,11 +262,12 @@ static bool parse_values(const char *text, int count, double *value)
     return text[strspn(text, " \t")] == 0;
 }
 
-// What a pixel's values must be multiplied by. EXPOSURE and COLORCORR say what they have been multiplied
-// by already, and may come several times.
+// What a pixel's values must be multiplied by. EXPOSURE and COLORCORR say what they have been
+// multiplied by already, and may come several times.
 static bool parse_hdr_line(const char *line, double scale[3], message *why)
 {
-    // The red, green and blue of Rec. 709, which differ from Radiance's own by .01, and both whites.
+    // The red, green and blue of Rec. 709, which differ from Radiance's own by .01, and both
+    // whites.
     static const double rec709[8] = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.323, 0.331};
     double value[8] = {1, 1, 1};
     const char *text = line + strcspn(line, "=");
@@ -335,8 +337,8 @@ static bool decode_hdr_header(reader *in, int *width, int *height, bool *flip_x,
     return fail(why, "HDR size %.15s x %.15s is not 1..%d", w, h, IMAGE_SIDE_MOST);
 }
 
-// Whether these are plain pixels from first to last, some of which look like marks of a coding: they
-// fill the rest of the file to the byte, and read as coded rows they do not.
+// Whether these are plain pixels from first to last, some of which look like marks of a coding:
+// they fill the rest of the file to the byte, and read as coded rows they do not.
 static bool is_flat(reader in, unsigned char *rgbe, int w, int h)
 {
     if (left(&in) != 4 * (size_t)w * (size_t)h) return false;
@@ -459,8 +461,8 @@ float image_exposure(const image *im)
     return median > 1e-20f ? 0.33f / median : 1;
 }
 
-// Slope 1 at black, so that shadows, the subject here, keep their contrast (film curves with a toe crush
-// them), and a long shoulder: a lamp 20 times as bright as a white wall is not white yet.
+// Slope 1 at black, so that shadows, the subject here, keep their contrast (film curves with a toe
+// crush them), and a long shoulder: a lamp 20 times as bright as a white wall is not white yet.
 static float film(float x)
 {
     return 1 - 1 / ((1 + 0.5f * x) * (1 + 0.5f * x));

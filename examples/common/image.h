@@ -14,9 +14,9 @@ typedef struct image {
 bool image_create(image *im, int width, int height);
 void image_free(image *im);
 
-// Radiance .hdr (RGBE, plain or either run-length coding, EXPOSURE and COLORCORR undone) and .pfm (PF,
-// Pf or PF4, either byte order, any dialect of its header), told apart by their first bytes, not by
-// their names. Values of a PFM are kept as they stand: negative ones, infinities and NaN.
+// Radiance .hdr (RGBE, plain or either run-length coding, EXPOSURE and COLORCORR undone) and .pfm
+// (PF, Pf or PF4, either byte order, any dialect of its header), told apart by their first bytes,
+// not by their names. Values of a PFM are kept as they stand: negative ones, infinities and NaN.
 bool image_load(image *im, const char *path, message *why);
 bool image_decode(image *im, const unsigned char *bytes, size_t size, message *why);
 

@@ -63,8 +63,8 @@ typedef struct light_source {
 void lighting_render(const view *v, const scene *s, const probe *p, const light_source *source,
                      image *out);
 
-// The exposure that brings the median of what the picture shows of the scene to a light grey, however
-// bright or dark the background is.
+// The exposure that brings the median of what the picture shows of the scene to a light grey,
+// however bright or dark the background is.
 float lighting_exposure(const image *picture, const scene *s, const camera *eye);
 
 #endif

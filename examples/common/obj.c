@@ -251,8 +251,8 @@ static bool is_ear(const flat_point *flat, int count, int b)
     return true;
 }
 
-// Cuts ears off (Meisters 1975) until three corners are left. A polygon that crosses itself may come
-// to have none: then any corner is cut.
+// Cuts ears off (Meisters 1975) until three corners are left. A polygon that crosses itself may
+// come to have none: then any corner is cut.
 static bool cut_ears(parser *p, const obj_face *f, flat_point *flat)
 {
     int count = f->corners;
@@ -269,7 +269,8 @@ static bool cut_ears(parser *p, const obj_face *f, flat_point *flat)
             tried++;
             continue;
         }
-        // (A corner that lies on the line of its neighbours is no ear, and cut when nothing else is.)
+        // (A corner that lies on the line of its neighbours is no ear, and cut when nothing else
+        // is.)
         if (!straight && !add_triangle(p, flat[a].vertex, flat[b].vertex, flat[c].vertex))
             return false;
         memmove(flat + b, flat + b + 1, (size_t)(count - b - 1) * sizeof *flat);
@@ -323,8 +324,8 @@ static bool find_used(parser *p, int *most)
     return *most >= 3 || fail(p->why, "no faces");
 }
 
-// Of a mesh far from its origin, as maps of the land are, floats would keep little: they are counted
-// from its middle then.
+// Of a mesh far from its origin, as maps of the land are, floats would keep little: they are
+// counted from its middle then.
 static bool put_vertices(parser *p)
 {
     mesh *m = p->m;

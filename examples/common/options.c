@@ -157,7 +157,8 @@ bool options_parse_some(options *o, const char *names, int argc, char **argv, me
 bool options_help_asked(int argc, char **argv, const char *usage)
 {
     for (int i = 1; i < argc; i++) {
-        if (!strcmp(argv[i], "--help") || !strcmp(argv[i], "-h")) return printf("usage: %s\n", usage) > 0;
+        if (!strcmp(argv[i], "--help") || !strcmp(argv[i], "-h"))
+            return printf("usage: %s\n", usage) > 0;
     }
     return false;
 }

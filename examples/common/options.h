@@ -27,7 +27,8 @@ extern const char options_help[];
 
 // False with one line in *why for anything unknown, incomplete or out of range.
 bool options_parse(options *o, int argc, char **argv, message *why);
-// For a program that takes some of the same options, their names in one string, and has defaults in *o.
+// For a program that takes some of the same options, their names in one string, and has defaults in
+// *o.
 bool options_parse_some(options *o, const char *names, int argc, char **argv, message *why);
 
 // For programs with few arguments: whether one is --help or -h, which prints the usage.

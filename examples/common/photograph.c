@@ -9,7 +9,8 @@
 
 static void put_chair(scene *s, vec3 at, float turn)
 {
-    // Centres and half-sizes: four legs, the seat, four slats and the rail of the back, a bar between the legs.
+    // Centres and half-sizes: four legs, the seat, four slats and the rail of the back, a bar
+    // between the legs.
     static const float part[11][6] = {
         {-.21f, .22f, -.2f, .02f, .22f, .02f}, {.21f, .22f, -.2f, .02f, .22f, .02f},
         {-.21f, .46f, .2f, .02f, .46f, .02f},  {.21f, .46f, .2f, .02f, .46f, .02f},
@@ -146,7 +147,8 @@ bool photograph_take(const probe *p, const camera *eye, int width, int height, i
 
 // ---- The truth
 
-// Both under the probe, with a ground of this albedo; a background of one radiance. Objects may be black.
+// Both under the probe, with a ground of this albedo; a background of one radiance. Objects may be
+// black.
 static bool trace(const light_source *rays, const camera *eye, vec3 ground, bool objects,
                   float background, image *out)
 {
@@ -183,7 +185,8 @@ bool photograph_truth(const probe *p, const camera *eye, const image *empty, int
     const bool sampled = probe_sampler_create(&sampler, p);
     bool done = tree && sampled && image_create(&shadow, empty->width, empty->height) &&
                 image_create(out, empty->width, empty->height);
-    // What the ground reflects becomes the share of light that is left, 1 beside it; then the objects alone.
+    // What the ground reflects becomes the share of light that is left, 1 beside it; then the
+    // objects alone.
     const vec3 share =
         vec(e.x > 0 ? VEC_PI / e.x : 0, e.y > 0 ? VEC_PI / e.y : 0, e.z > 0 ? VEC_PI / e.z : 0);
     done = done && trace(&source, eye, share, false, 1, &shadow) &&

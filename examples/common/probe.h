@@ -21,9 +21,9 @@ typedef struct probe {
 bool probe_create(probe *p, int side); // black
 void probe_free(probe *p);
 
-// A lat-long picture (2:1), which becomes a cube of the given side, 0 for one that suits its size; or a
-// cross (4:3, 3:4) or strip (6:1, 1:6) of faces, which are taken as they stand. Layouts, and what
-// becomes of broken pixels, are those of lightprobe_cube_from_image.
+// A lat-long picture (2:1), which becomes a cube of the given side, 0 for one that suits its size;
+// or a cross (4:3, 3:4) or strip (6:1, 1:6) of faces, which are taken as they stand. Layouts, and
+// what becomes of broken pixels, are those of lightprobe_cube_from_image.
 bool probe_load(probe *p, const char *path, int side, message *why);
 bool probe_from_image(probe *p, const image *im, int side, message *why);
 // The cube as a strip of six faces, which probe_from_image takes back.
@@ -44,10 +44,11 @@ int probe_locate(vec3 direction, float *s, float *t);
 // Radiance along a direction, interpolated between texels, also across the edges of faces.
 vec3 probe_sample(const probe *p, vec3 direction);
 
-// Irradiance of surfaces with these unit normals, nothing standing in between: sums over all texels, of
-// which those with a negative, NaN or infinite channel count as 0 there.
+// Irradiance of surfaces with these unit normals, nothing standing in between: sums over all
+// texels, of which those with a negative, NaN or infinite channel count as 0 there.
 void probe_irradiance(const probe *p, const vec3 *normal, int normals, vec3 *irradiance);
-// The same for the normals of all texels of a new probe: an irradiance map. False when memory runs out.
+// The same for the normals of all texels of a new probe: an irradiance map. False when memory runs
+// out.
 bool probe_irradiance_map(const probe *p, int side, probe *map);
 
 #endif

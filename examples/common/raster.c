@@ -123,7 +123,8 @@ static void fill_pixel(const target *to, const setup *t, int x, int y, int index
         }
         float z = plane_at(&t->depth, px, py);
         if (to->perspective) z = -1 + 2 * (1 / z - to->z_near) / (to->z_far - to->z_near);
-        // What lies before the near plane is cut off; a cut through a triangle may round to below -1.
+        // What lies before the near plane is cut off; a cut through a triangle may round to below
+        // -1.
         if (!(z >= -1.000001f && z < to->depth[first + (size_t)s])) continue;
         to->depth[first + (size_t)s] = z > -1 ? z : -1;
         if (to->triangle) to->triangle[first + (size_t)s] = index;

@@ -9,8 +9,8 @@
 // world_to_shadow as in mssm_light: column-major, clip = M (p,1); the map covers x and y in [-1,1]
 // after division by w, and texel (x,y) covers [-1 + 2x/side, -1 + 2(x+1)/side], so y grows upwards.
 
-// As the passes of mssm_gl_begin_depth: the first draws all triangles, whichever way they face, that
-// with back faces only those that are seen from behind, clockwise in the map.
+// As the passes of mssm_gl_begin_depth: the first draws all triangles, whichever way they face,
+// that with back faces only those that are seen from behind, clockwise in the map.
 typedef enum raster_faces { RASTER_FRONT, RASTER_BACK } raster_faces;
 
 typedef struct raster_frustum {
@@ -19,9 +19,9 @@ typedef struct raster_frustum {
     float z_near, z_far; // perspective: depth is -1 + 2 (w - near) / (far - near)
 } raster_frustum;
 
-// Writes the depth of the surfaces nearest the light into depth[(y*side + x)*samples + s]: from -1 to
-// 1, and 1 where nothing is hit. samples: 1, 2, 4 or 8. What lies in front of -1 is cut off, as in
-// OpenGL. False when memory runs out.
+// Writes the depth of the surfaces nearest the light into depth[(y*side + x)*samples + s]: from -1
+// to 1, and 1 where nothing is hit. samples: 1, 2, 4 or 8. What lies in front of -1 is cut off, as
+// in OpenGL. False when memory runs out.
 bool raster_depth(const scene *s, const raster_frustum *frustum, raster_faces faces, int side,
                   int samples, float *depth);
 

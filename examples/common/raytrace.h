@@ -34,8 +34,9 @@ void probe_sampler_free(probe_sampler *sampler);
 vec3 trace_irradiance(const bvh *tree, const probe_sampler *sampler, vec3 point, vec3 normal,
                       int rays, unsigned seed);
 
-// A picture of the scene under a far light without size in that direction, 16 samples a pixel: albedo
-// times what light() says of a normal, and of whether the light is seen. False when memory runs out.
+// A picture of the scene under a far light without size in that direction, 16 samples a pixel:
+// albedo times what light() says of a normal, and of whether the light is seen. False when memory
+// runs out.
 typedef float trace_light(vec3 normal, bool seen);
 bool trace_picture(const scene *s, const camera *eye, vec3 direction, trace_light *light, int width,
                    int height, image *out);

@@ -65,7 +65,8 @@ void scene_put_triangle(scene *s, int a, int b, int c);
 // False, and nothing is kept, when memory ran out.
 bool scene_end(scene *s);
 
-// For vertex buffers: position, normal and albedo of each vertex, in floats. From malloc; NULL when memory runs out.
+// For vertex buffers: position, normal and albedo of each vertex, in floats. From malloc; NULL when
+// memory runs out.
 typedef struct scene_vertex {
     vec3 position, normal, albedo;
 } scene_vertex;

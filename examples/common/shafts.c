@@ -45,8 +45,8 @@ typedef struct update_job {
     const mssm_filtered *map;
 } update_job;
 
-// As gl_shafts.c does it: each texel looks at the filtered map under its own footprint, and holds what all
-// up to it hold on average. 16 bits are enough for that.
+// As gl_shafts.c does it: each texel looks at the filtered map under its own footprint, and holds
+// what all up to it hold on average. 16 bits are enough for that.
 static void add_up_row(void *context, int index)
 {
     const update_job *job = context;

@@ -1,5 +1,5 @@
-// Light shafts on the CPU: single scattering of a directional light from a filtered moment map, one lookup
-// a view ray, as gl_shafts.h does it; and by marching along view rays, which is the truth.
+// Light shafts on the CPU: single scattering of a directional light from a filtered moment map, one
+// lookup a view ray, as gl_shafts.h does it; and by marching along view rays, which is the truth.
 #ifndef SHAFTS_H
 #define SHAFTS_H
 
@@ -40,8 +40,8 @@ typedef struct shafts_march {
 // The same from one lookup a step; steps scatter equal shares of unshadowed light.
 float shafts_marched(const shafts_march *m, vec3 origin, vec3 direction, float distance);
 
-// For pixels with surfaces at positions, zero where there is none and the medium ends at far_end: the
-// share of light scattered to the camera, in all channels of out.
+// For pixels with surfaces at positions, zero where there is none and the medium ends at far_end:
+// the share of light scattered to the camera, in all channels of out.
 void shafts_march_image(const shafts_march *m, const camera *eye, const image *positions,
                         float far_end, image *out);
 float shafts_distance(const camera *eye, const image *positions, float far_end, int x, int y);
@@ -54,8 +54,8 @@ bool shafts_truth(const scene *s, const mssm_light *light, int side, int steps, 
 void shafts_over(image *light, vec3 color, const image *solid, float extinction, const camera *eye,
                  const image *positions, float far_end);
 
-// Root mean square error of the first channel, and of its steps from pixel to pixel along rows: those
-// show as bands.
+// Root mean square error of the first channel, and of its steps from pixel to pixel along rows:
+// those show as bands.
 void shafts_errors(const image *got, const image *expected, double *error, double *of_steps);
 
 // A hall with five windows in its far wall, open to the other sides.

@@ -1,5 +1,6 @@
 // What a frame of each rung of governor_ladder costs the GPU against the cheapest: the costs in
-// examples/common/governor.c are from here. Medians of rounds in which rung and cheapest take turns.
+// examples/common/governor.c are from here. Medians of rounds in which rung and cheapest take
+// turns.
 //     build/release/bench_governor [WIDTH [ROUNDS]]
 #include "../../examples/common/gl_context.h"
 #include "../../examples/common/gl_lighting.h"

@@ -1,5 +1,6 @@
 // Speed of the moment map, medians of interleaved runs: update against copying its data, a receiver
-// against the width of its kernel, and against percentage-closer soft shadows that read every texel.
+// against the width of its kernel, and against percentage-closer soft shadows that read every
+// texel.
 
 #include "../../examples/common/threads.h"
 #include "mssm.h"

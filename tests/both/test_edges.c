@@ -41,8 +41,8 @@ static void each_bad_argument_alone_is_refused(void)
         before = light;
         for (int null = 0; null < 5; null++) {
             if (spot && null == 3) continue; // has no box
-            CHECK(make_light(spot, &good[spot], null, &light) == MSSM_ERROR_ARGUMENT, "spot %d, null %d",
-                  spot, null);
+            CHECK(make_light(spot, &good[spot], null, &light) == MSSM_ERROR_ARGUMENT,
+                  "spot %d, null %d", spot, null);
         }
         const int numbers = spot ? 5 : 2, vectors = spot ? 9 : 12;
         for (int i = 0; i < vectors + numbers; i++) {
@@ -63,7 +63,8 @@ static void each_bad_argument_alone_is_refused(void)
         for (int i = 0; i < 3 && !spot; i++) {
             arguments g = good[0];
             g.a[i] = g.b[i] + 1e-3f;
-            CHECK(make_light(0, &g, -1, &light) == MSSM_ERROR_ARGUMENT, "box inside out, axis %d", i);
+            CHECK(make_light(0, &g, -1, &light) == MSSM_ERROR_ARGUMENT, "box inside out, axis %d",
+                  i);
         }
     }
 }
@@ -99,8 +100,9 @@ static void frusta_beyond_the_range_of_float_are_refused(void)
 // Where axis_u cannot be used, another is found; the frame is orthonormal whatever comes in.
 static void any_axis_gives_an_orthonormal_frame(void)
 {
-    static const float v[9][3] = {{1, 0, 0}, {0, 1, 0},       {0, 0, -1},      {1, 2, 3},   {3, 2, 1},
-                                  {2, 3, 1}, {1, -1e-4f, 2}, {0, 0, 1e-20f}, {1e19f, -2e19f, 1e18f}};
+    static const float v[9][3] = {{1, 0, 0},      {0, 1, 0},      {0, 0, -1},
+                                  {1, 2, 3},      {3, 2, 1},      {2, 3, 1},
+                                  {1, -1e-4f, 2}, {0, 0, 1e-20f}, {1e19f, -2e19f, 1e18f}};
     static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
     for (int i = 0; i < 9 * 11; i++) {
         const float *direction = v[i % 9];
@@ -108,8 +110,8 @@ static void any_axis_gives_an_orthonormal_frame(void)
         for (int k = 0; k < 3; k++)
             axis[k] = i / 9 == 9 ? 0 : i / 9 == 10 ? direction[k] * -0.5f : v[i / 9][k];
         mssm_light light;
-        CHECK(!mssm_light_directional(&light, direction, axis, 0, 0, low, high), "case %d is refused",
-              i);
+        CHECK(!mssm_light_directional(&light, direction, axis, 0, 0, low, high),
+              "case %d is refused", i);
         const float *m = light.world_to_shadow;
         double row[3][3], length = 0, towards = 0;
         for (int r = 0; r < 3; r++) {
@@ -121,7 +123,8 @@ static void any_axis_gives_an_orthonormal_frame(void)
         for (int k = 0; k < 3; k++) towards -= row[2][k] * (double)direction[k] / sqrt(length);
         for (int r = 0; r < 3; r++) {
             const double *a = row[r], *b = row[(r + 1) % 3], *c = row[(r + 2) % 3];
-            CHECK(fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) < 1e-6, "case %d: not orthogonal", i);
+            CHECK(fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) < 1e-6, "case %d: not orthogonal",
+                  i);
             // Depth grows away from the light, so the rows are left-handed.
             CHECK(fabs(a[1] * b[2] - a[2] * b[1] + c[0]) < 1e-6, "case %d: handedness", i);
         }
@@ -131,9 +134,13 @@ static void any_axis_gives_an_orthonormal_frame(void)
 
 static void points_without_a_shadow_position_are_refused(void)
 {
-    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0}, x[3] = {1, 0, 0};
-    static const float points[][3] = {{NAN, 0, 0},       {0, INFINITY, 0},        {0, 0, -INFINITY},
-                                      {3e38f, 3e38f, 0}, {-3e38f, -3e38f, -3e38f}};
+    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0},
+                       x[3] = {1, 0, 0};
+    static const float points[][3] = {{NAN, 0, 0},
+                                      {0, INFINITY, 0},
+                                      {0, 0, -INFINITY},
+                                      {3e38f, 3e38f, 0},
+                                      {-3e38f, -3e38f, -3e38f}};
     mssm_light light[2];
     CHECK(!mssm_light_directional(&light[0], up, x, 0, 0, low, high) &&
               !mssm_light_spot(&light[1], high, up, x, 1e-3f, 1, 2, 0, 0),
@@ -170,20 +177,25 @@ static void stored_moments_are_clamped(void)
         memcpy(clamped4.b, clamped.b, sizeof clamped4.b);
         const mssm_moments6 a = mssm_moments6_decode(six), b = mssm_moments6_decode(clamped);
         const mssm_moments4 c = mssm_moments4_decode(four), d = mssm_moments4_decode(clamped4);
-        CHECK(!memcmp(&a, &b, sizeof a) && !memcmp(&c, &d, sizeof c), "channel %d is %g", k, (double)bad[which]);
+        CHECK(!memcmp(&a, &b, sizeof a) && !memcmp(&c, &d, sizeof c), "channel %d is %g", k,
+              (double)bad[which]);
         const mssm_moments6 e = mssm_moments6_encode(six);
         const mssm_moments4 f = mssm_moments4_encode(four);
         for (int j = 0; j < 6; j++)
-            CHECK(e.b[j] >= 0 && e.b[j] <= 1 && (j > 3 || (f.b[j] >= 0 && f.b[j] <= 1)), "encoded %d", j);
+            CHECK(e.b[j] >= 0 && e.b[j] <= 1 && (j > 3 || (f.b[j] >= 0 && f.b[j] <= 1)),
+                  "encoded %d", j);
     }
     for (int i = 0; i < 3; i++) { // far outside, both ends are reached in each channel
         const float x = i == 0 ? 100.0f : i == 1 ? -100.0f : 0;
-        const mssm_moments6 e = mssm_moments6_encode((mssm_moments6){{x, x, x * 9, x * 9, x * 99, x * 99}});
-        for (int j = 0; j < 6 && i < 2; j++) CHECK(e.b[j] == (i == 0 ? 1.0f : 0.0f), "%d: %g", j, (double)e.b[j]);
+        const mssm_moments6 e =
+            mssm_moments6_encode((mssm_moments6){{x, x, x * 9, x * 9, x * 99, x * 99}});
+        for (int j = 0; j < 6 && i < 2; j++)
+            CHECK(e.b[j] == (i == 0 ? 1.0f : 0.0f), "%d: %g", j, (double)e.b[j]);
     }
 }
 
-// A pair of roots that rounding of the coefficients can have made complex is one double root; no other is.
+// A pair of roots that rounding of the coefficients can have made complex is one double root; no
+// other is.
 static void only_rounding_makes_double_roots(void)
 {
     static const float off[] = {-1e-3f, -1e-5f, 0, 1.2e-6f, 2.5e-6f, 1e-5f, 1e-3f};
@@ -191,15 +203,18 @@ static void only_rounding_makes_double_roots(void)
         // (x + 1)^2 + off: rounding of 2 and 1 + off makes up to 1.9e-6 of it.
         const mssm_roots3 r = mssm_solve_cubic(1 + off[i], 2, 1, 0);
         CHECK(r.count == (off[i] < 2e-6f ? 2 : 0), "%d roots at %g", r.count, (double)off[i]);
-        // (x + 1)^2 (x - far), moved by a part of the sum of its terms there: 1.2e-6 is noise, 4e-6 is not.
+        // (x + 1)^2 (x - far), moved by a part of the sum of its terms there: 1.2e-6 is noise, 4e-6
+        // is not.
         for (int k = 0; k < 4; k++) {
             static const double fars[] = {0.5, 3, 20, 300}, parts[] = {0.5e-6, 1.2e-6, 4e-6, 1e-5};
             const double far = fars[k], b = 2 - far, c = 1 - 2 * far;
             const double move = parts[i % 4] * (1 + fabs(b) + fabs(c) + far);
             const mssm_roots3 s = mssm_solve_cubic((float)(-far - move), (float)c, (float)b, 1);
-            CHECK(s.count == (i % 4 < 2 ? 3 : 1), "%d roots, %g from a double one", s.count, parts[i % 4]);
+            CHECK(s.count == (i % 4 < 2 ? 3 : 1), "%d roots, %g from a double one", s.count,
+                  parts[i % 4]);
         }
-        CHECK(off[i] < 0 || r.count == 0 || (fabsf(r.x[0] + 1) < 1e-3f && r.x[0] == r.x[1]), "root %g", (double)r.x[0]);
+        CHECK(off[i] < 0 || r.count == 0 || (fabsf(r.x[0] + 1) < 1e-3f && r.x[0] == r.x[1]),
+              "root %g", (double)r.x[0]);
     }
 }
 
@@ -209,14 +224,16 @@ static void nothing_given_is_lit(void)
 {
     enum { side = 8 };
     static float depth[side * side];
-    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0}, x[3] = {1, 0, 0};
+    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0},
+                       x[3] = {1, 0, 0};
     static const float below[3] = {0, -0.9f, 0}, nowhere[3] = {0, NAN, 0};
     const size_t bytes = mssm_map_bytes(side, 6);
     void *memory = malloc(bytes);
     mssm_map *map;
     mssm_light light;
     for (int i = 0; i < side * side; i++) depth[i] = -0.9f;
-    CHECK(memory && !mssm_map_init(&map, memory, bytes, side, 6) && !mssm_map_update(map, depth, NULL, 1) &&
+    CHECK(memory && !mssm_map_init(&map, memory, bytes, side, 6) &&
+              !mssm_map_update(map, depth, NULL, 1) &&
               !mssm_light_directional(&light, up, x, 0.1f, 0.1f, low, high),
           "no map");
     CHECK(mssm_map_visibility(map, &light, NULL, below) < 0.01f, "a covered point is lit");
@@ -225,7 +242,8 @@ static void nothing_given_is_lit(void)
               mssm_map_visibility(map, &light, NULL, NULL) == 1 &&
               mssm_map_visibility(map, &light, NULL, nowhere) == 1,
           "nothing is not lit");
-    const mssm_moments6 m = mssm_map_moments(map, 0, 0, 1, 1), n = mssm_map_moments(NULL, 0, 0, 1, 1);
+    const mssm_moments6 m = mssm_map_moments(map, 0, 0, 1, 1),
+                        n = mssm_map_moments(NULL, 0, 0, 1, 1);
     for (int k = 0; k < 6; k++) {
         CHECK(fabsf(m.b[k] - powf(-0.9f, (float)(k + 1))) < 1e-5f, "moment %d is %g", k + 1,
               (double)m.b[k]);
@@ -251,9 +269,12 @@ static void depth_outside_counts_as_the_nearest_inside(void)
                   !mssm_map_update(map[i], i ? b : a, i ? b : a, 1),
               "no map");
     for (int i = 0; i < side * side; i++) {
-        const float x = -1 + (2 * (float)(i % side) + 1) / side, y = -1 + (2 * (float)(i / side) + 1) / side;
-        const mssm_moments6 m = mssm_map_moments(map[0], x, y, 0, 0), n = mssm_map_moments(map[1], x, y, 0, 0);
-        CHECK(!memcmp(&m, &n, sizeof m) && fabsf(m.b[0] - tame[i % 4]) < 1e-5f, "texel %d: %g", i, (double)m.b[0]);
+        const float x = -1 + (2 * (float)(i % side) + 1) / side,
+                    y = -1 + (2 * (float)(i / side) + 1) / side;
+        const mssm_moments6 m = mssm_map_moments(map[0], x, y, 0, 0),
+                            n = mssm_map_moments(map[1], x, y, 0, 0);
+        CHECK(!memcmp(&m, &n, sizeof m) && fabsf(m.b[0] - tame[i % 4]) < 1e-5f, "texel %d: %g", i,
+              (double)m.b[0]);
     }
     for (int i = 0; i < 2; i++) free(memory[i]);
 }
@@ -277,23 +298,26 @@ static void odd_levels_hold_what_there_is(void)
                   "no map");
             const float unit = 2 / (float)cases[i].side, half = 0.5f * cases[i].width;
             const mssm_moments6 m =
-                mssm_map_moments(map, (cases[i].low_x + half) * unit - 1, (cases[i].low_y + half) * unit - 1,
-                                 half * unit, half * unit);
-            CHECK(fabs((double)m.b[0] - -1.0) < 1e-5, "case %d, %d moments: %.9g, not %.9g", i, moments,
-                  (double)m.b[0], -1.0);
-            CHECK(fabs((double)m.b[1] - 1) < 1e-5 && fabs((double)m.b[3] - 1) < 1e-5, "case %d: even moments", i);
+                mssm_map_moments(map, (cases[i].low_x + half) * unit - 1,
+                                 (cases[i].low_y + half) * unit - 1, half * unit, half * unit);
+            CHECK(fabs((double)m.b[0] - -1.0) < 1e-5, "case %d, %d moments: %.9g, not %.9g", i,
+                  moments, (double)m.b[0], -1.0);
+            CHECK(fabs((double)m.b[1] - 1) < 1e-5 && fabs((double)m.b[3] - 1) < 1e-5,
+                  "case %d: even moments", i);
             free(memory);
         }
     }
 }
 
-// A light without size under a wide bias: the bounds of one texel's stored moments are those of the same
-// moments decoded and biased. Only there does the bias of the tables show in more than the last digits.
+// A light without size under a wide bias: the bounds of one texel's stored moments are those of the
+// same moments decoded and biased. Only there does the bias of the tables show in more than the
+// last digits.
 static void tables_are_biased_towards_the_encoded_vector(void)
 {
     enum { side = 8 };
     float depth[side * side * 4];
-    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0}, x[3] = {1, 0, 0};
+    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0},
+                       x[3] = {1, 0, 0};
     uint64_t seed = 41;
     double worst = 0;
     int proved = 0, before = 0;
@@ -311,7 +335,8 @@ static void tables_are_biased_towards_the_encoded_vector(void)
         mssm_settings s = {0, MSSM_LOWER_BLOCKER, 0, 1e-7f, 0, 1e-9f};
         s.moments = moments;
         s.moment_bias = (float)pow(10, test_range(&seed, -3, -0.05));
-        const float p[3] = {(float)test_range(&seed, -0.8, 0.8), (float)test_range(&seed, -0.9, 0.9),
+        const float p[3] = {(float)test_range(&seed, -0.8, 0.8),
+                            (float)test_range(&seed, -0.9, 0.9),
                             (float)test_range(&seed, -0.8, 0.8)};
         float at[3];
         CHECK(mssm_light_project(&light, p, at), "no projection");
@@ -319,8 +344,9 @@ static void tables_are_biased_towards_the_encoded_vector(void)
         mssm_moments4 four;
         memcpy(four.b, six.b, sizeof four.b);
         const float want =
-            moments == 6 ? mssm_visibility6(mssm_moments6_bias_encoded(six, s.moment_bias), at[2]).upper
-                         : mssm_visibility4(mssm_moments4_bias_encoded(four, s.moment_bias), at[2]).upper;
+            moments == 6
+                ? mssm_visibility6(mssm_moments6_bias_encoded(six, s.moment_bias), at[2]).upper
+                : mssm_visibility4(mssm_moments4_bias_encoded(four, s.moment_bias), at[2]).upper;
         const float got = mssm_map_visibility(map, &light, &s, p);
         const int column = (int)(0.5f * side * (1 + at[0])), row = (int)(0.5f * side * (1 + at[1]));
         const float *own = depth + 4 * (row * side + column);
@@ -340,13 +366,16 @@ static void casters_beyond_the_box_cast_shadows(void)
 {
     enum { side = 32 };
     static float depth[side * side];
-    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0}, x[3] = {1, 0, 0};
+    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0},
+                       x[3] = {1, 0, 0};
     const size_t bytes = mssm_map_bytes(side, 6);
     void *memory = malloc(bytes);
     mssm_map *map;
     mssm_light light;
-    for (int i = 0; i < side * side; i++) depth[i] = 0.87f; // past all casters that the light knows of
-    CHECK(memory && !mssm_map_init(&map, memory, bytes, side, 6) && !mssm_map_update(map, depth, NULL, 1) &&
+    for (int i = 0; i < side * side; i++)
+        depth[i] = 0.87f; // past all casters that the light knows of
+    CHECK(memory && !mssm_map_init(&map, memory, bytes, side, 6) &&
+              !mssm_map_update(map, depth, NULL, 1) &&
               !mssm_light_directional(&light, up, x, 0.1f, 0.1f, low, high),
           "no map");
     for (float y = -1.5f; y > -4; y -= 0.25f) {
@@ -363,7 +392,8 @@ static void visibility_stays_in_range_behind_full_kernels(void)
 {
     enum { side = 64 };
     static float depth[side * side];
-    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0}, x[3] = {1, 0, 0};
+    static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1}, up[3] = {0, 1, 0},
+                       x[3] = {1, 0, 0};
     const size_t bytes = mssm_map_bytes(side, 6);
     void *memory = malloc(bytes);
     mssm_map *map;
@@ -377,10 +407,12 @@ static void visibility_stays_in_range_behind_full_kernels(void)
         mssm_light light;
         const float tangent = (float)test_range(&seed, 0.05, 1);
         CHECK(!mssm_light_directional(&light, up, x, tangent, tangent, low, high) &&
-                  !mssm_map_init(&map, memory, bytes, side, 6) && !mssm_map_update(map, depth, NULL, 1),
+                  !mssm_map_init(&map, memory, bytes, side, 6) &&
+                  !mssm_map_update(map, depth, NULL, 1),
               "no map");
         for (int i = 0; i < 50; i++) {
-            const float p[3] = {(float)test_range(&seed, -0.3, 0.3), (float)test_range(&seed, -1.5, 0),
+            const float p[3] = {(float)test_range(&seed, -0.3, 0.3),
+                                (float)test_range(&seed, -1.5, 0),
                                 (float)test_range(&seed, -0.3, 0.3)};
             mssm_settings s = {0, MSSM_LAYERED, 0, 0, 0, 0};
             s.moments = i % 2 ? 6 : 0;
@@ -415,7 +447,8 @@ static void texts_say_what_they_should(void)
     CHECK(strstr(mssm_glsl_shading(), "float mssm_layered(MSSM_MAP map, ") ||
               strstr(mssm_glsl_shading(), "mssm_estimate("),
           "shading without estimator");
-    CHECK(strstr(lightprobe_glsl_math(), "float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)\n{"),
+    CHECK(strstr(lightprobe_glsl_math(),
+                 "float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)\n{"),
           "probe math without disc irradiance");
 }
 
@@ -434,18 +467,23 @@ static void probe_functions_clamp_their_arguments(void)
         static const float wide[4] = {-1.5f, -FLT_MAX, 1.5f, FLT_MAX}, n[3] = {-0.5f, 0.1f, 0.7f};
         const float end = i % 4 < 2 ? -1.0f : 1.0f, at = n[i / 4];
         CHECK(lightprobe_disc_irradiance(wide[i % 4], at) == lightprobe_disc_irradiance(end, at) &&
-                  lightprobe_disc_irradiance(at, wide[i % 4]) == lightprobe_disc_irradiance(at, end),
+                  lightprobe_disc_irradiance(at, wide[i % 4]) ==
+                      lightprobe_disc_irradiance(at, end),
               "a cosine of %g", (double)wide[i % 4]);
     }
-    static const int outside[][3] = {{0, 0, 0}, {-4, 0, 0}, {4, -1, 0}, {4, 0, -1}, {4, 4, 0}, {4, 0, 4}};
+    static const int outside[][3] = {{0, 0, 0},  {-4, 0, 0}, {4, -1, 0},
+                                     {4, 0, -1}, {4, 4, 0},  {4, 0, 4}};
     for (int i = 0; i < 6; i++)
         CHECK(lightprobe_texel_solid_angle(outside[i][0], outside[i][1], outside[i][2]) == 0,
               "case %d has a solid angle", i);
     CHECK(lightprobe_texel_solid_angle(4, 3, 3) > 0, "the last texel has none");
-    static const int refused[][2] = {{8, -1}, {8, LIGHTPROBE_MAX_LIGHTS + 1}, {0, 8}, {LIGHTPROBE_MAX_SIDE + 1, 8}};
+    static const int refused[][2] = {
+        {8, -1}, {8, LIGHTPROBE_MAX_LIGHTS + 1}, {0, 8}, {LIGHTPROBE_MAX_SIDE + 1, 8}};
     for (int i = 0; i < 4; i++)
-        CHECK(!lightprobe_scratch_bytes(refused[i][0], refused[i][1]), "case %d has scratch bytes", i);
-    CHECK(lightprobe_scratch_bytes(LIGHTPROBE_MAX_SIDE, LIGHTPROBE_MAX_LIGHTS) > 0, "the largest fits");
+        CHECK(!lightprobe_scratch_bytes(refused[i][0], refused[i][1]), "case %d has scratch bytes",
+              i);
+    CHECK(lightprobe_scratch_bytes(LIGHTPROBE_MAX_SIDE, LIGHTPROBE_MAX_LIGHTS) > 0,
+          "the largest fits");
     CHECK(lightprobe_scratch_bytes(8, 0) == lightprobe_scratch_bytes(8, LIGHTPROBE_DEFAULT_LIGHTS),
           "0 lights are not the default");
 }
@@ -455,8 +493,10 @@ static void sinking_discs_give_nothing(void)
 {
     uint64_t seed = 51;
     for (int i = 0; i < 200000; i++) {
-        const double alpha = pow(10, test_range(&seed, -3, 0)), left = pow(10, test_range(&seed, -7, -3));
-        const float e = lightprobe_disc_irradiance((float)cos(alpha), (float)-sin(alpha - left * alpha));
+        const double alpha = pow(10, test_range(&seed, -3, 0)),
+                     left = pow(10, test_range(&seed, -7, -3));
+        const float e =
+            lightprobe_disc_irradiance((float)cos(alpha), (float)-sin(alpha - left * alpha));
         CHECK(e >= 0 && e < 1e-3f, "%g of a disc of %g, %g of it seen", (double)e, alpha, left);
     }
 }
@@ -485,8 +525,8 @@ static void settings_have_the_defaults_and_ends_they_say(void)
     t = s;
     s.tolerance = t.tolerance = 0.1f;
     t.max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
-    CHECK(!extract(&cube, &s, a, &ca, &sa) && !extract(&cube, &t, b, &cb, &sb) && ca == cb && ca < 32 &&
-              sa.error <= 0.1f && !memcmp(a, b, sizeof *a * (size_t)ca),
+    CHECK(!extract(&cube, &s, a, &ca, &sa) && !extract(&cube, &t, b, &cb, &sb) && ca == cb &&
+              ca < 32 && sa.error <= 0.1f && !memcmp(a, b, sizeof *a * (size_t)ca),
           "%d lights, error %g; %d lights", ca, (double)sa.error, cb);
     // Beyond 1 there is nothing to tolerate or to leave out.
     s.tolerance = 1e30f;
@@ -499,7 +539,8 @@ static void settings_have_the_defaults_and_ends_they_say(void)
         CHECK(!extract(&cube, &s, a, &ca, &sa) && ca == 0 && sa.residual[0] == sa.total[0],
               "mode %d: %d lights with a share of all", mode, ca);
         s.min_share = 0.02f;
-        CHECK(!extract(&cube, &s, a, &ca, &sa) && ca > 0 && ca < 64, "mode %d: %d lights of 2%%", mode, ca);
+        CHECK(!extract(&cube, &s, a, &ca, &sa) && ca > 0 && ca < 64, "mode %d: %d lights of 2%%",
+              mode, ca);
         const float coefficient[3] = {0.2126f, 0.7152f, 0.0722f};
         double whole = 0, left = 0;
         for (int c = 0; c < 3; c++) {
@@ -516,7 +557,8 @@ static void settings_have_the_defaults_and_ends_they_say(void)
     memset(&s, 0, sizeof s);
     s.previous_count = LIGHTPROBE_MAX_LIGHTS + 1;
     ca = -7;
-    CHECK(extract(&cube, &s, a, &ca, NULL) == LIGHTPROBE_ERROR_LIGHTS && ca == -7, "too many previous lights");
+    CHECK(extract(&cube, &s, a, &ca, NULL) == LIGHTPROBE_ERROR_LIGHTS && ca == -7,
+          "too many previous lights");
     test_probe_free(&p);
 }
 
@@ -524,7 +566,8 @@ static void settings_have_the_defaults_and_ends_they_say(void)
 static void energy_is_conserved_at_every_side(void)
 {
     static lightprobe_light lights[16];
-    for (int side = 1; side <= 99; side += side < 48 ? 1 : 17) { // 65, 82, 99: tables by another way
+    for (int side = 1; side <= 99;
+         side += side < 48 ? 1 : 17) { // 65, 82, 99: tables by another way
         test_probe p = test_scene_probe(SCENE_NOISE, side);
         const lightprobe_cube cube = test_probe_cube(&p);
         lightprobe_settings s = {0};
@@ -537,18 +580,19 @@ static void energy_is_conserved_at_every_side(void)
         for (int c = 0; c < 3; c++) {
             double sum = (double)stats.residual[c];
             for (int i = 0; i < count; i++) sum += (double)lights[i].irradiance[c];
-            CHECK(fabs(sum / total[c] - 1) < 2e-6, "side %d: %.9g of the energy", side, sum / total[c]);
+            CHECK(fabs(sum / total[c] - 1) < 2e-6, "side %d: %.9g of the energy", side,
+                  sum / total[c]);
         }
         for (int i = 0; i < count; i++) omega += (double)lights[i].solid_angle;
-        CHECK(fabs(omega / 12.566370614 - 1) < 2e-6, "side %d: the lights fill %.9g of the sphere", side,
-              omega / 12.566370614);
+        CHECK(fabs(omega / 12.566370614 - 1) < 2e-6, "side %d: the lights fill %.9g of the sphere",
+              side, omega / 12.566370614);
         test_probe_free(&p);
     }
 }
 
-// Lights of known probes, first afresh and then from those of a changed probe, as two sums each that every
-// light's place, energy, direction and size goes into. Recorded with gcc 12 -O2: a change of these numbers
-// is a change of the lights that people get.
+// Lights of known probes, first afresh and then from those of a changed probe, as two sums each
+// that every light's place, energy, direction and size goes into. Recorded with gcc 12 -O2: a
+// change of these numbers is a change of the lights that people get.
 static void lights_of_known_probes_are_as_recorded(void)
 {
     static const double recorded[SCENE_COUNT][4] = {{1.129265, 1.962702, 1.132062, 1.967622},
@@ -607,15 +651,17 @@ static void foreign_previous_lights_are_taken_as_places(void)
     double sum = 0;
     for (int i = 0; i < count; i++) {
         const float *d = lights[i].direction;
-        CHECK(fabsf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1) < 1e-5f, "light %d has no direction", i);
+        CHECK(fabsf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1) < 1e-5f,
+              "light %d has no direction", i);
         sum += (double)lights[i].irradiance[1];
     }
-    CHECK(fabs(sum / (double)stats.total[1] - 1) < 1e-6, "the lights carry %g of all", sum / (double)stats.total[1]);
+    CHECK(fabs(sum / (double)stats.total[1] - 1) < 1e-6, "the lights carry %g of all",
+          sum / (double)stats.total[1]);
     test_probe_free(&p);
 }
 
-// Texels 1e6 times as bright as the mean, far above what a tone tells apart, in the corners of large
-// faces: so small that rounding can make their vector irradiance longer than their flux.
+// Texels 1e6 times as bright as the mean, far above what a tone tells apart, in the corners of
+// large faces: so small that rounding can make their vector irradiance longer than their flux.
 enum { HOT_SIDE = 1024, HOT = 6 };
 
 static void check_hot_texel(const lightprobe_light *l, int count, int face, int texel, double value)
@@ -629,10 +675,12 @@ static void check_hot_texel(const lightprobe_light *l, int count, int face, int 
         for (int c = 0; c < 3; c++) off += fabs((double)l->direction[c] - d[c]);
         if (off > 1e-5) continue;
         const double flux = value * (double)oracle_solid_angle(HOT_SIDE, x, y);
-        CHECK(fabs((double)l->irradiance[1] / flux - 1) < 1e-5, "%g of %g", (double)l->irradiance[1], flux);
+        CHECK(fabs((double)l->irradiance[1] / flux - 1) < 1e-5, "%g of %g",
+              (double)l->irradiance[1], flux);
         CHECK(l->cos_alpha <= 1 && l->cos_alpha > 0.99999f && l->tan_half_u >= l->tan_half_v &&
                   l->tan_half_v >= 0 && l->tan_half_u < 2e-3f,
-              "cos %.9g, %g x %g", (double)l->cos_alpha, (double)l->tan_half_u, (double)l->tan_half_v);
+              "cos %.9g, %g x %g", (double)l->cos_alpha, (double)l->tan_half_u,
+              (double)l->tan_half_v);
         found++;
     }
     CHECK(found == 1, "%d lights at %d, %d of face %d", found, x, y, face);
@@ -665,8 +713,8 @@ static void hot_texels_are_lights_of_their_size(void)
     free(face);
 }
 
-// A probe whose light moves from one half of the sky to another, and spreads: lights change hands, are
-// given back and are cut from what is left.
+// A probe whose light moves from one half of the sky to another, and spreads: lights change hands,
+// are given back and are cut from what is left.
 static void lights_are_spent_again_where_they_are_needed(void)
 {
     static lightprobe_light lights[24];
@@ -688,15 +736,16 @@ static void lights_are_spent_again_where_they_are_needed(void)
             s.previous_count = count;
             s.tolerance = trial % 2 ? 0.05f : 0.0f;
             lightprobe_stats stats;
-            CHECK(!extract(&cube, &s, lights, &count, &stats) && count >= 1 && count <= 24, "%d lights", count);
+            CHECK(!extract(&cube, &s, lights, &count, &stats) && count >= 1 && count <= 24,
+                  "%d lights", count);
             double sum = 0;
             for (int i = 0; i < count; i++) {
                 sum += (double)lights[i].irradiance[0];
                 for (int k = 0; k < i; k++)
                     CHECK(lights[i].id != lights[k].id, "id %d twice", lights[i].id);
             }
-            CHECK(fabs(sum / (double)stats.total[0] - 1) < 1e-6, "trial %d, frame %d: %g of all", trial, frame,
-                  sum / (double)stats.total[0]);
+            CHECK(fabs(sum / (double)stats.total[0] - 1) < 1e-6, "trial %d, frame %d: %g of all",
+                  trial, frame, sum / (double)stats.total[0]);
             test_probe_free(&p);
         }
     }
@@ -704,25 +753,33 @@ static void lights_are_spent_again_where_they_are_needed(void)
 
 const test_case edges_tests[] = {
     {"edges: each bad argument of a light alone is refused", each_bad_argument_alone_is_refused},
-    {"edges: frusta beyond the range of float are refused", frusta_beyond_the_range_of_float_are_refused},
+    {"edges: frusta beyond the range of float are refused",
+     frusta_beyond_the_range_of_float_are_refused},
     {"edges: any axis gives an orthonormal frame", any_axis_gives_an_orthonormal_frame},
-    {"edges: points without a shadow position are refused", points_without_a_shadow_position_are_refused},
+    {"edges: points without a shadow position are refused",
+     points_without_a_shadow_position_are_refused},
     {"edges: nothing given is lit", nothing_given_is_lit},
     {"edges: stored moments are clamped", stored_moments_are_clamped},
     {"edges: only rounding makes double roots", only_rounding_makes_double_roots},
-    {"edges: depth outside counts as the nearest inside", depth_outside_counts_as_the_nearest_inside},
+    {"edges: depth outside counts as the nearest inside",
+     depth_outside_counts_as_the_nearest_inside},
     {"edges: odd levels hold what there is", odd_levels_hold_what_there_is},
-    {"edges: tables are biased towards the encoded vector", tables_are_biased_towards_the_encoded_vector},
+    {"edges: tables are biased towards the encoded vector",
+     tables_are_biased_towards_the_encoded_vector},
     {"edges: casters beyond the box cast shadows", casters_beyond_the_box_cast_shadows},
-    {"edges: visibility stays in range behind full kernels", visibility_stays_in_range_behind_full_kernels},
+    {"edges: visibility stays in range behind full kernels",
+     visibility_stays_in_range_behind_full_kernels},
     {"edges: texts say what they should", texts_say_what_they_should},
     {"edges: probe functions clamp their arguments", probe_functions_clamp_their_arguments},
-    {"edges: settings have the defaults and ends they say", settings_have_the_defaults_and_ends_they_say},
+    {"edges: settings have the defaults and ends they say",
+     settings_have_the_defaults_and_ends_they_say},
     {"edges: sinking discs give nothing", sinking_discs_give_nothing},
     {"edges: energy is conserved at every side", energy_is_conserved_at_every_side},
     {"edges: lights of known probes are as recorded", lights_of_known_probes_are_as_recorded},
-    {"edges: foreign previous lights are taken as places", foreign_previous_lights_are_taken_as_places},
+    {"edges: foreign previous lights are taken as places",
+     foreign_previous_lights_are_taken_as_places},
     {"edges: hot texels are lights of their size", hot_texels_are_lights_of_their_size},
-    {"edges: lights are spent again where they are needed", lights_are_spent_again_where_they_are_needed},
+    {"edges: lights are spent again where they are needed",
+     lights_are_spent_again_where_they_are_needed},
     {NULL, NULL},
 };

@@ -1,6 +1,6 @@
-// What the four papers print and what is right, as formulas: each test computes both, and the truth by
-// another way. docs/errata.md has the derivations. Five older ones are beside what they are about:
-// "erratum" in test_moments.c, test_lightprobe.c and test_map.c.
+// What the four papers print and what is right, as formulas: each test computes both, and the truth
+// by another way. docs/errata.md has the derivations. Five older ones are beside what they are
+// about: "erratum" in test_moments.c, test_lightprobe.c and test_map.c.
 #include "../../lightprobe.h"
 #include "../../mssm.h"
 #include "../support/test.h"
@@ -33,8 +33,8 @@ static void projected(int k, const double d[3], double axis[3])
 
 // ---- image-based lighting ----------------------------------------------------------------------
 
-// 4.1.2 scales a size on the face by the length of the projected axis; at distance 1 from the receiver
-// it is also nearer by 1/r.
+// 4.1.2 scales a size on the face by the length of the projected axis; at distance 1 from the
+// receiver it is also nearer by 1/r.
 static void sizes_need_the_distance(void)
 {
     double worst = 0;
@@ -131,8 +131,8 @@ static void oblique_axes_are_straightened(void)
           rows / sqrt(u * v));
 }
 
-// Eq. 11 calls the integral of radiance irradiance. It is that only for a light without size: a receiver
-// that faces a disc of half-angle alpha gets cos^2(alpha / 2) of it.
+// Eq. 11 calls the integral of radiance irradiance. It is that only for a light without size: a
+// receiver that faces a disc of half-angle alpha gets cos^2(alpha / 2) of it.
 static void flux_is_not_irradiance(void)
 {
     for (int degrees = 0; degrees <= 90; degrees += 15) {
@@ -152,8 +152,8 @@ static void flux_is_not_irradiance(void)
 
 // ---- slides -------------------------------------------------------------------------------------
 
-// Slide 72: with a scale of 2^32/n, rounded, n texels of 1 overflow to about nothing for every n whose
-// 2^32/n rounds up.
+// Slide 72: with a scale of 2^32/n, rounded, n texels of 1 overflow to about nothing for every n
+// whose 2^32/n rounds up.
 static void rounded_scales_wrap(void)
 {
     int wraps = 0;
@@ -169,8 +169,8 @@ static void rounded_scales_wrap(void)
     CHECK((uint32_t)(729 * (uint64_t)5891588) < 1000, "729 texels do not wrap");
 }
 
-// "Retrieve moments": (.5, 0, .5, 0) is taken off before the product, not after as the text has it. The
-// forward transform is an image there; solved for, it is what these polynomials say.
+// "Retrieve moments": (.5, 0, .5, 0) is taken off before the product, not after as the text has it.
+// The forward transform is an image there; solved for, it is what these polynomials say.
 static void quantization_is_undone_before_the_product(void)
 {
     static const double inverse[4][4] = {{-1.0 / 3, 0, 1.7320508075688772, 0},
@@ -274,7 +274,8 @@ static void mean_of_the_blockers(void)
     CHECK(worst > 0.3, "as printed it is off by %g at most", worst);
 }
 
-// 3.12: shading times shadow is the integral of the product only after a division by the light's area.
+// 3.12: shading times shadow is the integral of the product only after a division by the light's
+// area.
 static void shadow_term_is_a_mean(void)
 {
     enum { N = 64 };

@@ -1,5 +1,5 @@
-// The parts of lightprobe.h whose faults a finished light hardly shows: sums, cuts and choices, each against
-// its definition in double. The header is compiled once more here, under other names.
+// The parts of lightprobe.h whose faults a finished light hardly shows: sums, cuts and choices,
+// each against its definition in double. The header is compiled once more here, under other names.
 #define lightprobe_extract parts_extract
 #define lightprobe_scratch_bytes parts_scratch_bytes
 #define lightprobe_result_string parts_result_string
@@ -53,7 +53,8 @@ static lightprobe_sum sum_of(const lightprobe_leaf *leaf, int count)
     return s;
 }
 
-// What clusters cost: luminance times half the square distance of direction and tone to their means.
+// What clusters cost: luminance times half the square distance of direction and tone to their
+// means.
 typedef struct cost {
     double direction, tone, luminance;
 } cost;
@@ -398,7 +399,8 @@ static void close_parts(parts *p)
     free(p->scratch);
 }
 
-// Sums of a cell from its texels, in double: RGB, 1, and luminance times direction in the face's axes.
+// Sums of a cell from its texels, in double: RGB, 1, and luminance times direction in the face's
+// axes.
 static void exact_cell(const parts *p, int face, int level, int cx, int cy, double flux[4],
                        double vector[3])
 {
@@ -564,7 +566,8 @@ static void sorted_leaves_are_those_of_their_cluster(void)
     close_parts(&p);
 }
 
-// Of the seven places for a cut none is better than the one planned, by brute force over the leaves.
+// Of the seven places for a cut none is better than the one planned, by brute force over the
+// leaves.
 static void planned_cuts_are_the_best_of_fourteen(void)
 {
     uint64_t seed = 205;
@@ -697,7 +700,8 @@ static void relaxing_lowers_the_error(void)
     }
 }
 
-// A light changes hands: its leaves go to its neighbour, and it gets what lies behind the third's planned cut.
+// A light changes hands: its leaves go to its neighbour, and it gets what lies behind the third's
+// planned cut.
 static void a_swapped_light_is_used_once(void)
 {
     for (int scene = 0; scene < SCENE_COUNT; scene++) {

@@ -1,5 +1,5 @@
-// Lights at finite places: a closed room of evenly bright rectangles whose probe has distances, against
-// rays to these rectangles; the area light that stands for one; what bad distances do.
+// Lights at finite places: a closed room of evenly bright rectangles whose probe has distances,
+// against rays to these rectangles; the area light that stands for one; what bad distances do.
 #include "../../lightprobe.h"
 #include "../support/scenes.h"
 #include "../support/test.h"
@@ -47,8 +47,8 @@ static void normal_of(const rectangle *r, double n[3])
 }
 
 // axis: of its normal; sign: which way it shines. The other axes follow in their order.
-static void add(room *o, int axis, double sign, double at, double low_u, double low_v, double size_u, double size_v,
-                double radiance)
+static void add(room *o, int axis, double sign, double at, double low_u, double low_v,
+                double size_u, double size_v, double radiance)
 {
     rectangle *r = o->r + o->count++;
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -80,7 +80,8 @@ static double hit(const rectangle *r, const double from[3], const double ray[3])
 // A room of 6 x 3 x 5 m, with what the number says.
 static void make(room *o, int which)
 {
-    static const char *const names[] = {"lamp", "window", "bright wall", "all three", "bars before the wall"};
+    static const char *const names[] = {"lamp", "window", "bright wall", "all three",
+                                        "bars before the wall"};
     const double dim = 0.02;
     memset(o, 0, sizeof *o);
     o->name = names[which];
@@ -116,7 +117,8 @@ static void drop(room *o)
     free(o->memory);
 }
 
-// The probe from its centre, without the casters, 4 x 4 rays a texel; its distance is their harmonic mean.
+// The probe from its centre, without the casters, 4 x 4 rays a texel; its distance is their
+// harmonic mean.
 static void render(room *o)
 {
     for (int i = 0; i < 6 * SIDE * SIDE; i++) {
@@ -124,7 +126,8 @@ static void render(room *o)
         for (int k = 0; k < 16; k++) {
             const double h = 2.0 / SIDE;
             float d[3];
-            lightprobe_texel_direction(i / SIDE / SIDE, (float)((i % SIDE + (k % 4 + 0.5) / 4) * h - 1),
+            lightprobe_texel_direction(i / SIDE / SIDE,
+                                       (float)((i % SIDE + (k % 4 + 0.5) / 4) * h - 1),
                                        (float)((i / SIDE % SIDE + (k / 4 + 0.5) / 4) * h - 1), d);
             const double ray[3] = {d[0], d[1], d[2]};
             double nearest = HUGE_VAL, radiance = 0;
@@ -162,7 +165,8 @@ static double truth(const room *o, const double p[3], const double n[3], uint64_
         double normal[3], part = 0;
         normal_of(r, normal);
         for (int i = 0; i < GRID * GRID; i++) {
-            const double a = (i % GRID + test_uniform(state)) / GRID, b = (i / GRID + test_uniform(state)) / GRID;
+            const double a = (i % GRID + test_uniform(state)) / GRID,
+                         b = (i / GRID + test_uniform(state)) / GRID;
             double to[3], at[3], d2, cosine, away;
             if (k < WALLS) { // once, for all of them
                 double nearest = HUGE_VAL;
@@ -172,12 +176,14 @@ static double truth(const room *o, const double p[3], const double n[3], uint64_
                 part += !scene_blocks(&o->casters, p, at) ? 3.14159265 : 0;
                 continue;
             }
-            for (int c = 0; c < 3; c++) at[c] = r->corner[c] + a * r->edge[0][c] + b * r->edge[1][c];
+            for (int c = 0; c < 3; c++)
+                at[c] = r->corner[c] + a * r->edge[0][c] + b * r->edge[1][c];
             for (int c = 0; c < 3; c++) to[c] = at[c] - p[c];
             d2 = dot(to, to), cosine = dot(to, n), away = -dot(to, normal);
             for (int w = WALLS; w < o->count; w++)
                 if (hit(o->r + w, p, to) < 0.999) away = 0;
-            if (cosine > 0 && away > 0 && !scene_blocks(&o->casters, p, at)) part += cosine * away / (d2 * d2);
+            if (cosine > 0 && away > 0 && !scene_blocks(&o->casters, p, at))
+                part += cosine * away / (d2 * d2);
         }
         if (k >= WALLS) part *= sqrt(dot(r->edge[0], r->edge[0]) * dot(r->edge[1], r->edge[1]));
         sum += r->radiance * part / (GRID * GRID);
@@ -218,8 +224,8 @@ static void shade(room *o, int places, int count, double (*p)[3], double (*n)[3]
         mssm_map *map;
         memset(&light, 0, sizeof light);
         if (!places) here.distance = 0;
-        CHECK(!mssm_light_area(&light, at, l->direction, l->axis_u, l->tan_half_u, l->tan_half_v, here.distance, low,
-                               high),
+        CHECK(!mssm_light_area(&light, at, l->direction, l->axis_u, l->tan_half_u, l->tan_half_v,
+                               here.distance, low, high),
               "light");
         scene_depth(&o->casters, &light, MAP, 1, depth, NULL);
         CHECK(!mssm_map_init(&map, o->memory, mssm_map_bytes(MAP, 6), MAP, 6), "map");
@@ -233,7 +239,9 @@ static void shade(room *o, int places, int count, double (*p)[3], double (*n)[3]
             float3(n[i], normal);
             for (int c = 0; c < 3; c++) cosine += normal[c] * seen.direction[c];
             const float e = seen.irradiance[1] * lightprobe_disc_irradiance(seen.cos_alpha, cosine);
-            if (e > 0) out[i] += (double)(e * mssm_map_visibility_normal(map, &light, NULL, point, normal));
+            if (e > 0)
+                out[i] +=
+                    (double)(e * mssm_map_visibility_normal(map, &light, NULL, point, normal));
         }
     }
     free(depth);
@@ -279,22 +287,26 @@ static void places_halve_the_error(void)
         render(&o);
         place_receivers(&o, count, &state);
         double mean = 0;
-        for (int i = 0; i < count; i++) mean += (true_light[i] = truth(&o, point[i], normal[i], &state)) / count;
+        for (int i = 0; i < count; i++)
+            mean += (true_light[i] = truth(&o, point[i], normal[i], &state)) / count;
         for (int lights = 4; lights <= LIGHTS; lights *= 2) {
             extract(&o, lights);
             shade(&o, 1, count, point, normal, shaded);
             const double placed = rms(count, shaded, true_light) / mean;
             shade(&o, 0, count, point, normal, shaded);
             const double endless = rms(count, shaded, true_light) / mean;
-            test_note("%s, %d lights: error %.3f with places, %.3f at infinity", o.name, lights, placed, endless);
-            CHECK(count < 200 || placed < 0.5 * endless, "%s, %d lights: %.3f with places, %.3f at infinity", o.name, lights, placed,
+            test_note("%s, %d lights: error %.3f with places, %.3f at infinity", o.name, lights,
+                      placed, endless);
+            CHECK(count < 200 || placed < 0.5 * endless,
+                  "%s, %d lights: %.3f with places, %.3f at infinity", o.name, lights, placed,
                   endless);
         }
         drop(&o);
     }
 }
 
-// Strips of one radiance, by turns near and far, on a dark background: one light each side of a gap.
+// Strips of one radiance, by turns near and far, on a dark background: one light each side of a
+// gap.
 static void near_is_told_from_far(void)
 {
     enum { N = 32 };
@@ -305,7 +317,8 @@ static void near_is_told_from_far(void)
     int count, i = 0;
     for (int face = 0; face < 6; face++) cube.face[face] = texels + face * N * N * 4;
     for (; i < 6 * N * N; i++) {
-        const int x = i % N, y = i / N % N, in = i / N / N == 4 && x >= 8 && x < 24 && y >= 8 && y < 24;
+        const int x = i % N, y = i / N % N,
+                  in = i / N / N == 4 && x >= 8 && x < 24 && y >= 8 && y < 24;
         for (int c = 0; c < 3; c++) texels[4 * i + c] = in ? 1 : 0;
         texels[4 * i + 3] = x & 4 ? 1 : 20;
     }
@@ -316,10 +329,14 @@ static void near_is_told_from_far(void)
     for (int scaled = 0; scaled < 2; scaled++) { // any unit will do
         const float unit = scaled ? 1e-3f : 1;
         for (i = 3; i < 24 * N * N; i += 4) texels[i] *= unit;
-        CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, first, &count, NULL) && count == 2, "extract");
-        const float low = fminf(first[0].distance, first[1].distance), high = fmaxf(first[0].distance, first[1].distance);
-        CHECK(fabsf(low / unit - 1) < 1e-4f && fabsf(high / unit - 20) < 1e-2f, "lights at %g and %g, not %g and %g",
-              (double)low, (double)high, (double)unit, 20 * (double)unit);
+        CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, first, &count, NULL) &&
+                  count == 2,
+              "extract");
+        const float low = fminf(first[0].distance, first[1].distance),
+                    high = fmaxf(first[0].distance, first[1].distance);
+        CHECK(fabsf(low / unit - 1) < 1e-4f && fabsf(high / unit - 20) < 1e-2f,
+              "lights at %g and %g, not %g and %g", (double)low, (double)high, (double)unit,
+              20 * (double)unit);
         for (i = 3; i < 24 * N * N; i += 4) texels[i] /= unit;
     }
     // Without a use for distances nothing changes, to the last bit.
@@ -328,7 +345,8 @@ static void near_is_told_from_far(void)
     for (i = 3; i < 24 * N * N; i += 4) texels[i] = 0;
     s.distances = 1;
     lightprobe_extract(&cube, &s, scratch, sizeof scratch, second, &count, NULL);
-    CHECK(!memcmp(first, second, 2 * sizeof *first) && first[0].distance == 0, "distances of 0 are not infinite");
+    CHECK(!memcmp(first, second, 2 * sizeof *first) && first[0].distance == 0,
+          "distances of 0 are not infinite");
 }
 
 // Every light is finite and the same as at infinity where its distances say nothing.
@@ -354,35 +372,45 @@ static void bad_distances_are_infinite(void)
         for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
             lightprobe_stats stats;
             for (int i = 3; i < 6 * N * N * 4; i += 4) texels[i] = bad[k];
-            CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, &stats), "extract");
-            CHECK(count == was && !memcmp(light, before, (size_t)count * sizeof *light), "distances of %g", (double)bad[k]);
+            CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, &stats),
+                  "extract");
+            CHECK(count == was && !memcmp(light, before, (size_t)count * sizeof *light),
+                  "distances of %g", (double)bad[k]);
             CHECK(stats.repaired_texels == 0, "distances count as broken");
             for (int i = 3; i < 6 * N * N * 4; i += 8) texels[i] = 2; // every other one
             lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL);
             for (int i = 0; i < count; i++)
-                CHECK(light[i].distance > 2 && light[i].distance < 40, "half of %g: %g", (double)bad[k],
-                      (double)light[i].distance);
+                CHECK(light[i].distance > 2 && light[i].distance < 40, "half of %g: %g",
+                      (double)bad[k], (double)light[i].distance);
         }
     }
     s.mode = 0;
-    for (int i = 3; i < 6 * N * N * 4; i += 4) texels[i] = i & 4 ? 1e9f : 0; // twice as far in the mean
+    for (int i = 3; i < 6 * N * N * 4; i += 4)
+        texels[i] = i & 4 ? 1e9f : 0; // twice as far in the mean
     lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL);
     for (int i = 0; i < count; i++) CHECK(light[i].distance == 0, "%g", (double)light[i].distance);
-    for (int i = 0; i < 6 * N * N * 4; i++) texels[i] = i % 4 == 3 ? 1e-9f : FLT_MAX; // sums are infinite
+    for (int i = 0; i < 6 * N * N * 4; i++)
+        texels[i] = i % 4 == 3 ? 1e-9f : FLT_MAX; // sums are infinite
     CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL), "extract");
-    for (int i = 0; i < count; i++) CHECK(light[i].distance >= 0 && light[i].distance < 1, "%g", (double)light[i].distance);
+    for (int i = 0; i < count; i++)
+        CHECK(light[i].distance >= 0 && light[i].distance < 1, "%g", (double)light[i].distance);
     count = -1;
     cube.channels = 3;
-    CHECK(lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL) == LIGHTPROBE_ERROR_CHANNELS, "RGB");
+    CHECK(lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL) ==
+              LIGHTPROBE_ERROR_CHANNELS,
+          "RGB");
     cube.channels = 4;
     for (int k = -1; k < 3; k += 3) {
         s.distances = k;
-        CHECK(lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL) == LIGHTPROBE_ERROR_SETTINGS, "%d", k);
+        CHECK(lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL) ==
+                  LIGHTPROBE_ERROR_SETTINGS,
+              "%d", k);
     }
     CHECK(count == -1, "a failure writes");
 }
 
-// Of a point: cosine over squared distance, next to it and far away; directions are unit at any distance.
+// Of a point: cosine over squared distance, next to it and far away; directions are unit at any
+// distance.
 static void points_at_places_are_exact(void)
 {
     uint64_t state = 8;
@@ -399,18 +427,21 @@ static void points_at_places_are_exact(void)
         } while (dot(from, from) > 1 || -dot(from, axis) < 0.1);
         float p[3];
         for (int c = 0; c < 3; c++) p[c] = (float)((double)l.distance * axis[c] + away * from[c]);
-        const double d2 = away * away * dot(from, from), cosine = -dot(from, axis) / sqrt(dot(from, from));
+        const double d2 = away * away * dot(from, from),
+                     cosine = -dot(from, axis) / sqrt(dot(from, from));
         const double truth = cosine * (double)l.distance * (double)l.distance / d2;
         const lightprobe_light seen = lightprobe_light_at(l, p[0], p[1], p[2]);
         double unit[3] = {seen.direction[0], seen.direction[1], seen.direction[2]};
-        CHECK(fabs(dot(unit, unit) - 1) < 1e-3, "%g distances away: a direction of length %g", away / (double)l.distance,
-              sqrt(dot(unit, unit)));
-        CHECK(fabs((double)seen.irradiance[0] - truth) < 0.01 * truth + 1e-12, "%g distances away: %g, not %g",
-              away / (double)l.distance, (double)seen.irradiance[0], truth);
+        CHECK(fabs(dot(unit, unit) - 1) < 1e-3, "%g distances away: a direction of length %g",
+              away / (double)l.distance, sqrt(dot(unit, unit)));
+        CHECK(fabs((double)seen.irradiance[0] - truth) < 0.01 * truth + 1e-12,
+              "%g distances away: %g, not %g", away / (double)l.distance,
+              (double)seen.irradiance[0], truth);
     }
 }
 
-// Irradiance of a disc that faces the probe, by integration over it, for receivers that see all of it.
+// Irradiance of a disc that faces the probe, by integration over it, for receivers that see all of
+// it.
 static void discs_at_places_are_exact(void)
 {
     const int trials = test_trials(400);
@@ -422,21 +453,31 @@ static void discs_at_places_are_exact(void)
         double d[3], p[3], sum[3] = {0, 0, 0};
         memset(&l, 0, sizeof l);
         for (int c = 0; c < 3; c++) d[c] = c == 2;
-        const double angle = test_range(&state, 0.01, 1.2), distance = exp(test_range(&state, -3, 3)), radius = tan(angle);
+        const double angle = test_range(&state, 0.01, 1.2),
+                     distance = exp(test_range(&state, -3, 3)), radius = tan(angle);
         for (int c = 0; c < 3; c++) p[c] = test_range(&state, -0.8, 0.8);
-        for (int c = 0; c < 3; c++) l.direction[c] = (float)d[c], l.irradiance[c] = (float)(6.283185307 * (1 - cos(angle)));
+        for (int c = 0; c < 3; c++)
+            l.direction[c] = (float)d[c], l.irradiance[c] = (float)(6.283185307 * (1 - cos(angle)));
         l.cos_alpha = (float)cos(angle);
         l.distance = (float)distance;
         for (int i = 0; i < RINGS * TURNS; i++) {
-            const double r = radius * sqrt((i % RINGS + 0.5) / RINGS), a = 6.283185307 * (i / RINGS + 0.5) / TURNS;
+            const double r = radius * sqrt((i % RINGS + 0.5) / RINGS),
+                         a = 6.283185307 * (i / RINGS + 0.5) / TURNS;
             const double to[3] = {r * cos(a) - p[0], r * sin(a) - p[1], 1 - p[2]}, d2 = dot(to, to);
-            for (int c = 0; c < 3; c++) sum[c] += to[c] * to[2] / (d2 * d2) * 3.141592654 * radius * radius / (RINGS * TURNS);
+            for (int c = 0; c < 3; c++)
+                sum[c] +=
+                    to[c] * to[2] / (d2 * d2) * 3.141592654 * radius * radius / (RINGS * TURNS);
         }
-        seen = lightprobe_light_at(l, (float)(p[0] * distance), (float)(p[1] * distance), (float)(p[2] * distance));
+        seen = lightprobe_light_at(l, (float)(p[0] * distance), (float)(p[1] * distance),
+                                   (float)(p[2] * distance));
         const double size = (double)seen.irradiance[0] * 0.5 * (1 + (double)seen.cos_alpha);
-        for (int c = 0; c < 3; c++) worst = fmax(worst, fabs(size * (double)seen.direction[c] - sum[c]) / sqrt(dot(sum, sum)));
+        for (int c = 0; c < 3; c++)
+            worst =
+                fmax(worst, fabs(size * (double)seen.direction[c] - sum[c]) / sqrt(dot(sum, sum)));
         const lightprobe_light same = lightprobe_light_at(l, 0, 0, 0);
-        CHECK(fabsf(same.irradiance[1] / l.irradiance[1] - 1) < 1e-5f && fabsf(same.cos_alpha - l.cos_alpha) < 1e-6f, "at the probe");
+        CHECK(fabsf(same.irradiance[1] / l.irradiance[1] - 1) < 1e-5f &&
+                  fabsf(same.cos_alpha - l.cos_alpha) < 1e-6f,
+              "at the probe");
     }
     test_note("worst vector irradiance %.2g", worst);
     CHECK(worst < 2e-3, "%g", worst); // of the sum
@@ -456,14 +497,17 @@ static void discs_at_places_are_exact(void)
         for (int c = 0; c < 2; c++) {
             l.cos_alpha = c ? 0.9f : 1;
             const lightprobe_light seen = lightprobe_light_at(l, k == 1 ? 0 : 0.1f, y[k], 0);
-            CHECK(seen.irradiance[0] >= 0 && seen.irradiance[0] < 1e30f && seen.cos_alpha >= 0 && seen.cos_alpha <= 1, "%d", k);
+            CHECK(seen.irradiance[0] >= 0 && seen.irradiance[0] < 1e30f && seen.cos_alpha >= 0 &&
+                      seen.cos_alpha <= 1,
+                  "%d", k);
             CHECK(k == 4 || seen.irradiance[0] <= 0, "light at height %g", (double)y[k]);
         }
     }
 }
 
-// A ball of even radiance: the light that a probe makes of it, by integration over what is seen, and its
-// irradiance elsewhere, in closed form (facing the ball: radiance * pi * radius^2 / distance^2).
+// A ball of even radiance: the light that a probe makes of it, by integration over what is seen,
+// and its irradiance elsewhere, in closed form (facing the ball: radiance * pi * radius^2 /
+// distance^2).
 static void spheres_shine_to_all_sides(void)
 {
     const int trials = test_trials(400);
@@ -474,7 +518,8 @@ static void spheres_shine_to_all_sides(void)
         const double radius = test_range(&state, 0.01, 0.5), away = exp(test_range(&state, -3, 3));
         double inverse = 0, all = 0, p[3];
         for (int i = 0; i < RINGS; i++) { // of equal solid angle
-            const double least = sqrt(1 - radius * radius), cosine = 1 - (1 - least) * (i + 0.5) / RINGS;
+            const double least = sqrt(1 - radius * radius),
+                         cosine = 1 - (1 - least) * (i + 0.5) / RINGS;
             inverse += 1 / (cosine - sqrt(cosine * cosine - 1 + radius * radius));
             all += 6.283185307179586 * (1 - least) / RINGS;
         }
@@ -487,8 +532,8 @@ static void spheres_shine_to_all_sides(void)
         do {
             for (int c = 0; c < 3; c++) p[c] = test_range(&state, -2, 2);
         } while (p[0] * p[0] + p[1] * p[1] + (p[2] - 1) * (p[2] - 1) < 2 * radius * radius);
-        const lightprobe_light seen =
-            lightprobe_sphere_at(l, (float)(p[0] * away), (float)(p[1] * away), (float)(p[2] * away));
+        const lightprobe_light seen = lightprobe_sphere_at(
+            l, (float)(p[0] * away), (float)(p[1] * away), (float)(p[2] * away));
         const double to[3] = {-p[0], -p[1], 1 - p[2]}, d2 = dot(to, to);
         const double truth = 3.141592653589793 * radius * radius / d2;
         const double facing = (double)seen.irradiance[1] * 0.5 * (1 + (double)seen.cos_alpha);
@@ -516,8 +561,9 @@ static void spheres_shine_to_all_sides(void)
         l.distance = k % 5 == 4 ? 1e-9f : 1;
         const lightprobe_light seen = lightprobe_sphere_at(l, 0, y[k % 5], 0);
         const float e = seen.irradiance[0], way = seen.direction[1];
-        CHECK(e >= 0 && e < 1e30f && seen.cos_alpha >= 0 && seen.cos_alpha <= 1 && way >= -1 && way <= 1, "%d: %g", k,
-              (double)e);
+        CHECK(e >= 0 && e < 1e30f && seen.cos_alpha >= 0 && seen.cos_alpha <= 1 && way >= -1 &&
+                  way <= 1,
+              "%d: %g", k, (double)e);
         CHECK(k % 5 != 2 || (e > 0 && way < 0), "not seen from behind");
         CHECK(k % 5 < 3 || e < 1e-20f, "seen from afar");
     }
@@ -525,7 +571,8 @@ static void spheres_shine_to_all_sides(void)
 
 static mssm_result area(mssm_light *l, float x, float distance, float size)
 {
-    const float at[3] = {x, 0, 0}, to[3] = {0, 2, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    const float at[3] = {x, 0, 0}, to[3] = {0, 2, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1},
+                high[3] = {1, 1, 1};
     return mssm_light_area(l, at, to, axis, size, 0.5f * size, distance, low, high);
 }
 
@@ -534,44 +581,64 @@ static void area_lights_cover_their_box(void)
     mssm_light l, endless;
     float shadow[3];
     for (int k = 0; k < 60; k++) {
-        const float x = (float)(k % 3) - 1, distance = expf(-3 + 0.15f * (float)k), size = 0.02f * (float)(k % 5);
+        const float x = (float)(k % 3) - 1, distance = expf(-3 + 0.15f * (float)k),
+                    size = 0.02f * (float)(k % 5);
         CHECK(!area(&l, x, distance, size), "area");
         for (int i = 0; i < 8; i++) {
-            const float corner[3] = {i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f, i & 4 ? 1.0f : -1.0f};
-            CHECK(mssm_light_project(&l, corner, shadow) && fabsf(shadow[0]) <= 1 && fabsf(shadow[1]) <= 1 &&
-                      shadow[2] > -1 && shadow[2] < 0.81f,
+            const float corner[3] = {i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f,
+                                     i & 4 ? 1.0f : -1.0f};
+            CHECK(mssm_light_project(&l, corner, shadow) && fabsf(shadow[0]) <= 1 &&
+                      fabsf(shadow[1]) <= 1 && shadow[2] > -1 && shadow[2] < 0.81f,
                   "a corner outside of the map from %g", (double)distance);
         }
         if (!l.perspective) continue;
         const float centre[3] = {x, 0, 0}, away = l.half_u / fmaxf(size, 1e-9f);
-        CHECK(size == 0 || (away >= 0.999f * distance && fabsf(l.half_v / away / (0.5f * size) - 1) < 1e-5f), "size");
-        CHECK(mssm_light_project(&l, centre, shadow) && fabsf(shadow[0]) < 1e-5f, "not seen from the probe");
-        CHECK(distance < 4 || size == 0 || fabsf(away / distance - 1) < 1e-5f, "moved from %g to %g", (double)distance, (double)away);
+        CHECK(size == 0 ||
+                  (away >= 0.999f * distance && fabsf(l.half_v / away / (0.5f * size) - 1) < 1e-5f),
+              "size");
+        CHECK(mssm_light_project(&l, centre, shadow) && fabsf(shadow[0]) < 1e-5f,
+              "not seen from the probe");
+        CHECK(distance < 4 || size == 0 || fabsf(away / distance - 1) < 1e-5f,
+              "moved from %g to %g", (double)distance, (double)away);
     }
     for (int k = 0; k < 4; k++) {
         const float far[4] = {0, HUGE_VALF, 700, 200};
-        CHECK(!area(&l, 0, far[k], k == 3 ? 2.0f : 0) && !area(&endless, 0, 0, k == 3 ? 2.0f : 0), "far");
-        CHECK(!l.perspective && !memcmp(&l, &endless, sizeof l), "a spot light at %g", (double)far[k]);
+        CHECK(!area(&l, 0, far[k], k == 3 ? 2.0f : 0) && !area(&endless, 0, 0, k == 3 ? 2.0f : 0),
+              "far");
+        CHECK(!l.perspective && !memcmp(&l, &endless, sizeof l), "a spot light at %g",
+              (double)far[k]);
     }
     CHECK(!area(&l, 0, 200, 0) && l.perspective, "directional from 200");
     endless = l;
-    for (int k = 0; k < 8; k++) { // a flat box far from the world's origin, right in front of the light
-        const float at = expf((float)k), place[3] = {3 * at, 0.6f * at, 0.8f * at}, up[3] = {0.6f, 0, 0.8f}, u[3] = {0, 1, 0};
-        const float low[3] = {3 * at, 0.6f * at, 0.8f * at}, high[3] = {3 * at, 1.1f * at, 0.8f * at};
+    for (int k = 0; k < 8;
+         k++) { // a flat box far from the world's origin, right in front of the light
+        const float at = expf((float)k), place[3] = {3 * at, 0.6f * at, 0.8f * at},
+                    up[3] = {0.6f, 0, 0.8f}, u[3] = {0, 1, 0};
+        const float low[3] = {3 * at, 0.6f * at, 0.8f * at},
+                    high[3] = {3 * at, 1.1f * at, 0.8f * at};
         CHECK(!mssm_light_area(&l, place, up, u, 0.01f, 0.01f, 1e-4f * at, low, high), "area");
         for (int i = 0; i < 2; i++)
-            CHECK(mssm_light_project(&l, i ? low : high, shadow) && shadow[2] > -1 && shadow[2] < 0.81f,
+            CHECK(mssm_light_project(&l, i ? low : high, shadow) && shadow[2] > -1 &&
+                      shadow[2] < 0.81f,
                   "flat, %g from the origin: depth %g", (double)at, (double)shadow[2]);
     }
-    const float good[3] = {0, 1, 0}, bad[3] = {NAN, 0, 0}, null[3] = {0, 0, 0}, huge[3] = {3e38f, 0, 0};
+    const float good[3] = {0, 1, 0}, bad[3] = {NAN, 0, 0}, null[3] = {0, 0, 0},
+                huge[3] = {3e38f, 0, 0};
     const float wide[2][3] = {{-3e37f, -3e37f, -3e37f}, {3e37f, 3e37f, 3e37f}};
-    CHECK(area(&l, 0, -1, 0) && area(&l, 0, NAN, 0) && area(&l, 0, -NAN, 0) && !area(&l, 0, -0.0f, 0), "distance");
-    CHECK(area(&l, 0, 3, -1) && area(NULL, 0, 3, 0) && area(&l, 0, 3e38f, 3e38f) == MSSM_OK, "size");
+    CHECK(area(&l, 0, -1, 0) && area(&l, 0, NAN, 0) && area(&l, 0, -NAN, 0) &&
+              !area(&l, 0, -0.0f, 0),
+          "distance");
+    CHECK(area(&l, 0, 3, -1) && area(NULL, 0, 3, 0) && area(&l, 0, 3e38f, 3e38f) == MSSM_OK,
+          "size");
     l = endless;
-    CHECK(mssm_light_area(&l, bad, good, good, 0, 0, 1, null, null) && mssm_light_area(&l, NULL, good, good, 0, 0, 1, null, null) &&
-              mssm_light_area(&l, good, null, good, 0, 0, 1, null, null) && mssm_light_area(&l, good, good, good, 0, 0, 1, good, null),
+    CHECK(mssm_light_area(&l, bad, good, good, 0, 0, 1, null, null) &&
+              mssm_light_area(&l, NULL, good, good, 0, 0, 1, null, null) &&
+              mssm_light_area(&l, good, null, good, 0, 0, 1, null, null) &&
+              mssm_light_area(&l, good, good, good, 0, 0, 1, good, null),
           "arguments");
-    CHECK(mssm_light_area(&l, huge, huge, good, 0.1f, 0.1f, 3e38f, wide[0], wide[1]) == MSSM_ERROR_ARGUMENT, "a place beyond floats");
+    CHECK(mssm_light_area(&l, huge, huge, good, 0.1f, 0.1f, 3e38f, wide[0], wide[1]) ==
+              MSSM_ERROR_ARGUMENT,
+          "a place beyond floats");
     CHECK(!memcmp(&l, &endless, sizeof l), "a failure writes");
     CHECK(!mssm_light_area(&l, null, good, good, 0, 0, 1, null, null), "a point for a box");
 }

@@ -478,9 +478,9 @@ static float next_below(const tracing *t, vec3 from)
     return ground >= 0 && ground < casters ? ground : casters;
 }
 
-// Whether something stands between the light and a tap, beside the receiver on its tangent plane. Where
-// the surface bends towards the light, the plane is under it: if nothing is nearer below, taps stand on
-// what is above by no more than they are away.
+// Whether something stands between the light and a tap, beside the receiver on its tangent plane.
+// Where the surface bends towards the light, the plane is under it: if nothing is nearer below,
+// taps stand on what is above by no more than they are away.
 static bool is_tap_blocked(const tracing *t, const receiver *r, vec3 from, float u, float v)
 {
     const light_frame *f = &t->f;

@@ -5,9 +5,9 @@
 enum { TERMS_MAX = 16 };
 
 // What the paper leaves to its reader, by the number of terms: the least mean error over the scenes
-// of tests/support/scenes.h, at other lights and receivers than the tests'. The strengths that the paper's
-// pictures use (A = 30, B = 20, a scale that puts all ringing outside of [0,1]) make shadows darker
-// and sharper: rms .149, .118, .107 with 4, 8, 16 terms instead of .089, .073, .069.
+// of tests/support/scenes.h, at other lights and receivers than the tests'. The strengths that the
+// paper's pictures use (A = 30, B = 20, a scale that puts all ringing outside of [0,1]) make
+// shadows darker and sharper: rms .149, .118, .107 with 4, 8, 16 terms instead of .089, .073, .069.
 typedef struct tuning {
     float period; // share of half a period that the depths of the map take up
     float gap;    // how far behind the farthest caster empty texels lie, in depths of the map

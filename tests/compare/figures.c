@@ -113,8 +113,7 @@ static bool read_figure(const char *line, figure *g)
 {
     const char *at = line;
     return read_name(&at, g->experiment) && read_name(&at, g->scene) && read_name(&at, g->method) &&
-           read_number(&at, ',', &g->x) && read_name(&at, g->metric) &&
-           read_spread(&at, g) && !*at;
+           read_number(&at, ',', &g->x) && read_name(&at, g->metric) && read_spread(&at, g) && !*at;
 }
 
 bool figures_load(figures *f, const char *path)

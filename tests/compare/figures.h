@@ -9,13 +9,13 @@
 enum { FIGURE_NAME = 48 };
 
 // experiment,scene,method,x,metric,value,low,high
-// value is a median (or the one value there is), low and high its spread (equal to it without one; the
-// file then leaves them out).
+// value is a median (or the one value there is), low and high its spread (equal to it without one;
+// the file then leaves them out).
 typedef struct figure {
-    char experiment[FIGURE_NAME];  // see the list below
-    char scene[FIGURE_NAME];       // "all" for means over scenes
+    char experiment[FIGURE_NAME]; // see the list below
+    char scene[FIGURE_NAME];      // "all" for means over scenes
     char method[FIGURE_NAME];
-    double x;                      // what the experiment sweeps
+    double x; // what the experiment sweeps
     char metric[FIGURE_NAME];
     double value, low, high;
 } figure;
@@ -73,8 +73,9 @@ typedef struct figures {
     int count, room;
 } figures;
 
-// Convolution soft shadows with 4, 8 and 16 terms, 4M + 1 values a texel: the first two as Kneiphof counts the
-// values of a filter, the last with the most terms of Annen's pictures. PCSS and ways of filtering in OpenGL.
+// Convolution soft shadows with 4, 8 and 16 terms, 4M + 1 values a texel: the first two as Kneiphof
+// counts the values of a filter, the last with the most terms of Annen's pictures. PCSS and ways of
+// filtering in OpenGL.
 #define CSSM8 "CSSM8, 17 values"
 #define CSSM16 "CSSM16, 33 values"
 #define CSSM_ANNEN "CSSM M=16, 65 values"

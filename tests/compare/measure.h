@@ -1,5 +1,5 @@
-// What the experiments of the comparison share: the options, a workbench with all methods set up over
-// one case, interleaved timing, and statistics.
+// What the experiments of the comparison share: the options, a workbench with all methods set up
+// over one case, interleaved timing, and statistics.
 #ifndef MEASURE_H
 #define MEASURE_H
 

@@ -166,7 +166,8 @@ void bench_evaluate(const bench *b, const int bias[METHODS_MOST], const receiver
     parallel_for((count + SHARE - 1) / SHARE, evaluate_some, &e, NULL);
 }
 
-// The processor's time, which other programs on the machine disturb less than the clock on the wall.
+// The processor's time, which other programs on the machine disturb less than the clock on the
+// wall.
 double cpu_seconds(void)
 {
     return (double)clock() / CLOCKS_PER_SEC;

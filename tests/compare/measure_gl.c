@@ -315,7 +315,8 @@ static double map_bytes(const bench *b, const subject *s)
     const bool mips = s->method->mips;
     if (s->maps) {
         return texture_bytes(mssm_gl_texture(s->maps, 0), 16) +
-               texture_bytes(mssm_gl_texture(s->maps, 1), 8) + texture_bytes(mssm_gl_texture(s->maps, 2), 8);
+               texture_bytes(mssm_gl_texture(s->maps, 1), 8) +
+               texture_bytes(mssm_gl_texture(s->maps, 2), 8);
     }
     if (!c->program) return texture_bytes(b->depth.depth, 4);
     return texture_bytes(c->basis, mips ? 4 : 16) + texture_bytes(c->weighted, mips ? 8 : 16) +

@@ -1,5 +1,5 @@
-// Times of soft shadow methods in OpenGL, side by side in one run: the shading pass, the update of what
-// it reads, and whole frames.
+// Times of soft shadow methods in OpenGL, side by side in one run: the shading pass, the update of
+// what it reads, and whole frames.
 #ifndef MEASURE_GL_H
 #define MEASURE_GL_H
 

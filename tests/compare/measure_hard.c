@@ -1,5 +1,5 @@
-// Hard shadows of a light without size under Gaussians of one map: moments, percentage-closer filtering
-// and variance against rays, in every scene and by the radius of the Gaussian.
+// Hard shadows of a light without size under Gaussians of one map: moments, percentage-closer
+// filtering and variance against rays, in every scene and by the radius of the Gaussian.
 #include "measure.h"
 
 #include "../../examples/common/threads.h"

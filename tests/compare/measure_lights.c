@@ -1,5 +1,5 @@
-// Lights of a probe: error against their number for this library, the paper's median cut, point lights,
-// greedy rectangles and variance minimization; and the time of a whole picture.
+// Lights of a probe: error against their number for this library, the paper's median cut, point
+// lights, greedy rectangles and variance minimization; and the time of a whole picture.
 #include "light_cuts.h"
 #include "measure.h"
 
@@ -96,7 +96,8 @@ static bool open_lighting(lighting *l, const study *s, int count, int mode, floa
     return lighting_create(l, &settings, s->p.side, why);
 }
 
-// Turns the lights of the median cut into points: no size, and the whole energy along one direction.
+// Turns the lights of the median cut into points: no size, and the whole energy along one
+// direction.
 static void shrink(lighting *l)
 {
     for (int i = 0; i < l->lights; i++) {
@@ -106,7 +107,8 @@ static void shrink(lighting *l)
 }
 
 // What a surface gets per unit of irradiance when nothing is in between: the clipped disc for ours,
-// Eq. 18 for median cut; the others go by the cosine to one direction, which is a disc without a size.
+// Eq. 18 for median cut; the others go by the cosine to one direction, which is a disc without a
+// size.
 static float share_of(const lightprobe_light *light, vec3 normal, int kind)
 {
     const float cosine = vec_dot(vec_of(light->direction), normal);
@@ -163,7 +165,8 @@ static void put_lights(const study *s, int kind, int count, const char *metric, 
     put(s->m, "lights", s->name, kind_names[kind], count, metric, value, value, value);
 }
 
-// By the rivals that are not in the library. The search for the threshold is not part of their time.
+// By the rivals that are not in the library. The search for the threshold is not part of their
+// time.
 static bool extract_cuts(lighting *l, const study *s, int kind, float threshold, message *why)
 {
     light_cut cuts[MOST_LIGHTS];
@@ -203,8 +206,8 @@ static void put_edges(const study *s, const char *experiment, const char *name, 
     put(s->m, experiment, s->name, name, x, "blocked_rms", e, e, e);
 }
 
-// What most engines do: the light with the highest radiance has a map, all else is ambient light of nine
-// harmonics.
+// What most engines do: the light with the highest radiance has a map, all else is ambient light of
+// nine harmonics.
 static bool study_one_sun(const study *s, message *why)
 {
     lighting l;
@@ -251,7 +254,8 @@ static bool study_weak(const study *s, message *why)
         l.settings.probe.min_shadow = least[k];
         done = extract(&l, s, LARGEST_ERROR, &ms, why) && lighting_draw_maps(&l, s->s, why);
         if (done) {
-            const double x = (double)least[k], rms = picture_error(s, &l, LARGEST_ERROR, &ns), n = l.lights;
+            const double x = (double)least[k], rms = picture_error(s, &l, LARGEST_ERROR, &ns),
+                         n = l.lights;
             put_edges(s, "weak", "min_shadow", x, &l, 0);
             put(s->m, "weak", s->name, "min_shadow", x, "picture_rms", rms, rms, rms);
             put(s->m, "weak", s->name, "min_shadow", x, "maps", n, n, n);

@@ -1,8 +1,8 @@
 // Speed of the moment math one by one and over arrays, next to the published algorithms; and of the
 // map's update next to copying its bytes.
 //
-// Arrays are fast only where the compiler vectorises: build this program with config=vector for that
-// (`make chart` does); figures carry the way of building in the method's name.
+// Arrays are fast only where the compiler vectorises: build this program with config=vector for
+// that (`make chart` does); figures carry the way of building in the method's name.
 #include "measure.h"
 
 #include "../support/published_moments.h"

@@ -56,7 +56,8 @@ static void fill_tiles(receiver *r)
     }
 }
 
-// Texels that a light with a half-angle tangent of 1 covers at the near plane, seen from the ground.
+// Texels that a light with a half-angle tangent of 1 covers at the near plane, seen from the
+// ground.
 static float widest(const compare_case *c)
 {
     mssm_light light;
@@ -124,7 +125,8 @@ static bool side_case(measurement *m, bench *b, int which, side_sum *sum, messag
     return true;
 }
 
-// Milliseconds that a new depth map costs a method. Some do next to nothing, too little for the clock.
+// Milliseconds that a new depth map costs a method. Some do next to nothing, too little for the
+// clock.
 static double update_ms(const bench *b, int which)
 {
     int repeats = 1;

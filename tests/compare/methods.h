@@ -12,15 +12,15 @@
 typedef struct depth_map {
     const mssm_light *light;
     int side;
-    const float *front, *back;  // as in mssm_map_update; back is NULL for open meshes
+    const float *front, *back; // as in mssm_map_update; back is NULL for open meshes
 } depth_map;
 
 typedef struct method {
-    const char *name;    // of legends and the CSV file, e.g. "PCSS, all texels"
-    const char *family;  // decides the colour: "MSSM", "layered", "PCSS", "VSM", ...
-    const char *source;  // author, year, title
-    int constant_time;   // the cost of a receiver does not depend on the kernel's width
-    int variant;         // for methods that share functions: samples, terms, moments...
+    const char *name;   // of legends and the CSV file, e.g. "PCSS, all texels"
+    const char *family; // decides the colour: "MSSM", "layered", "PCSS", "VSM", ...
+    const char *source; // author, year, title
+    int constant_time;  // the cost of a receiver does not depend on the kernel's width
+    int variant;        // for methods that share functions: samples, terms, moments...
     // Room for maps of that side; NULL when memory runs out. bytes is what has to stay in memory
     // for shading, depth map included where the method still reads it.
     void *(*create)(const struct method *m, int side, size_t *bytes);
@@ -31,10 +31,10 @@ typedef struct method {
     // Visibility in [0,1] of a world-space point; bias in texels of level 0, for methods that need
     // one (the library's own take their default); pixel seeds whatever is random.
     float (*visibility)(const void *state, const float point[3], float bias, unsigned pixel);
-    float bias;  // that suits the method best over scenes and lights; measured, in texels
+    float bias; // that suits the method best over scenes and lights; measured, in texels
     // NULL, or many points at once, for methods that have a faster way for that or use the normals.
-    void (*many)(const void *state, int count, const float (*points)[3],
-                 const float (*normals)[3], float *out);
+    void (*many)(const void *state, int count, const float (*points)[3], const float (*normals)[3],
+                 float *out);
 } method;
 
 extern const method methods[];
@@ -45,7 +45,7 @@ extern const int method_count;
 extern const method hard_methods[];
 extern const int hard_method_count;
 
-const method *method_named(const char *name);  // of either; NULL if there is none
+const method *method_named(const char *name); // of either; NULL if there is none
 
 // The Gaussian all of them share: weights of 2 * radius + 1 texels, standard deviation radius / 2,
 // sum 1. It is read bilinearly, so that its taps are joined by straight lines.

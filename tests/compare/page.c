@@ -280,9 +280,10 @@ static void write_weak_lights(const figures *f, FILE *page)
 {
     const numbers least = sweep_of(f, "weak", "min_shadow", "maps");
     if (!least.count) return;
-    fprintf(page, "32 lights, of which the weakest are left to nine harmonics without a shadow map "
-                  "(`min_shadow` of `lightprobe_extract`); means over probes:\n\n"
-                  "| min_shadow | maps | behind edges, %% | with shadows, %% |\n|---|---|---|---|\n");
+    fprintf(page,
+            "32 lights, of which the weakest are left to nine harmonics without a shadow map "
+            "(`min_shadow` of `lightprobe_extract`); means over probes:\n\n"
+            "| min_shadow | maps | behind edges, %% | with shadows, %% |\n|---|---|---|---|\n");
     for (int i = 0; i < least.count; i++)
         fprintf(page, "| %g | %.1f | %.2f | %.2f |\n", least.list[i],
                 mean_of(f, "weak", NULL, "min_shadow", least.list[i], "maps"),

@@ -77,8 +77,8 @@ static inline float sum_of(floats x)
     return (x[0] + x[1]) + (x[2] + x[3]);
 }
 
-// One texel after the other, as the library's own code is: two at a time, which is as fast as this gets
-// without vectors.
+// One texel after the other, as the library's own code is: two at a time, which is as fast as this
+// gets without vectors.
 static blockers blockers_of_row(const float *depth, int count, float limit)
 {
     int n = 0, i = 0;
@@ -134,8 +134,8 @@ static blockers blockers_in(const view *v, const place *r, kernel k, bool vector
     if (count <= 0) return all;
     for (int j = y.edge[0]; j < y.edge[3]; j++) {
         const float *depth = v->depth + (size_t)j * (size_t)v->side + (size_t)x.edge[0];
-        blockers row = vectors ? blockers_of_row_4(depth, count, limit)
-                               : blockers_of_row(depth, count, limit);
+        blockers row =
+            vectors ? blockers_of_row_4(depth, count, limit) : blockers_of_row(depth, count, limit);
         if (x.edge[1] > x.edge[0]) take_off(&row, depth[0], limit, 1 - x.first);
         if (x.edge[3] > x.edge[2]) take_off(&row, depth[count - 1], limit, 1 - x.last);
         const float share = j < y.edge[1] ? y.first : j >= y.edge[2] ? y.last : 1;
@@ -193,8 +193,8 @@ float pcf_visibility(const void *state_, const float point[3], float bias, unsig
     return place_of(&p->view, point, bias, &r) ? visible_share(&p->view, &r, five, false) : 1;
 }
 
-// Shares of the texels along one axis under a Gaussian that stands at a place between them: one more
-// than it has taps. Returns the first texel.
+// Shares of the texels along one axis under a Gaussian that stands at a place between them: one
+// more than it has taps. Returns the first texel.
 static int shares_at(const state *p, float at, float share[TAPS_MOST + 1])
 {
     const int taps = 2 * p->radius + 1;
@@ -217,8 +217,8 @@ void *gaussian_create(const struct method *m, int side, size_t *bytes)
     return p;
 }
 
-// Every texel under a Gaussian, each compared with its neighbours bilinearly as by a GPU: the kernel of
-// a blurred map read bilinearly. In vectors of four.
+// Every texel under a Gaussian, each compared with its neighbours bilinearly as by a GPU: the
+// kernel of a blurred map read bilinearly. In vectors of four.
 float gaussian_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
 {
     const state *p = state_;

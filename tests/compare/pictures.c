@@ -17,8 +17,8 @@ enum { WIDTH = 456, HEIGHT = 257, LABEL = 24, GAP = 8, COLUMNS = 3, ROWS = 2 };
 enum { ROW = 2 * (HEIGHT + LABEL) + GAP };
 enum { SHEET_WIDTH = COLUMNS * (WIDTH + GAP) + GAP, SHEET_HEIGHT = ROWS * ROW };
 enum { MAP_SIDE = 256, RAYS = 32, PANELS = COLUMNS * ROWS };
-// The error of visibility that is drawn in the strongest colour, and the steps up to it: with as many
-// as 256 the rays' noise would make up most of the file.
+// The error of visibility that is drawn in the strongest colour, and the steps up to it: with as
+// many as 256 the rays' noise would make up most of the file.
 #define FULL_SCALE 0.5f
 #define STEPS 10
 

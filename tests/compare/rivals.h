@@ -28,8 +28,8 @@ static inline float limited(float x, float low, float high)
     return x < high ? (x > low ? x : low) : high;
 }
 
-// Four texels or channels at a time, written out with what gcc and clang both have for it, because gcc
-// leaves such loops scalar at -O2.
+// Four texels or channels at a time, written out with what gcc and clang both have for it, because
+// gcc leaves such loops scalar at -O2.
 enum { LANES = 4 };
 typedef float floats __attribute__((vector_size(16)));
 typedef int32_t ints __attribute__((vector_size(16)));

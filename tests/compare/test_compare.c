@@ -435,8 +435,9 @@ static void squares(image *m, int texels, const float a[3], const float b[3])
     }
 }
 
-// What the paper gives: green and blue are as far apart as colours get (41.2760 in its code's units, all of
-// the range); black and white come to 0.967. What lies beyond the eye's resolution does not count.
+// What the paper gives: green and blue are as far apart as colours get (41.2760 in its code's
+// units, all of the range); black and white come to 0.967. What lies beyond the eye's resolution
+// does not count.
 static void flip_is_what_its_paper_says(void)
 {
     static const float black[3] = {0, 0, 0}, white[3] = {1, 1, 1}, green[3] = {0, 1, 0},

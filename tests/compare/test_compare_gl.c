@@ -1,5 +1,5 @@
-// The comparison's OpenGL half: the rival looks like soft shadows, and a frame with moment maps costs
-// less than one with it.
+// The comparison's OpenGL half: the rival looks like soft shadows, and a frame with moment maps
+// costs less than one with it.
 #include "gl_convolution.h"
 #include "measure_gl.h"
 #include "../support/gl_test.h"
@@ -116,8 +116,8 @@ static void convolution_is_nearer_to_the_truth_than_hard_shadows(void)
     stage s = {0};
     image truth = {0}, again = {0}, hard = {0}, soft[2] = {{0}, {0}};
     if (!gl_test_begin(&context)) return;
-    bool done = open_stage(&s, &why) && draw_truth(&s, &truth, &why) && draw_truth(&s, &again, &why) &&
-                draw_hard(&s, &hard, &why);
+    bool done = open_stage(&s, &why) && draw_truth(&s, &truth, &why) &&
+                draw_truth(&s, &again, &why) && draw_hard(&s, &hard, &why);
     CHECK(!done || !memcmp(truth.rgb, again.rgb, 3 * WIDTH * HEIGHT * sizeof *truth.rgb),
           "the truth is not the same twice");
     for (int i = 0; i < 2 && done; i++) {

@@ -1,5 +1,6 @@
-// What the chart's section on filtered hard shadows rests on: the truth against closed forms, and the
-// methods against sums over all texels. Apart from test_compare.c, which has scenes of another kind.
+// What the chart's section on filtered hard shadows rests on: the truth against closed forms, and
+// the methods against sums over all texels. Apart from test_compare.c, which has scenes of another
+// kind.
 #include "cases.h"
 #include "../support/test.h"
 
@@ -208,15 +209,16 @@ static void percentage_closer_sums_all_texels(void)
     CHECK(worst < 5e-5, "off by %g", worst);
 }
 
-// A half-plane at one depth in front of nothing, receivers far behind it: all methods but the first,
-// which has no Gaussian, have its integral. What is cut off against leaks adds to that: 0.05 for VSM and
-// EVSM of 64 bits, 0.02 for EVSM and by full_shadow.
+// A half-plane at one depth in front of nothing, receivers far behind it: all methods but the
+// first, which has no Gaussian, have its integral. What is cut off against leaks adds to that: 0.05
+// for VSM and EVSM of 64 bits, 0.02 for EVSM and by full_shadow.
 static void half_planes_have_the_gaussians_edge(void)
 {
     static const double limits[] = {0, 0.006, 0.056, 0.026, 0.056, 0.026, 0.026, 0.006, 0.026};
     static setup s;
     open_setup(&s);
-    CHECK(hard_method_count == (int)(sizeof limits / sizeof *limits), "%d methods", hard_method_count);
+    CHECK(hard_method_count == (int)(sizeof limits / sizeof *limits), "%d methods",
+          hard_method_count);
     for (int i = 0; i < SIDE * SIDE; i++) s.front[i] = i % SIDE < SIDE / 2 ? -0.4f : 1;
     for (int which = 1; which < hard_method_count; which++) {
         for (int radius = 4; radius <= 8; radius += 4) {

@@ -32,7 +32,8 @@ static void find(cut_lights *l, int way, const test_probe *p, int most)
 static double angle_between_lights(const lightprobe_light *a, const lightprobe_light *b)
 {
     double squared = 0;
-    for (int k = 0; k < 3; k++) squared += pow((double)a->direction[k] - (double)b->direction[k], 2);
+    for (int k = 0; k < 3; k++)
+        squared += pow((double)a->direction[k] - (double)b->direction[k], 2);
     return sqrt(squared) * 180 / 3.14159265358979;
 }
 
@@ -166,7 +167,8 @@ static void one_hot_texel_gets_its_own_light(void)
     test_probe_free(&p);
 }
 
-// Each cut lowers the sum it minimizes, so more lights never have more of it; counted from the texels.
+// Each cut lowers the sum it minimizes, so more lights never have more of it; counted from the
+// texels.
 static double variance_left(const test_probe *p, const cut_lights *l)
 {
     double sum = 0;
@@ -227,8 +229,8 @@ static void black_probe_has_no_cuts(void)
     test_probe_free(&p);
 }
 
-// The paper's way in tables, which make figures takes the time of, against lightprobe.h's own: in full rounds
-// it does not matter which region is first.
+// The paper's way in tables, which make figures takes the time of, against lightprobe.h's own: in
+// full rounds it does not matter which region is first.
 static void tables_find_the_median_cut(void)
 {
     enum { SIDE = 64, LIGHTS = 96 };
@@ -255,7 +257,8 @@ static void tables_find_the_median_cut(void)
     for (int i = 0; i < count; i++) {
         int near = 0;
         for (int k = 1; k < found; k++)
-            if (angle_between_lights(&lights[i], &own[k]) < angle_between_lights(&lights[i], &own[near]))
+            if (angle_between_lights(&lights[i], &own[k]) <
+                angle_between_lights(&lights[i], &own[near]))
                 near = k;
         const double off = fabs((double)lights[i].tan_half_u / (double)own[near].tan_half_u - 1);
         if (angle_between_lights(&lights[i], &own[near]) > 0.2) {
@@ -276,7 +279,8 @@ static void tables_find_the_median_cut(void)
 }
 
 const test_case cuts_tests[] = {
-    {"cuts: the paper's tables find the lights of LIGHTPROBE_MEDIAN_CUT", tables_find_the_median_cut},
+    {"cuts: the paper's tables find the lights of LIGHTPROBE_MEDIAN_CUT",
+     tables_find_the_median_cut},
     {"cuts: lights hold the probe's energy", lights_hold_the_probes_energy},
     {"cuts: few lights are the brightest", few_lights_are_the_brightest},
     {"cuts: every lit texel belongs to a rectangle, of variance cuts to one",

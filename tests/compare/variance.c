@@ -22,7 +22,8 @@ typedef struct state {
     size_t level[LEVELS_MAX]; // where they start
 } state;
 
-// Measured: the least mean error over the scenes of tests/support/scenes.h. Depth is 0 to 1, see scaled().
+// Measured: the least mean error over the scenes of tests/support/scenes.h. Depth is 0 to 1, see
+// scaled().
 static const float bleeding_vsm = 0.0f, bleeding_vssm = 0.12f, bleeding_evsm = 0.10f;
 static const float variance_vsm = 1e-7f, variance_vssm = 1e-3f, variance_evsm = 1e-8f;
 static const float exponent_positive = 0.55f, exponent_negative = 11.7f;

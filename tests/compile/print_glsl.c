@@ -15,8 +15,8 @@ int main(int argc, char **argv)
         printf("void main() { mssm_translucent(gl_FragCoord.z, 0.5); }\n");
         return 0;
     }
-    printf("#version 450 core\n%s%s%s%s%s", mssm_glsl_math(), mssm_glsl_scattering(), lightprobe_glsl_math(),
-           lightprobe_glsl_lights(), lightprobe_glsl_specular());
+    printf("#version 450 core\n%s%s%s%s%s", mssm_glsl_math(), mssm_glsl_scattering(),
+           lightprobe_glsl_math(), lightprobe_glsl_lights(), lightprobe_glsl_specular());
     printf("layout(local_size_x = 1) in;\nvoid main() {}\n");
     return 0;
 }

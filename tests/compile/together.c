@@ -1,7 +1,7 @@
 // Both headers with their implementations in one file, in either order (tests/compile.sh), included
 // twice as large programs happen to do.
 #if defined _WIN32
-#include <windows.h>  // defines near, far, min, max, MemoryBarrier...
+#include <windows.h> // defines near, far, min, max, MemoryBarrier...
 #endif
 #define MSSM_IMPLEMENTATION
 #define LIGHTPROBE_IMPLEMENTATION

@@ -7,7 +7,8 @@
 #ifdef __cplusplus
 extern "C"
 #endif
-float visibility_in_a(float z);
+    float
+    visibility_in_a(float z);
 
 float visibility_in_a(float z)
 {

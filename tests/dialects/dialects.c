@@ -1,6 +1,6 @@
-// The shading texts on the driver's compiler in each dialect, and what they compute in OpenGL ES 3.0 and OpenGL 3.3
-// against the CPU halves. With an argument, "330" say, prints a fragment shader of all texts for another compiler,
-// with "words" every text there is.
+// The shading texts on the driver's compiler in each dialect, and what they compute in OpenGL ES
+// 3.0 and OpenGL 3.3 against the CPU halves. With an argument, "330" say, prints a fragment shader
+// of all texts for another compiler, with "words" every text there is.
 #include "../../lightprobe.h"
 #include "../../mssm.h"
 
@@ -46,7 +46,8 @@ static char *shadow_text(int moments, int lights, const char *name, int estimato
     mssm_glsl_shader(&desc, text, bytes - 1);
     if (text[bytes - 1] != 77) check(false, "a text was written where it has no room");
     mssm_glsl_shader(&desc, text, bytes);
-    if (text[bytes] != 77 || strlen(text) != bytes - 1) check(false, "the length of a text is not what was said");
+    if (text[bytes] != 77 || strlen(text) != bytes - 1)
+        check(false, "the length of a text is not what was said");
     return text;
 }
 
@@ -92,7 +93,8 @@ static void texts_compile(const char *version)
     all_texts(text);
     snprintf(line, sizeof line, "#version %s\n", version);
     const bool good = compiles(line, text, log);
-    check(good && !log[0], "all texts compile as %s on the driver%s%s", version, good ? "" : ": ", log);
+    check(good && !log[0], "all texts compile as %s on the driver%s%s", version, good ? "" : ": ",
+          log);
 }
 
 // ---- What they compute
@@ -106,7 +108,8 @@ typedef struct map_of {
 
 static void make_map(map_of *m, int kind, int side, int moments, uint64_t *state)
 {
-    const float low[3] = {-1, 0, -1}, high[3] = {1, 1, 1}, to_light[3] = {0.4f, 1, 0.2f}, axis[3] = {1, 0, 0};
+    const float low[3] = {-1, 0, -1}, high[3] = {1, 1, 1}, to_light[3] = {0.4f, 1, 0.2f},
+                axis[3] = {1, 0, 0};
     const float above[3] = {0.3f, 2.5f, 0.1f};
     const size_t bytes = mssm_map_bytes(side, moments);
     float *depth = malloc((size_t)side * (size_t)side * 2 * sizeof *depth);
@@ -134,14 +137,16 @@ static void upload(const map_of *m, int light, const GLuint texture[3])
     for (int which = 0; which < 3; which++) {
         gl33.ActiveTexture(GL_TEXTURE0 + (GLenum)which);
         gl33.BindTexture(GL_TEXTURE_2D_ARRAY, texture[which]);
-        gl33.TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, 0x2700); // GL_NEAREST_MIPMAP_NEAREST
+        gl33.TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER,
+                           0x2700); // GL_NEAREST_MIPMAP_NEAREST
         gl33.TexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
         for (int i = 0; !mssm_map_texels(m->map, which, i, &t, texels, (size_t)16 << 20); i++) {
             gl33.TexParameteri(GL_TEXTURE_2D_ARRAY, 0x813D, t.levels - 1); // GL_TEXTURE_MAX_LEVEL
             if (light == 0)
-                gl33.TexImage3D(GL_TEXTURE_2D_ARRAY, i, (GLint)t.internal_format, t.side, t.side, LIGHTS, 0, t.format,
-                                t.type, NULL);
-            gl33.TexSubImage3D(GL_TEXTURE_2D_ARRAY, i, 0, 0, light, t.side, t.side, 1, t.format, t.type, texels);
+                gl33.TexImage3D(GL_TEXTURE_2D_ARRAY, i, (GLint)t.internal_format, t.side, t.side,
+                                LIGHTS, 0, t.format, t.type, NULL);
+            gl33.TexSubImage3D(GL_TEXTURE_2D_ARRAY, i, 0, 0, light, t.side, t.side, 1, t.format,
+                               t.type, texels);
         }
     }
     free(texels);
@@ -151,7 +156,8 @@ static void upload(const map_of *m, int light, const GLuint texture[3])
 static void point_of(int i, float p[3], float n[3])
 {
     const int x = i % SIDE, y = i / SIDE;
-    const float at[3] = {(float)(x - 32) / 24.0f, (float)((x * 7 + y * 3) & 31) / 32.0f, (float)(y - 32) / 24.0f};
+    const float at[3] = {(float)(x - 32) / 24.0f, (float)((x * 7 + y * 3) & 31) / 32.0f,
+                         (float)(y - 32) / 24.0f};
     memcpy(p, at, sizeof at);
     n[0] = 0.25f;
     n[1] = y % 2 ? 1.0f : 0.0f; // none at all in each other row
@@ -169,7 +175,8 @@ static const char receivers[] =
     "    color = vec4(lamp(0, p, n), lamp(1, p, n), lamp(2, p, n), 1.0);\n"
     "    if (lamp(3, p) != 1.0 || lamp(-1, p, n) != 1.0) color = vec4(7.0);\n"
     "}\n";
-static const char triangle[] = "void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }\n";
+static const char triangle[] =
+    "void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }\n";
 
 static bool draw(const char *version, const char *const *fragment, image *out, message *why,
                  void (*set)(GLuint program))
@@ -193,9 +200,11 @@ static bool draw(const char *version, const char *const *fragment, image *out, m
 
 static void set_shadows(GLuint program)
 {
-    static const char *const names[3] = {"mssm_lamp_table0", "mssm_lamp_table1", "mssm_lamp_depths"};
+    static const char *const names[3] = {"mssm_lamp_table0", "mssm_lamp_table1",
+                                         "mssm_lamp_depths"};
     for (int i = 0; i < 3; i++) gl33.Uniform1i(gl33.GetUniformLocation(program, names[i]), i);
-    gl33.UniformBlockBinding(program, gl33.GetUniformBlockIndex(program, "mssm_lamp_view_block"), 5);
+    gl33.UniformBlockBinding(program, gl33.GetUniformBlockIndex(program, "mssm_lamp_view_block"),
+                             5);
 }
 
 static void shadows_are_the_cpus(const char *version, int side, int moments, int estimator)
@@ -232,9 +241,10 @@ static void shadows_are_the_cpus(const char *version, int side, int moments, int
             between += v > 0.05f && v < 0.95f;
         }
     }
-    check(drawn && between > POINTS / 20 && worst < 0.02 && sum < 2e-5,
-          "%.6s: visibility is the CPU's, side %d, %d moments, estimator %d (%.1e, at worst %.1e, %d in penumbrae)%s", version + 9,
-          side, moments, estimator, sum, worst, (int)between, drawn ? "" : why.text);
+    check(
+        drawn && between > POINTS / 20 && worst < 0.02 && sum < 2e-5,
+        "%.6s: visibility is the CPU's, side %d, %d moments, estimator %d (%.1e, at worst %.1e, %d in penumbrae)%s",
+        version + 9, side, moments, estimator, sum, worst, (int)between, drawn ? "" : why.text);
     if (drawn) image_free(&picture);
     for (int i = 0; i < LIGHTS; i++) free(m[i].memory);
     gl33.DeleteTextures(3, texture);
@@ -278,33 +288,42 @@ static void probe_lights_are_the_cpus(const char *version)
     for (int i = 0; i < 6; i++) cube.face[i] = texels + i * FACE * FACE * 3;
     const size_t bytes = lightprobe_scratch_bytes(FACE, MOST);
     void *scratch = malloc(bytes);
-    if (lightprobe_extract(&cube, &settings, scratch, bytes, light, &count, &stats)) check(false, "no lights");
-    check(!lightprobe_uniforms(light, count, &stats, block, sizeof block), "%d lights become uniforms", count);
+    if (lightprobe_extract(&cube, &settings, scratch, bytes, light, &count, &stats))
+        check(false, "no lights");
+    check(!lightprobe_uniforms(light, count, &stats, block, sizeof block),
+          "%d lights become uniforms", count);
     GLuint uniforms;
     gl33.GenBuffers(1, &uniforms);
     gl33.BindBufferBase(GL_UNIFORM_BUFFER, 4, uniforms);
     gl33.BufferData(GL_UNIFORM_BUFFER, sizeof block, block, 0x88E8);
-    const char *const fragment[] = {"#define LIGHTPROBE_UNIFORMS 12\n", lightprobe_glsl_math(), lightprobe_glsl_lights(),
-                                    lightprobe_glsl_specular(), irradiance, NULL};
+    const char *const fragment[] = {"#define LIGHTPROBE_UNIFORMS 12\n",
+                                    lightprobe_glsl_math(),
+                                    lightprobe_glsl_lights(),
+                                    lightprobe_glsl_specular(),
+                                    irradiance,
+                                    NULL};
     image picture;
     message why = {"OpenGL refused a call"};
     const bool drawn = draw(version, fragment, &picture, &why, set_lights);
     double worst = 0, most = 0;
     for (int i = 0; i < POINTS && drawn; i++) {
-        const float x = ((float)(i % SIDE) + 0.5f) / 32 - 1, z = ((float)(i / SIDE) + 0.5f) / 32 - 1;
+        const float x = ((float)(i % SIDE) + 0.5f) / 32 - 1,
+                    z = ((float)(i / SIDE) + 0.5f) / 32 - 1;
         const vec3 unit = vec_unit(vec(x, 1 - x * x - z * z, z));
         const float n[3] = {unit.x, unit.y, unit.z};
         float sum[3];
         lightprobe_residual_irradiance(&stats, n, sum);
         for (int k = 0; k < count; k++) {
             const float *d = light[k].direction;
-            const float part = lightprobe_disc_irradiance(light[k].cos_alpha, d[0] * n[0] + d[1] * n[1] + d[2] * n[2]);
+            const float part = lightprobe_disc_irradiance(light[k].cos_alpha,
+                                                          d[0] * n[0] + d[1] * n[1] + d[2] * n[2]);
             for (int c = 0; c < 3; c++) sum[c] += part * light[k].irradiance[c];
         }
         if (i % SIDE > i / SIDE) {
             const vec3 to_viewer = vec_unit(vec(x + 0.3f, 1 - z * z, -z));
             const float view[3] = {to_viewer.x, to_viewer.y, to_viewer.z}, f0[3] = {0.04f, 0.5f, 1};
-            const lightprobe_lobe lobe = lightprobe_specular_lobe(n, view, 0.5f * fabsf(x) + 0.03f, f0);
+            const lightprobe_lobe lobe =
+                lightprobe_specular_lobe(n, view, 0.5f * fabsf(x) + 0.03f, f0);
             memset(sum, 0, sizeof sum);
             for (int k = 0; k < count; k++) {
                 float part[3];
@@ -313,11 +332,14 @@ static void probe_lights_are_the_cpus(const char *version)
             }
         }
         const vec3 seen = image_get(&picture, i % SIDE, SIDE - 1 - i / SIDE);
-        worst = fmax(worst, fmax(fabs(seen.x - sum[0]), fmax(fabs(seen.y - sum[1]), fabs(seen.z - sum[2]))));
+        worst = fmax(
+            worst, fmax(fabs(seen.x - sum[0]), fmax(fabs(seen.y - sum[1]), fabs(seen.z - sum[2]))));
         most = fmax(most, sum[1]);
     }
-    check(drawn && most > 0.1 && worst < 1e-5 * most, "%.6s: irradiance and reflection of a probe's lights are the CPU's (at worst %.1e of %.2f)%s",
-          version + 9, worst, most, drawn ? "" : why.text);
+    check(
+        drawn && most > 0.1 && worst < 1e-5 * most,
+        "%.6s: irradiance and reflection of a probe's lights are the CPU's (at worst %.1e of %.2f)%s",
+        version + 9, worst, most, drawn ? "" : why.text);
     if (drawn) image_free(&picture);
     free(scratch);
     gl33.DeleteBuffers(1, &uniforms);
@@ -367,14 +389,17 @@ static void bad_arguments_are_refused(void)
     memset(light, 1, sizeof light);
     memset(block, 7, sizeof block);
     memcpy(same, block, sizeof block);
-    const bool refused = lightprobe_uniforms(NULL, 1, &stats, block, 352) == LIGHTPROBE_ERROR_NULL &&
-                         lightprobe_uniforms(light, 1, NULL, block, 352) == LIGHTPROBE_ERROR_NULL &&
-                         lightprobe_uniforms(light, 1, &stats, NULL, 352) == LIGHTPROBE_ERROR_NULL &&
-                         lightprobe_uniforms(light, -1, &stats, block, 352) == LIGHTPROBE_ERROR_LIGHTS &&
-                         lightprobe_uniforms(light, 2, &stats, block, 351) == LIGHTPROBE_ERROR_LIGHTS &&
-                         lightprobe_uniforms(NULL, 0, &stats, block, 191) == LIGHTPROBE_ERROR_LIGHTS;
-    check(refused && !memcmp(block, same, sizeof block), "uniforms of lights: bad arguments change nothing");
-    check(!lightprobe_uniforms(NULL, 0, &stats, block, 192) && !lightprobe_uniforms(light, 2, &stats, block, 352),
+    const bool refused =
+        lightprobe_uniforms(NULL, 1, &stats, block, 352) == LIGHTPROBE_ERROR_NULL &&
+        lightprobe_uniforms(light, 1, NULL, block, 352) == LIGHTPROBE_ERROR_NULL &&
+        lightprobe_uniforms(light, 1, &stats, NULL, 352) == LIGHTPROBE_ERROR_NULL &&
+        lightprobe_uniforms(light, -1, &stats, block, 352) == LIGHTPROBE_ERROR_LIGHTS &&
+        lightprobe_uniforms(light, 2, &stats, block, 351) == LIGHTPROBE_ERROR_LIGHTS &&
+        lightprobe_uniforms(NULL, 0, &stats, block, 191) == LIGHTPROBE_ERROR_LIGHTS;
+    check(refused && !memcmp(block, same, sizeof block),
+          "uniforms of lights: bad arguments change nothing");
+    check(!lightprobe_uniforms(NULL, 0, &stats, block, 192) &&
+              !lightprobe_uniforms(light, 2, &stats, block, 352),
           "uniforms of lights: as many bytes as are said");
 }
 
@@ -383,8 +408,10 @@ static void bad_arguments_are_refused(void)
 static bool begin(gl_context *c, bool es)
 {
     const char *missing;
-    if (gl_context_create_portable(c, es, &missing) && gl33_load(gl_context_function, &missing)) return true;
-    printf("%s  OpenGL%s: %s\n", getenv("TEST_REQUIRE_GL") ? "FAIL" : "skip", es ? " ES 3.0" : " 3.3", missing);
+    if (gl_context_create_portable(c, es, &missing) && gl33_load(gl_context_function, &missing))
+        return true;
+    printf("%s  OpenGL%s: %s\n", getenv("TEST_REQUIRE_GL") ? "FAIL" : "skip",
+           es ? " ES 3.0" : " 3.3", missing);
     failures += getenv("TEST_REQUIRE_GL") != NULL;
     return false;
 }
@@ -398,7 +425,8 @@ static void compute_in(bool es)
     if (es) texts_compile("310 es");
     static const int sides[] = {37, 64, 200};
     for (int i = 0; i < 3; i++) {
-        for (int moments = 4; moments <= 6; moments += 2) shadows_are_the_cpus(version, sides[i], moments, 0);
+        for (int moments = 4; moments <= 6; moments += 2)
+            shadows_are_the_cpus(version, sides[i], moments, 0);
     }
     shadows_are_the_cpus(version, 100, 6, 1);
     shadows_are_the_cpus(version, 100, 4, 2);
@@ -406,7 +434,8 @@ static void compute_in(bool es)
     const char *text[10];
     char log[2000];
     all_texts(text);
-    check(!compiles(es ? "#version 100\n" : "#version 150\n", text + 1, log) && strstr(log, "#version 330"),
+    check(!compiles(es ? "#version 100\n" : "#version 150\n", text + 1, log) &&
+              strstr(log, "#version 330"),
           "a #version that will not do is named");
     gl_context_destroy(&context);
 }

@@ -90,7 +90,8 @@ static void pictures_agree(void)
     if (!gl_test_begin(&context)) return;
     stage s = {.light = {.lights = 0}};
     message why = {{0}};
-    const int width = test_trials(640) < 192 ? 192 : test_trials(640); // edges count for more in less
+    const int width =
+        test_trials(640) < 192 ? 192 : test_trials(640); // edges count for more in less
     const bool done = stage_create(&s, width, width * 9 / 16, &why) && render_cpu(&s, &why) &&
                       render_gl(&s, &why);
     CHECK(done, "%s", why.text);

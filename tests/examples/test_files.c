@@ -239,8 +239,8 @@ static void hostile_headers_are_refused(void)
     }
 }
 
-// Every dialect of the header, whatever byte the values begin with, whole, with bytes behind, and cut
-// short.
+// Every dialect of the header, whatever byte the values begin with, whole, with bytes behind, and
+// cut short.
 static void pfm_headers_have_dialects(void)
 {
     static bytes b;
@@ -281,9 +281,9 @@ static void pfm_headers_have_dialects(void)
                 if (more > 0) put_text(&b, more > 1 ? "\n\n" : "\n");
                 if (more < 0) b.size -= (size_t)-more;
                 const bool decoded = decode_exact(&im, b.at, b.size, &why);
-                // Blanks that begin the values, behind a blank and not at a file's exact end, are lost:
-                // what then misses bytes is refused, as is a file cut short. One header in a single
-                // line cannot tell either from the other.
+                // Blanks that begin the values, behind a blank and not at a file's exact end, are
+                // lost: what then misses bytes is refused, as is a file cut short. One header in a
+                // single line cannot tell either from the other.
                 const bool blank = f < 5, tail = text[strlen(text) - 1] == ' ';
                 if (more < 0)
                     CHECK(!decoded || !header[k].lines, "header %d cut by %d", (int)k, -more);
@@ -354,7 +354,8 @@ static void hdr_headers_have_dialects(void)
     }
 }
 
-// Plain pixels that look like marks of either coding, anywhere; and codings that fill just as many bytes.
+// Plain pixels that look like marks of either coding, anywhere; and codings that fill just as many
+// bytes.
 static void flat_pictures_may_look_coded(void)
 {
     static bytes b;
@@ -702,18 +703,12 @@ static void tone_curve_is_total(void)
 static vec3 convention(int face, float s, float t)
 {
     switch (face) {
-    case 0:
-        return vec(1, -t, -s);
-    case 1:
-        return vec(-1, -t, s);
-    case 2:
-        return vec(s, 1, t);
-    case 3:
-        return vec(s, -1, -t);
-    case 4:
-        return vec(s, -t, 1);
-    default:
-        return vec(-s, -t, -1);
+    case 0: return vec(1, -t, -s);
+    case 1: return vec(-1, -t, s);
+    case 2: return vec(s, 1, t);
+    case 3: return vec(s, -1, -t);
+    case 4: return vec(s, -t, 1);
+    default: return vec(-s, -t, -1);
     }
 }
 
@@ -1028,8 +1023,8 @@ static void obj_refusals_name_the_line(void)
           "a zero byte: %s", why.text);
 }
 
-// Random polygons that do not cross themselves, in any plane: the triangles have the polygon's area, and
-// all face its way, so none lies on another or outside.
+// Random polygons that do not cross themselves, in any plane: the triangles have the polygon's
+// area, and all face its way, so none lies on another or outside.
 static void obj_polygons_may_be_concave(void)
 {
     static char text[1 << 16];
@@ -1087,7 +1082,8 @@ static void obj_polygons_may_be_concave(void)
     }
 }
 
-// A disc of many corners, some of which are concave by rounding; and more corners than anyone waits for.
+// A disc of many corners, some of which are concave by rounding; and more corners than anyone waits
+// for.
 static void obj_polygons_may_be_long(void)
 {
     const int most = test_trials(10) < 10 ? 5000 : 40000;
@@ -1293,8 +1289,8 @@ static void depth_maps_cut_as_opengl_does(void)
                              vec(0, 1, 0));
             if (i % 3 == 2) scene_put_triangle(&s, i - 2, i - 1, i);
         }
-        // Rows x and y turned in the plane and mirrored every other time, depth of -1 to 1 for z of .6
-        // to -.6, or in perspective from z = 2.5: between distances 1.5 and 3.
+        // Rows x and y turned in the plane and mirrored every other time, depth of -1 to 1 for z of
+        // .6 to -.6, or in perspective from z = 2.5: between distances 1.5 and 3.
         const bool perspective = trial >= 6, back = trial % 3 == 2;
         const float c = cosf((float)trial), e = sinf((float)trial),
                     mirror = trial % 2 ? -1.0f : 1.0f;
@@ -1462,8 +1458,8 @@ static float only_seen(vec3 normal, bool seen)
     return seen ? 1 : 0;
 }
 
-// Where one surface fills a pixel, the traced picture is its albedo or black, as a ray says; it may be
-// between them where a shadow ends, or another where the samples between touch an edge.
+// Where one surface fills a pixel, the traced picture is its albedo or black, as a ray says; it may
+// be between them where a shadow ends, or another where the samples between touch an edge.
 static void traced_pictures_have_shadows(void)
 {
     const camera eye = camera_look(vec(1, 2.5f, 6), vec(0, 0.6f, 0), 0.7f, 1.5f);

@@ -1,5 +1,5 @@
-// The room whose probe is rendered each frame: the example's own code against rays, in one picture and
-// over frames in which lamp, door and sun patch move.
+// The room whose probe is rendered each frame: the example's own code against rays, in one picture
+// and over frames in which lamp, door and sun patch move.
 #define main gl_room_main
 #include "../../examples/gl_room.c"
 #undef main
@@ -93,7 +93,8 @@ static bool begin(stage *s, int lights)
 
 enum { KINDS = 7, NAMES = 2000, DELETE_STATUS = 0x8B80 };
 
-// Not counting what is marked for deletion: Mesa keeps the program of the last pass for depth alone.
+// Not counting what is marked for deletion: Mesa keeps the program of the last pass for depth
+// alone.
 static int living_objects(void)
 {
     static const char *const is[KINDS] = {"glIsTexture", "glIsBuffer",      "glIsFramebuffer",
@@ -202,8 +203,8 @@ static void things_are_lit_as_by_rays(void)
     end(&s);
 }
 
-// Frames of 1/480 of the loop, a 60th of a second of eight. The truth between its frames is straight.
-// What differs is less than what moves; most of it is where balls touch the table.
+// Frames of 1/480 of the loop, a 60th of a second of eight. The truth between its frames is
+// straight. What differs is less than what moves; most of it is where balls touch the table.
 static void nothing_flickers(void)
 {
     const float step = 1.0f / 480, start = 0.1f;

@@ -1,12 +1,12 @@
-// The governor against simulated GPUs: steps, ramps, spikes, noise, timers that report late, and ladders
-// whose costs are wrong.
+// The governor against simulated GPUs: steps, ramps, spikes, noise, timers that report late, and
+// ladders whose costs are wrong.
 #include "../../examples/common/governor.h"
 #include "../support/test.h"
 
 #include <math.h>
 
 enum { LEVELS = 6, LATE = 3 };
-static const quality ladder[LEVELS] = {{1, 1, 4, MSSM_LAYERED, 1},   {2, 1, 4, MSSM_LAYERED, 1.5f},
+static const quality ladder[LEVELS] = {{1, 1, 4, MSSM_LAYERED, 1},    {2, 1, 4, MSSM_LAYERED, 1.5f},
                                        {3, 1, 4, MSSM_LAYERED, 2.5f}, {4, 1, 4, MSSM_LAYERED, 4},
                                        {5, 1, 4, MSSM_LAYERED, 7},    {6, 1, 4, MSSM_LAYERED, 10}};
 
@@ -35,8 +35,8 @@ static void gpu_start(gpu *u, int first, double noise)
 static void gpu_frame(gpu *u, double load)
 {
     const int slot = u->frames++ % LATE, before = u->governor.level;
-    const double time = u->load[slot] * u->cost[u->queue[slot]] *
-                        (1 + u->noise * (2 * test_uniform(&u->seed) - 1));
+    const double time =
+        u->load[slot] * u->cost[u->queue[slot]] * (1 + u->noise * (2 * test_uniform(&u->seed) - 1));
     const int level = governor_frame(&u->governor, (float)time, u->queue[slot]);
     u->changes += level != before;
     u->ups += level > before;
@@ -116,7 +116,8 @@ static void spikes_are_ignored(void)
     expect_best(&u, 2, "spikes");
 }
 
-// The thesis' controller applied and undid one action for ever: a level that is said to fit, and doesn't.
+// The thesis' controller applied and undid one action for ever: a level that is said to fit, and
+// doesn't.
 static void wrong_costs_are_learnt(void)
 {
     for (double wrong = 0.6; wrong < 5; wrong *= 1.3) {
@@ -127,8 +128,8 @@ static void wrong_costs_are_learnt(void)
         if (wrong >= 1) expect_best(&u, 2.5, "learning");
         const int first = u.changes;
         gpu_run(&u, 100000, 2.5, 2.5);
-        test_note("costs wrong by %.2f: %d changes in the first 2000 frames, %d in 100000 more", wrong,
-                  first, u.changes);
+        test_note("costs wrong by %.2f: %d changes in the first 2000 frames, %d in 100000 more",
+                  wrong, first, u.changes);
         CHECK(first <= 8 && u.changes <= 16, "it swings");
     }
 }

@@ -1,5 +1,6 @@
-// Light of one's own times the ratio of shadowed to unshadowed light of a probe's lights, as in section 7b of
-// docs/integration.md, against rays; and that it changes nothing where there is nothing to shadow.
+// Light of one's own times the ratio of shadowed to unshadowed light of a probe's lights, as in
+// section 7b of docs/integration.md, against rays; and that it changes nothing where there is
+// nothing to shadow.
 #include "../../examples/common/lighting.h"
 #include "../../examples/common/photograph.h"
 #include "../support/oracle_lightprobe.h"
@@ -145,7 +146,8 @@ static void light_scene(lighting *l, const probe *p, const scene *casters, int l
         abort();
 }
 
-// Root mean square errors of all channels in parts of the mean without shadows; where: 0 ground, 1 objects, 2 both.
+// Root mean square errors of all channels in parts of the mean without shadows; where: 0 ground, 1
+// objects, 2 both.
 static void errors_of(const receivers *r, vec3 (*got)[RECEIVERS], int where, double *error)
 {
     double mean = 0;
@@ -240,8 +242,9 @@ static void ratio_is_near_to_rays(void)
 
 // ---- Prefiltered maps
 
-// What a lobe cos^p about the reflected ray gathers of the lights, shadowed and not: the lobe and the disc both
-// taken for Gaussians on the sphere, whose mean square widths, 1/p and (1 - cos)/2, add up.
+// What a lobe cos^p about the reflected ray gathers of the lights, shadowed and not: the lobe and
+// the disc both taken for Gaussians on the sphere, whose mean square widths, 1/p and (1 - cos)/2,
+// add up.
 static void lobe_at(const lighting *l, vec3 point, vec3 normal, vec3 ray, float p, vec3 *seen,
                     vec3 *all)
 {
@@ -424,8 +427,8 @@ static void random_point(const scene *s, uint64_t *state, vec3 *point, vec3 *nor
     *normal = vec_unit(*normal);
 }
 
-// What a light loses on a body that nothing shadows: where part of its disc is below the receiver's horizon, the
-// body itself rises in front of that part, which the irradiance has lost already.
+// What a light loses on a body that nothing shadows: where part of its disc is below the receiver's
+// horizon, the body itself rises in front of that part, which the irradiance has lost already.
 static void a_body_alone_keeps_its_light(void)
 {
     static const float least[3] = {0.90f, 0.94f,

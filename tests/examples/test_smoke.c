@@ -118,8 +118,7 @@ static bool begin(int moments)
                       (stage.tree = bvh_create(&stage.solids)) &&
                       gl_target_create(&stage.answers, ALONG, RAYS, 1, formats, &why) &&
                       !mssm_light_directional(&stage.light, to_sun, axis, 0.1f, 0.1f, low, high) &&
-                      !mssm_gl_create(&stage.map, &hard) &&
-                      !mssm_gl_create(&stage.tables, &soft) &&
+                      !mssm_gl_create(&stage.map, &hard) && !mssm_gl_create(&stage.tables, &soft) &&
                       !mssm_gl_set_light(stage.map, 0, &stage.light) &&
                       !mssm_gl_set_light(stage.tables, 0, &stage.light);
     CHECK(made, "%s", why.text);
@@ -159,14 +158,13 @@ static void draw_maps(int moments)
     CHECK(!mssm_gl_begin_translucent(stage.map), "begin");
     gl_smoke_draw(&stage.plume, layer, stage.light.world_to_shadow, vec_of(to_sun), 0);
     CHECK(!mssm_gl_end_translucent(stage.map), "end");
-    gl.GetTextureImage(mssm_gl_texture(stage.map, 3), 0, GL_RGBA, GL_FLOAT, sizeof part,
-                       part);
+    gl.GetTextureImage(mssm_gl_texture(stage.map, 3), 0, GL_RGBA, GL_FLOAT, sizeof part, part);
     for (int i = 0; i < 6 * TEXELS; i++) stage.encoded[i] = part[i % 6 / 3][i / 6 * 4 + i % 3];
     CHECK(!mssm_gl_set_moments(stage.tables, 0, mssm_gl_texture(stage.map, 3)), "moments");
     CHECK(!mssm_gl_build(stage.tables) && !mssm_gl_build(stage.map), "build");
     for (int k = 0; k < moments / 4 + moments % 4 / 2; k++) {
-        gl.GetTextureImage(mssm_gl_texture(stage.map, (unsigned)k != 0), 0, GL_RGBA,
-                           GL_FLOAT, sizeof part[0], part[k]);
+        gl.GetTextureImage(mssm_gl_texture(stage.map, (unsigned)k != 0), 0, GL_RGBA, GL_FLOAT,
+                           sizeof part[0], part[k]);
     }
     for (int i = 0; i < 6 * TEXELS; i++) stage.rounded[i] = part[i % 6 / 4][i / 6 * 4 + i % 6 % 4];
     gl.DeleteProgram(depth);

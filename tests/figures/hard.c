@@ -1,5 +1,5 @@
-// The slides' plots of run time: filtered hard shadows against the radius of the Gaussian, the side of
-// the map and the size of the picture.
+// The slides' plots of run time: filtered hard shadows against the radius of the Gaussian, the side
+// of the map and the size of the picture.
 #include "../compare/methods.h"
 #include "page.h"
 

@@ -1,7 +1,8 @@
-// Lights of a probe in the image-based lighting paper's own way (sections 3.1, 4.1 and 5): summed-area
-// tables of XYZ and of the moments of Y, cuts by luminance, lights from tables; on the CPU, and in
-// OpenGL by compute shaders with one group of 256 threads for the cuts and a bitonic sorter. With the
-// mended formulas of docs/errata.md. A rival of lightprobe.h, in three steps that can be timed.
+// Lights of a probe in the image-based lighting paper's own way (sections 3.1, 4.1 and 5):
+// summed-area tables of XYZ and of the moments of Y, cuts by luminance, lights from tables; on the
+// CPU, and in OpenGL by compute shaders with one group of 256 threads for the cuts and a bitonic
+// sorter. With the mended formulas of docs/errata.md. A rival of lightprobe.h, in three steps that
+// can be timed.
 #ifndef MEDIAN_CUT_H
 #define MEDIAN_CUT_H
 

@@ -1,5 +1,5 @@
-// docs/figures.md and its pictures: every figure is a function that measures, draws, and says in one
-// sentence whether it agrees with the paper.
+// docs/figures.md and its pictures: every figure is a function that measures, draws, and says in
+// one sentence whether it agrees with the paper.
 #ifndef FIGURES_PAGE_H
 #define FIGURES_PAGE_H
 

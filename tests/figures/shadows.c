@@ -1,5 +1,5 @@
-// Kneiphof's figure 4 and Annen's table 1: what soft shadows cost in OpenGL, against the side of the maps,
-// the size of the picture and the number of lights.
+// Kneiphof's figure 4 and Annen's table 1: what soft shadows cost in OpenGL, against the side of
+// the maps, the size of the picture and the number of lights.
 #include "page.h"
 
 #include "../../examples/common/gl_context.h"

@@ -93,8 +93,8 @@ typedef struct shading {
     const studio_lights *lights;
     const shadowing *how;
     const lightprobe_light *light; // the one that is added
-    void *state, *memory, *depth; // rivals read the depth map itself
-    mssm_map *map; // of the library
+    void *state, *memory, *depth;  // rivals read the depth map itself
+    mssm_map *map;                 // of the library
     mssm_light frustum;
     image *out;
 } shading;

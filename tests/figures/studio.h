@@ -1,4 +1,5 @@
-// A scene under the lights of a probe, seen by one camera and shadowed by any method, light by light.
+// A scene under the lights of a probe, seen by one camera and shadowed by any method, light by
+// light.
 #ifndef STUDIO_H
 #define STUDIO_H
 
@@ -46,9 +47,10 @@ typedef struct shadowing {
 bool studio_shade(const studio *s, const studio_lights *lights, const shadowing *how, image *out,
                   message *why);
 
-// Over the pixels that show the scene: rms of the difference in % of the mean of the truth; the same of
-// the steps between neighbours that the truth does not have, which hard edges make; what share of the light there is; and how
-// much too bright it is where it is too bright, in % of the mean: what weak shadows let through.
+// Over the pixels that show the scene: rms of the difference in % of the mean of the truth; the
+// same of the steps between neighbours that the truth does not have, which hard edges make; what
+// share of the light there is; and how much too bright it is where it is too bright, in % of the
+// mean: what weak shadows let through.
 double studio_error(const studio *s, const image *a, const image *truth);
 double studio_edges(const studio *s, const image *a, const image *truth);
 double studio_brightness(const studio *s, const image *a, const image *truth);

@@ -1,5 +1,5 @@
-// Filtered hard shadows and translucent casters on the CPU, against sums over the samples of the depth
-// map in double precision and against stacks of layers whose transmittance is a product.
+// Filtered hard shadows and translucent casters on the CPU, against sums over the samples of the
+// depth map in double precision and against stacks of layers whose transmittance is a product.
 #include "../../mssm.h"
 #include "../support/scenes.h"
 #include "../support/test.h"
@@ -31,7 +31,8 @@ static int held(int i, int side)
     return i < 0 ? 0 : i >= side ? side - 1 : i;
 }
 
-// Sum over all samples under the Gaussian round texel (x,y): of z^power, or for power 0 of z < limit.
+// Sum over all samples under the Gaussian round texel (x,y): of z^power, or for power 0 of z <
+// limit.
 static double gaussian_sum(const float *depth, int x, int y, int radius, int power, double limit)
 {
     double sum = 0, weights = 0;
@@ -188,7 +189,8 @@ static void odd_maps_go_on_beyond_their_edges(void)
     CHECK(worst < 3.75 * 0.5 / 65535 + 3e-6, "worst error %g", worst);
 }
 
-// A wall closes all of a lamp's cone: behind it all is dark up to the rim, beside the map all is lit.
+// A wall closes all of a lamp's cone: behind it all is dark up to the rim, beside the map all is
+// lit.
 static void no_light_from_beyond_the_rim(void)
 {
     static const int sides[5] = {64, 61, 33, 27, 1}, radii[4] = {0, 2, 8, 32};
@@ -207,15 +209,19 @@ static void no_light_from_beyond_the_rim(void)
             const float sign = i / 30 % 2 ? -1.0f : 1.0f, u = sign * far, v = sign * near;
             const float p[3] = {i / 15 % 2 ? v : u, i / 15 % 2 ? u : v, 0};
             const float seen = mssm_filtered_visibility(map, &light, NULL, p, widths[i / 5 % 3]);
-            if (part > 1) CHECK(seen == 1, "beside the map: %g", (double)seen);
-            else CHECK(seen <= 0.001f, "%d texels, radius %d, %g of the cone, width %g: light %g", sides[which / 8],
-                       radii[which / 2 % 4], (double)part, (double)widths[i / 5 % 3], (double)seen);
+            if (part > 1)
+                CHECK(seen == 1, "beside the map: %g", (double)seen);
+            else
+                CHECK(seen <= 0.001f, "%d texels, radius %d, %g of the cone, width %g: light %g",
+                      sides[which / 8], radii[which / 2 % 4], (double)part,
+                      (double)widths[i / 5 % 3], (double)seen);
         }
         free(memory);
     }
 }
 
-// The bound never darkens: it is at least what percentage-closer filtering with the same kernel says.
+// The bound never darkens: it is at least what percentage-closer filtering with the same kernel
+// says.
 static void never_darker_than_percentage_closer(void)
 {
     static float depth[SIDE * SIDE * SAMPLES];
@@ -301,8 +307,8 @@ static void surfaces_are_lit_and_walls_are_dark(void)
     }
 }
 
-// Depths along x of a light that shines down the z axis: a plane that falls by slope, and a step of a
-// texel's height at x = 0, whose right half is the lower one, or the only one (open).
+// Depths along x of a light that shines down the z axis: a plane that falls by slope, and a step of
+// a texel's height at x = 0, whose right half is the lower one, or the only one (open).
 static void fill_profile(float *depth, const mssm_light *light, float slope, float step, int open)
 {
     for (int i = 0; i < SIDE * SIDE; i++) {
@@ -425,7 +431,8 @@ static void a_stack_of_layers_is_enclosed(void)
               gap[0], gap[1], outside);
 }
 
-// A veil of one opacity over a half of the map: soft and hard shadows of it are what it lets through.
+// A veil of one opacity over a half of the map: soft and hard shadows of it are what it lets
+// through.
 static void a_veil_casts_its_share_of_shadow(void)
 {
     static float encoded[SIDE * SIDE * 6];

@@ -1,5 +1,5 @@
-// The OpenGL half of filtered shadows and translucent casters: the numbers of the CPU half, whatever
-// state the caller is in, whatever fails, and nothing left behind.
+// The OpenGL half of filtered shadows and translucent casters: the numbers of the CPU half,
+// whatever state the caller is in, whatever fails, and nothing left behind.
 #include "../support/gl_fakes.h"
 #include "../support/gl_state.h"
 #include "../support/gl_test.h"
@@ -254,13 +254,13 @@ static void gl_agrees_with_cpu(void)
     for (int moments = 4; moments <= 6; moments += 2) {
         same_as_cpu(SIDE, moments, -1);
         same_as_cpu(SIDE, moments, 3);
-        same_as_cpu(SIDE - 7, moments, 3);  // the texture has three texels more
+        same_as_cpu(SIDE - 7, moments, 3); // the texture has three texels more
     }
     end();
 }
 
-// A wall closes all of a lamp's cone: behind it all is dark up to the rim, under footprints of any length
-// too, whatever number of texels the texture has beyond the map; beside the map all is lit.
+// A wall closes all of a lamp's cone: behind it all is dark up to the rim, under footprints of any
+// length too, whatever number of texels the texture has beyond the map; beside the map all is lit.
 static void no_light_from_beyond_the_rim(void)
 {
     static const int sides[4] = {SIDE, 61, 33, 1}, radii[2] = {-1, 8};
@@ -272,8 +272,10 @@ static void no_light_from_beyond_the_rim(void)
     uint64_t seed = 76;
     for (int i = 0; i < POINTS; i++) {
         const float part = i % 3 ? (float)test_range(&seed, 0.95, 0.9999) : 1.0001f;
-        const float u = 8 * 0.57735f * part * (i & 1 ? -1.0f : 1.0f), v = (float)test_range(&seed, -1, 1) * u;
-        const float p[4] = {i & 2 ? v : u, i & 2 ? u : v, 0, i & 4 ? 0 : (float)test_range(&seed, 0, 3)};
+        const float u = 8 * 0.57735f * part * (i & 1 ? -1.0f : 1.0f),
+                    v = (float)test_range(&seed, -1, 1) * u;
+        const float p[4] = {i & 2 ? v : u, i & 2 ? u : v, 0,
+                            i & 4 ? 0 : (float)test_range(&seed, 0, 3)};
         memcpy(point + 4 * i, p, sizeof p);
     }
     for (int which = 0; which < 4 * 2 * 2; which++) {
@@ -290,8 +292,9 @@ static void no_light_from_beyond_the_rim(void)
                " vec3(0.0, 0.2 * p.w, 0.0)); }\n",
                point, result);
         for (int i = 0; i < POINTS; i++) {
-            CHECK(i % 3 ? result[i] <= 0.001f : result[i] == 1, "%d texels, %d moments, point %d: light %g",
-                  desc.side, desc.moments, i, (double)result[i]);
+            CHECK(i % 3 ? result[i] <= 0.001f : result[i] == 1,
+                  "%d texels, %d moments, point %d: light %g", desc.side, desc.moments, i,
+                  (double)result[i]);
         }
         mssm_gl_destroy(g);
     }
@@ -416,16 +419,24 @@ static void translucent_casters_are_whole(void)
 {
     enum { COUNT = SIDE * SIDE * 8 };
     static float clean[COUNT], got[COUNT];
-    static const char *const names[] = {"nothing", "colour mask", "logic op", "polygon mode", "clip distance",
-                                        "calls by name do nothing", "sample coverage", "alpha test",
-                                        "polygon stipple"};
+    static const char *const names[] = {
+        "nothing",         "colour mask",   "logic op",
+        "polygon mode",    "clip distance", "calls by name do nothing",
+        "sample coverage", "alpha test",    "polygon stipple"};
     const mssm_gl_desc desc = description(6, 2);
     GLint profile = 0;
     if (!begin()) return;
     gl.GetIntegerv(GL_CONTEXT_PROFILE_MASK, &profile);
     for (int i = 0; i < (profile & 2 ? 9 : 7); i++) {
-        const GLenum switches[] = {0, 0, GL_COLOR_LOGIC_OP, 0, GL_CLIP_DISTANCE0, 0, GL_SAMPLE_COVERAGE,
-                                   GL_ALPHA_TEST, GL_POLYGON_STIPPLE};
+        const GLenum switches[] = {0,
+                                   0,
+                                   GL_COLOR_LOGIC_OP,
+                                   0,
+                                   GL_CLIP_DISTANCE0,
+                                   0,
+                                   GL_SAMPLE_COVERAGE,
+                                   GL_ALPHA_TEST,
+                                   GL_POLYGON_STIPPLE};
         gl_state before = {0}, after = {0};
         mssm_gl *g = NULL;
         fakes.silent_names = i == 5;
@@ -438,8 +449,8 @@ static void translucent_casters_are_whole(void)
         if (i == 6) gl.SampleCoverage(0, GL_FALSE);
         if (i > 6) {
             static const unsigned char holes[128];
-            void(GL_CALL *alpha)(GLenum, GLfloat);
-            void(GL_CALL *stipple)(const unsigned char *);
+            void(GL_CALL * alpha)(GLenum, GLfloat);
+            void(GL_CALL * stipple)(const unsigned char *);
             const gl_fakes_function f[2] = {gl_context_function("glAlphaFunc"),
                                             gl_context_function("glPolygonStipple")};
             memcpy(&alpha, &f[0], sizeof f[0]);
@@ -451,15 +462,18 @@ static void translucent_casters_are_whole(void)
         gl_state_take(&before);
         draw_depth(g, 0);
         draw_layers(g);
-        compare_state(&before, &after, "SHADER_STORAGE_BUFFER SHADER_STORAGE_BUFFER_BINDING VERTEX_ARRAY_BINDING",
+        compare_state(&before, &after,
+                      "SHADER_STORAGE_BUFFER SHADER_STORAGE_BUFFER_BINDING VERTEX_ARRAY_BINDING",
                       names[i]);
         gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
         gl.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
         gl.SampleCoverage(1, GL_FALSE);
         if (switches[i]) gl.Disable(switches[i]);
-        gl.GetTextureImage(mssm_gl_texture(g, 3), 0, GL_RGBA, GL_FLOAT, sizeof got, i ? got : clean);
+        gl.GetTextureImage(mssm_gl_texture(g, 3), 0, GL_RGBA, GL_FLOAT, sizeof got,
+                           i ? got : clean);
         for (int k = 0; k < COUNT && i; k++) {
-            CHECK(got[k] == clean[k], "%s: value %d is %g, not %g", names[i], k, (double)got[k], (double)clean[k]);
+            CHECK(got[k] == clean[k], "%s: value %d is %g, not %g", names[i], k, (double)got[k],
+                  (double)clean[k]);
         }
         mssm_gl_destroy(g);
         gl_state_free(&before);
@@ -501,13 +515,17 @@ static void failures_leave_nothing(void)
     CHECK(mssm_gl_begin_translucent(g) == MSSM_ERROR_ORDER, "smoke before its light");
     CHECK(mssm_gl_end_depth(g) == MSSM_ERROR_ORDER, "end without begin");
     CHECK(mssm_gl_end_translucent(g) == MSSM_ERROR_ORDER, "end without begin");
-    CHECK(mssm_gl_begin_depth(g, 0, 1) == MSSM_ERROR_ARGUMENT && strstr(fakes.message, "back faces"), "back faces");
-    CHECK(mssm_gl_set_moments(g, 0, mssm_gl_texture(g, 3)) == MSSM_ERROR_ARGUMENT && strstr(fakes.message, "soft"),
+    CHECK(mssm_gl_begin_depth(g, 0, 1) == MSSM_ERROR_ARGUMENT &&
+              strstr(fakes.message, "back faces"),
+          "back faces");
+    CHECK(mssm_gl_set_moments(g, 0, mssm_gl_texture(g, 3)) == MSSM_ERROR_ARGUMENT &&
+              strstr(fakes.message, "soft"),
           "moments of a filtered object");
     CHECK(!mssm_gl_set_light(g, 0, &stage.light) && !mssm_gl_begin_depth(g, 0, 0), "begin");
     CHECK(mssm_gl_begin_translucent(g) == MSSM_ERROR_ORDER, "smoke within a pass");
     CHECK(!mssm_gl_end_depth(g) && !mssm_gl_begin_translucent(g), "smoke");
-    CHECK(mssm_gl_end_depth(g) == MSSM_ERROR_ORDER && mssm_gl_build(g) == MSSM_ERROR_ORDER, "within smoke");
+    CHECK(mssm_gl_end_depth(g) == MSSM_ERROR_ORDER && mssm_gl_build(g) == MSSM_ERROR_ORDER,
+          "within smoke");
     CHECK(!mssm_gl_end_translucent(g), "end");
     CHECK(!gl_fakes_living(true, text, sizeof text), "without a label: %s", text);
     mssm_gl_destroy(g);
@@ -548,8 +566,8 @@ static void any_footprint_is_answered(void)
     end();
 }
 
-// Shading takes as long after a wide Gaussian as after a narrow one: in time of this process, which is
-// where a software rasterizer's goes.
+// Shading takes as long after a wide Gaussian as after a narrow one: in time of this process, which
+// is where a software rasterizer's goes.
 static void cost_does_not_depend_on_the_radius(void)
 {
     static float point[POINTS * 4], result[POINTS];
@@ -587,15 +605,16 @@ static void read_maps(const mssm_gl *g, int lights, float *texel)
     for (int which = 0; which < 2; which++) {
         for (int level = 0; level < 3; level++) {
             const int channels = which ? 2 : 4;
-            gl.GetTextureImage(mssm_gl_texture(g, which), level, which ? 0x8227 : GL_RGBA, GL_FLOAT, // RG
+            gl.GetTextureImage(mssm_gl_texture(g, which), level, which ? 0x8227 : GL_RGBA,
+                               GL_FLOAT, // RG
                                lights * SIDE * SIDE * channels * 4, texel);
             texel += lights * (SIDE >> level) * (SIDE >> level) * channels;
         }
     }
 }
 
-// A depth map that the renderer has, four texels for the four samples of a texel: the map of our own pass, bit for
-// bit. It has no back faces, and no depth for smoke to hide behind.
+// A depth map that the renderer has, four texels for the four samples of a texel: the map of our
+// own pass, bit for bit. It has no back faces, and no depth for smoke to hide behind.
 static void given_depth_is_a_pass(void)
 {
     enum { WIDTH = 2 * SIDE };
@@ -612,7 +631,8 @@ static void given_depth_is_a_pass(void)
     }
     gl.CreateTextures(GL_TEXTURE_2D, 1, &given.texture);
     gl.TextureStorage2D(given.texture, 1, GL_DEPTH_COMPONENT32F, WIDTH, WIDTH);
-    gl.TextureSubImage2D(given.texture, 0, 0, 0, WIDTH, WIDTH, GL_DEPTH_COMPONENT, GL_FLOAT, window);
+    gl.TextureSubImage2D(given.texture, 0, 0, 0, WIDTH, WIDTH, GL_DEPTH_COMPONENT, GL_FLOAT,
+                         window);
     CHECK(mssm_gl_stale(g, 0) == MSSM_STALE_MAP, "new");
     draw_depth(g, 0);
     CHECK(mssm_gl_stale(g, 0) == MSSM_STALE_TABLES, "drawn: %d", mssm_gl_stale(g, 0));
@@ -639,7 +659,8 @@ static void given_depth_is_a_pass(void)
     CHECK(mssm_gl_show(g, 1, MSSM_SHOW_LEAST) == MSSM_ERROR_ARGUMENT, "no least depths");
     gl.GetTextureImage(target, 0, GL_RGBA, GL_FLOAT, sizeof seen, seen);
     double worst = 0;
-    for (int i = 0; i < SIDE * SIDE; i++) worst = fmax(worst, fabs((double)(seen[4 * i] - got[1][4 * i])));
+    for (int i = 0; i < SIDE * SIDE; i++)
+        worst = fmax(worst, fabs((double)(seen[4 * i] - got[1][4 * i])));
     CHECK(worst < 1e-6, "the picture is off by %g", worst);
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     gl.DeleteFramebuffers(1, &framebuffer);
@@ -649,8 +670,8 @@ static void given_depth_is_a_pass(void)
     end();
 }
 
-// Lights drawn one after the other and built at once, or one by one, in a frame's bracket or none, before a
-// resize or after it: all the same.
+// Lights drawn one after the other and built at once, or one by one, in a frame's bracket or none,
+// before a resize or after it: all the same.
 static void one_build_serves_all_lights(void)
 {
     enum { MOST = 3 * SIDE * SIDE * 6 * 4 / 3 };
@@ -671,7 +692,7 @@ static void one_build_serves_all_lights(void)
         for (int i = 0; i < 3; i++) {
             draw_depth(g, i);
             if (i == 1) draw_layers(g);
-            if (i == 2) draw_depth(g, i);  // again
+            if (i == 2) draw_depth(g, i); // again
             if (way == 1) CHECK(!mssm_gl_build(g), "build");
         }
         CHECK(!mssm_gl_build(g) && !mssm_gl_build(g), "build");
@@ -681,7 +702,8 @@ static void one_build_serves_all_lights(void)
         mssm_gl_destroy(g);
     }
     float least = 2, most = -1;
-    for (int i = 0; i < 3 * SIDE * SIDE * 4; i++) least = fminf(least, got[0][i]), most = fmaxf(most, got[0][i]);
+    for (int i = 0; i < 3 * SIDE * SIDE * 4; i++)
+        least = fminf(least, got[0][i]), most = fmaxf(most, got[0][i]);
     CHECK(least < 0.3f && most > 0.9f, "values from %g to %g", (double)least, (double)most);
     end();
 }
@@ -704,7 +726,9 @@ static void second_compiler_agrees(void)
         CHECK(own == 4, "%d texts", own);
         for (int i = 0; i <= own; i++) {
             const GLenum type = i < own ? fakes.text_types[before + i] : GL_COMPUTE_SHADER;
-            const char *ending = type == GL_VERTEX_SHADER ? "vert" : type == GL_FRAGMENT_SHADER ? "frag" : "comp";
+            const char *ending = type == GL_VERTEX_SHADER     ? "vert"
+                                 : type == GL_FRAGMENT_SHADER ? "frag"
+                                                              : "comp";
             char name[60], command[120];
             snprintf(name, sizeof name, "build/filtered.%s", ending);
             snprintf(command, sizeof command, "glslangValidator %s >build/filtered.log 2>&1", name);
@@ -720,8 +744,7 @@ static void second_compiler_agrees(void)
                         "vec3(0)); }\n",
                         mssm_gl_shader(g));
             fclose(file);
-            CHECK(!system(command),
-                  "text %d of %d moments: see build/filtered.log", i, moments);
+            CHECK(!system(command), "text %d of %d moments: see build/filtered.log", i, moments);
         }
         mssm_gl_destroy(g);
     }
@@ -739,7 +762,8 @@ const test_case filtered_gl_tests[] = {
     {"filtered GL: no light from beyond the rim", no_light_from_beyond_the_rim},
     {"filtered GL: layers behind and before opaque casters, hard and soft",
      layers_are_blended_behind_and_before},
-    {"filtered GL: nothing of the smoke is lost to the caller's state", translucent_casters_are_whole},
+    {"filtered GL: nothing of the smoke is lost to the caller's state",
+     translucent_casters_are_whole},
     {"filtered GL: the caller's state is left alone", state_is_left_alone},
     {"filtered GL: failures leave nothing behind", failures_leave_nothing},
     {0, 0}};

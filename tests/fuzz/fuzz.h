@@ -1,5 +1,5 @@
-// What the fuzzers share: numbers made from bytes, ugly ones more often than chance would have it, and
-// an expectation whose failure ends the program so that the input is kept.
+// What the fuzzers share: numbers made from bytes, ugly ones more often than chance would have it,
+// and an expectation whose failure ends the program so that the input is kept.
 #ifndef FUZZ_H
 #define FUZZ_H
 
@@ -18,15 +18,16 @@ typedef struct fuzz_input {
     size_t left;
 } fuzz_input;
 
-#define EXPECT(condition, ...)                                                     \
-    do {                                                                           \
-        if (!(condition)) fuzz_fail(__FILE__, __LINE__, #condition, __VA_ARGS__);  \
+#define EXPECT(condition, ...)                                                    \
+    do {                                                                          \
+        if (!(condition)) fuzz_fail(__FILE__, __LINE__, #condition, __VA_ARGS__); \
     } while (0)
 
 #if defined __GNUC__
 __attribute__((format(printf, 4, 5), noreturn))
 #endif
-static inline void fuzz_fail(const char *file, int line, const char *what, const char *format, ...)
+static inline void
+fuzz_fail(const char *file, int line, const char *what, const char *format, ...)
 {
     va_list list;
     va_start(list, format);
@@ -69,8 +70,9 @@ static inline float fuzz_bits(fuzz_input *in)
 // Any float, NaN and infinity too.
 static inline float fuzz_float(fuzz_input *in)
 {
-    static const float ugly[] = {0, -0.0f, 1, -1, NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, FLT_MIN,
-                                 1e-45f, -1e-45f, 1e-7f, 1e7f, 1e18f, 1e-18f, 0.9999999f, 1.0000001f};
+    static const float ugly[] = {0,         -0.0f,   1,        -1,      NAN,        INFINITY,
+                                 -INFINITY, FLT_MAX, -FLT_MAX, FLT_MIN, 1e-45f,     -1e-45f,
+                                 1e-7f,     1e7f,    1e18f,    1e-18f,  0.9999999f, 1.0000001f};
     const unsigned kind = fuzz_byte(in);
     if (kind < 128) return fuzz_unit(in);
     if (kind < 170) return 10 * fuzz_unit(in);

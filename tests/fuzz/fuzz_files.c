@@ -1,6 +1,6 @@
-// The readers of the examples: Radiance .hdr, .pfm and .obj, whole, cut short, damaged and hostile. What
-// is read makes sense, what is not leaves a message and no memory, and memory asked for is bounded by
-// the size of the file.
+// The readers of the examples: Radiance .hdr, .pfm and .obj, whole, cut short, damaged and hostile.
+// What is read makes sense, what is not leaves a message and no memory, and memory asked for is
+// bounded by the size of the file.
 //     make fuzz FUZZ=files
 #include "fuzz.h"
 
@@ -62,8 +62,8 @@ static void count_free(void *memory)
 
 static void check_memory(size_t size, size_t each, const char *what)
 {
-    EXPECT(asked <= each * size + 10000, "%s: %lu bytes at once for a file of %lu", what, (unsigned long)asked,
-           (unsigned long)size);
+    EXPECT(asked <= each * size + 10000, "%s: %lu bytes at once for a file of %lu", what,
+           (unsigned long)asked, (unsigned long)size);
     asked = 0;
 }
 
@@ -109,7 +109,8 @@ static void check_mesh(const uint8_t *data, size_t size)
     check_memory(size, 24, "mesh");
     EXPECT(parsed == !why.text[0] && !strchr(why.text, '\n'), "parsed %d: %s", parsed, why.text);
     if (!parsed) {
-        EXPECT(living == 0 && !m.position && !m.triangle, "%d blocks left behind by: %s", living, why.text);
+        EXPECT(living == 0 && !m.position && !m.triangle, "%d blocks left behind by: %s", living,
+               why.text);
         return;
     }
     for (int i = 0; i < 3 * m.triangles; i++) {
@@ -117,7 +118,8 @@ static void check_mesh(const uint8_t *data, size_t size)
         EXPECT(v >= 0 && v < m.vertices, "corner %d of %d", v, m.vertices);
     }
     for (int i = 0; i < m.vertices; i++)
-        EXPECT(isfinite(m.position[i].x) && isfinite(m.position[i].y) && isfinite(m.position[i].z), "vertex %d", i);
+        EXPECT(isfinite(m.position[i].x) && isfinite(m.position[i].y) && isfinite(m.position[i].z),
+               "vertex %d", i);
     mesh_free(&m);
     EXPECT(living == 0, "%d blocks left", living);
 }

@@ -1,6 +1,6 @@
-// Filtered maps and translucent layers: any depth, moments, radius, light, settings and points. Bounds stay
-// in range, failures change nothing, and nothing is read or written beyond the memory that
-// mssm_filtered_bytes asked for.
+// Filtered maps and translucent layers: any depth, moments, radius, light, settings and points.
+// Bounds stay in range, failures change nothing, and nothing is read or written beyond the memory
+// that mssm_filtered_bytes asked for.
 //     make fuzz FUZZ=filtered
 #include "fuzz_light.h"
 

@@ -1,6 +1,7 @@
 // Pictures of probes: any size, layout, channels and values, floats and halves. The cube has the
-// picture's energy, nothing is negative or too large, nothing beyond the pixels is read, and a failure
-// writes nothing. Then any lights are taken off: no texel grows, or loses more than they have.
+// picture's energy, nothing is negative or too large, nothing beyond the pixels is read, and a
+// failure writes nothing. Then any lights are taken off: no texel grows, or loses more than they
+// have.
 //     make fuzz FUZZ=images
 #include "fuzz.h"
 
@@ -12,7 +13,8 @@ static double energy(const float *texels, int side, int channel)
 {
     double sum = 0;
     for (int i = 0; i < 6 * side * side; i++)
-        sum += (double)lightprobe_texel_solid_angle(side, i % side, i / side % side) * (double)texels[3 * i + channel];
+        sum += (double)lightprobe_texel_solid_angle(side, i % side, i / side % side) *
+               (double)texels[3 * i + channel];
     return sum;
 }
 
@@ -23,13 +25,17 @@ static void *make_pixels(fuzz_input *in, size_t values, int half)
     float *f = (float *)fuzz_allocate(values * (half ? sizeof(uint16_t) : sizeof(float)));
     uint16_t *h = (uint16_t *)(void *)f;
     for (size_t i = 0; i < values; i++) {
-        if (half) h[i] = 0x3c00;
-        else f[i] = background;
+        if (half)
+            h[i] = 0x3c00;
+        else
+            f[i] = background;
     }
     for (int k = fuzz_int(in, 0, 40); k > 0 && values > 0; k--) {
         const size_t at = (size_t)fuzz_int(in, 0, 65535) % values;
-        if (half) h[at] = (uint16_t)fuzz_int(in, 0, 65535);
-        else f[at] = fuzz_float(in);
+        if (half)
+            h[at] = (uint16_t)fuzz_int(in, 0, 65535);
+        else
+            f[at] = fuzz_float(in);
     }
     return f;
 }
@@ -48,12 +54,16 @@ static void check_lights(fuzz_input *in, const lightprobe_cube *cube)
     }
     EXPECT(!lightprobe_cube_without(cube, lights, count, rest), "failed");
     for (size_t i = 0; i < values; i++)
-        EXPECT(rest[i] >= 0 && rest[i] <= cube->face[0][i], "texel of %a became %a", (double)cube->face[0][i], (double)rest[i]);
+        EXPECT(rest[i] >= 0 && rest[i] <= cube->face[0][i], "texel of %a became %a",
+               (double)cube->face[0][i], (double)rest[i]);
     for (int c = 0; c < 3; c++) {
-        const double before = energy(cube->face[0], cube->side, c), after = energy(rest, cube->side, c);
+        const double before = energy(cube->face[0], cube->side, c),
+                     after = energy(rest, cube->side, c);
         double most = 0;
-        for (int i = 0; i < count; i++) most += lights[i].irradiance[c] > 0 ? (double)lights[i].irradiance[c] : 0;
-        EXPECT(before - after <= most * 1.00001 + 1e-5 * before, "%g taken off for %g", before - after, most);
+        for (int i = 0; i < count; i++)
+            most += lights[i].irradiance[c] > 0 ? (double)lights[i].irradiance[c] : 0;
+        EXPECT(before - after <= most * 1.00001 + 1e-5 * before, "%g taken off for %g",
+               before - after, most);
     }
     free(rest);
 }
@@ -67,7 +77,8 @@ static void check_picture(fuzz_input *in)
     im.width = shape < 5 ? unit * sizes[shape][0] : fuzz_int(in, shape == 7 ? -1 : 1, 60);
     im.height = shape < 5 ? unit * sizes[shape][1] : fuzz_int(in, shape == 7 ? -1 : 1, 60);
     im.channels = fuzz_byte(in) & 15 ? 1 + 2 * (int)(fuzz_byte(in) & 1) : fuzz_int(in, 0, 5);
-    im.layout = fuzz_byte(in) & 7 ? LIGHTPROBE_LAT_LONG * (int)(fuzz_byte(in) & 1) : fuzz_int(in, -1, 4);
+    im.layout =
+        fuzz_byte(in) & 7 ? LIGHTPROBE_LAT_LONG * (int)(fuzz_byte(in) & 1) : fuzz_int(in, -1, 4);
     im.half = fuzz_byte(in) & 1;
     const int side = fuzz_byte(in) & 31 ? fuzz_int(in, 1, 9) : fuzz_int(in, -1, 20);
     const size_t pixels = im.width > 0 && im.height > 0 ? (size_t)im.width * (size_t)im.height : 0;
@@ -80,11 +91,14 @@ static void check_picture(fuzz_input *in)
     const lightprobe_result r = lightprobe_cube_from_image(&im, side, out, &cube, &repaired);
     if (r) {
         EXPECT(repaired == -7 && (texels == 0 || out[0] == -7), "a failure wrote something");
-        EXPECT(side < 1 || lightprobe_image_side(&im) == 0 || (im.channels != 1 && im.channels != 3 && im.channels != 4),
+        EXPECT(side < 1 || lightprobe_image_side(&im) == 0 ||
+                   (im.channels != 1 && im.channels != 3 && im.channels != 4),
                "refused: %s", lightprobe_result_string(r));
     } else {
-        EXPECT(repaired >= 0 && (size_t)repaired <= pixels && lightprobe_image_side(&im) > 0, "%d repaired", repaired);
-        for (size_t i = 0; i < texels; i++) EXPECT(out[i] >= 0 && out[i] <= FLT_MAX, "texel %a", (double)out[i]);
+        EXPECT(repaired >= 0 && (size_t)repaired <= pixels && lightprobe_image_side(&im) > 0,
+               "%d repaired", repaired);
+        for (size_t i = 0; i < texels; i++)
+            EXPECT(out[i] >= 0 && out[i] <= FLT_MAX, "texel %a", (double)out[i]);
         const double pi = 3.14159265358979323846;
         double sum = 0, most = 65504;
         const lightprobe__picture p = {&im, 0, 0};
@@ -96,11 +110,15 @@ static void check_picture(fuzz_input *in)
                 q.infinite = pass ? (float)most : 0;
                 lightprobe__pixel(&q, x, y, rgb);
                 for (int c = 0; c < 3 && !pass; c++) most = fmax(most, (double)rgb[c]);
-                if (pass) sum += 2 * pi / im.width * (cos(pi * y / im.height) - cos(pi * (y + 1) / im.height)) * (double)rgb[1];
+                if (pass)
+                    sum += 2 * pi / im.width *
+                           (cos(pi * y / im.height) - cos(pi * (y + 1) / im.height)) *
+                           (double)rgb[1];
             }
         }
         const int faces = im.layout != LIGHTPROBE_LAT_LONG && abs(im.width - 2 * im.height) > 1;
-        EXPECT(faces || fabs(energy(out, side, 1) - sum) <= 2e-6 * sum + 1e-30, "energy %.9g for %.9g", energy(out, side, 1), sum);
+        EXPECT(faces || fabs(energy(out, side, 1) - sum) <= 2e-6 * sum + 1e-30,
+               "energy %.9g for %.9g", energy(out, side, 1), sum);
         check_lights(in, &cube);
     }
     free(out);

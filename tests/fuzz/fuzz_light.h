@@ -51,7 +51,8 @@ static inline mssm_result make_light(fuzz_input *in, mssm_light *light)
     return MSSM_OK;
 }
 
-// Of depths; moments of one's own may be those of none, but Chebyshev ones are in [-1,1] all the same.
+// Of depths; moments of one's own may be those of none, but Chebyshev ones are in [-1,1] all the
+// same.
 static inline void check_moments(mssm_moments6 m, int of_depths)
 {
     for (int k = 0; k < 6; k++) {

@@ -49,8 +49,8 @@ static void check_four(mssm_moments4 m, float z, float self_min, float self_max)
     check_bounds(one, "four");
     mssm_visibility4_array(1, rows, &z, &lower, &upper);
     check_bounds((mssm_bounds){lower, upper}, "array of four");
-    EXPECT(fabsf(lower - one.lower) + fabsf(upper - one.upper) < 1e-3f || !(fabsf(z) <= 1), "%a, alone %a",
-           (double)upper, (double)one.upper);
+    EXPECT(fabsf(lower - one.lower) + fabsf(upper - one.upper) < 1e-3f || !(fabsf(z) <= 1),
+           "%a, alone %a", (double)upper, (double)one.upper);
     const mssm_points3 p = mssm_reconstruct4(m, z);
     check_points(p.z, p.w, 3, z);
     check_blocker(mssm_blocker_depth4(m, z, self_min, self_max), z);
@@ -81,7 +81,8 @@ static void check_garbage(fuzz_input *in)
     mssm_moments6 six;
     for (int k = 0; k < 6; k++) six.b[k] = fuzz_float(in);
     for (int k = 0; k < 4; k++) four.b[k] = six.b[k];
-    const float z = fuzz_float(in), low = fuzz_float(in), high = fuzz_float(in), alpha = fuzz_float(in);
+    const float z = fuzz_float(in), low = fuzz_float(in), high = fuzz_float(in),
+                alpha = fuzz_float(in);
     check_four(four, z, low, high);
     check_six(six, z, low, high);
     check_four(mssm_moments4_bias(four, alpha), z, 1e-3f, 1e-3f);
@@ -124,11 +125,14 @@ static void check_distribution(fuzz_input *in)
     check_six(six, z, 1e-3f, 1);
     const mssm_bounds v4 = mssm_visibility4(four, z), v6 = mssm_visibility6(six, z);
     // False shadow and false light by at most the bias, and rounding.
-    const double slack4 = (double)MSSM_BIAS4_FLOAT32 + 1e-6, slack6 = (double)MSSM_BIAS6_FLOAT32 + 1e-6;
+    const double slack4 = (double)MSSM_BIAS4_FLOAT32 + 1e-6,
+                 slack6 = (double)MSSM_BIAS6_FLOAT32 + 1e-6;
     EXPECT((double)v4.upper >= lit - slack4, "upper %.9g of four, lit %.9g", (double)v4.upper, lit);
     EXPECT((double)v6.upper >= lit - slack6, "upper %.9g of six, lit %.9g", (double)v6.upper, lit);
-    EXPECT((double)v4.lower <= lit - at + slack4, "lower %.9g of four, lit %.9g", (double)v4.lower, lit - at);
-    EXPECT((double)v6.lower <= lit - at + slack6, "lower %.9g of six, lit %.9g", (double)v6.lower, lit - at);
+    EXPECT((double)v4.lower <= lit - at + slack4, "lower %.9g of four, lit %.9g", (double)v4.lower,
+           lit - at);
+    EXPECT((double)v6.lower <= lit - at + slack6, "lower %.9g of six, lit %.9g", (double)v6.lower,
+           lit - at);
 }
 
 static void check_cubic(fuzz_input *in)
@@ -143,7 +147,8 @@ static void check_cubic(fuzz_input *in)
                (double)r.x[i]);
     }
     const float most = fmaxf(fmaxf(fabsf(c[0]), fabsf(c[1])), fabsf(c[2]));
-    EXPECT(r.count >= 1 || !(fabsf(c[3]) > 1e-17f * most) || !finite_all(c, 4), "a cubic without a root");
+    EXPECT(r.count >= 1 || !(fabsf(c[3]) > 1e-17f * most) || !finite_all(c, 4),
+           "a cubic without a root");
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -1,6 +1,6 @@
-// Extraction of lights: probes of any size, channels and values, any settings, lights of any previous
-// frame. Directions are unit, energy is that of the probe, bad texels are counted, nothing is read or
-// written beyond what was handed over, and failures write nothing.
+// Extraction of lights: probes of any size, channels and values, any settings, lights of any
+// previous frame. Directions are unit, energy is that of the probe, bad texels are counted, nothing
+// is read or written beyond what was handed over, and failures write nothing.
 //     make fuzz FUZZ=probe
 #include "fuzz.h"
 
@@ -24,13 +24,16 @@ static void make_faces(fuzz_input *in, lightprobe_cube *cube)
         for (int i = 0; i < count; i++) face[f][i] = background;
     }
     for (int k = 0; k < some; k++) {
-        const float value = kind == 0 ? fuzz_float(in) : fabsf(fuzz_unit(in)) * (kind == 1 ? 1 : scale);
+        const float value =
+            kind == 0 ? fuzz_float(in) : fabsf(fuzz_unit(in)) * (kind == 1 ? 1 : scale);
         const int at = fuzz_int(in, 0, 65535) % count, f = fuzz_int(in, 0, 5);
-        for (int i = at; i < count && i < at + (kind == 2 ? 3 * cube->side : 3); i++) face[f][i] = value;
+        for (int i = at; i < count && i < at + (kind == 2 ? 3 * cube->side : 3); i++)
+            face[f][i] = value;
     }
 }
 
-static lightprobe_settings make_settings(fuzz_input *in, const lightprobe_cube *cube, lightprobe_light *previous)
+static lightprobe_settings make_settings(fuzz_input *in, const lightprobe_cube *cube,
+                                         lightprobe_light *previous)
 {
     lightprobe_settings s;
     memset(&s, 0, sizeof s);
@@ -59,13 +62,16 @@ static int sum_of_probe(const lightprobe_cube *cube, double total[3])
     int bad = 0;
     total[0] = total[1] = total[2] = 0;
     for (int i = 0; i < 6 * cube->side * cube->side; i++) {
-        const int x = i % cube->side, y = i / cube->side % cube->side, f = i / (cube->side * cube->side);
+        const int x = i % cube->side, y = i / cube->side % cube->side,
+                  f = i / (cube->side * cube->side);
         const float *texel = cube->face[f] + (size_t)(y * cube->side + x) * (size_t)cube->channels;
         const double omega = (double)lightprobe_texel_solid_angle(cube->side, x, y);
         int broken = 0;
         for (int c = 0; c < 3; c++) {
-            if (isfinite(texel[c]) && texel[c] >= 0) total[c] += omega * (double)texel[c];
-            else broken = 1;
+            if (isfinite(texel[c]) && texel[c] >= 0)
+                total[c] += omega * (double)texel[c];
+            else
+                broken = 1;
         }
         bad += broken;
     }
@@ -82,22 +88,26 @@ static void check_light(const lightprobe_light *l, int paper)
     // The paper's rectangles lie in the plane of the face: their axes need not be orthogonal.
     const float *axes[3] = {l->direction, l->axis_u, l->axis_v};
     for (int i = 0; i < 3; i++) {
-        EXPECT(fabs(dot(axes[i], axes[i]) - 1) < 1e-5, "axis %d of length^2 %.9g", i, dot(axes[i], axes[i]));
+        EXPECT(fabs(dot(axes[i], axes[i]) - 1) < 1e-5, "axis %d of length^2 %.9g", i,
+               dot(axes[i], axes[i]));
         EXPECT(fabs(dot(axes[i], axes[(i + 1) % 3])) < 1e-5 || (paper && i == 1), "axes %d", i);
-        EXPECT(l->irradiance[i] >= 0 && l->irradiance[i] <= FLT_MAX, "irradiance %a", (double)l->irradiance[i]);
+        EXPECT(l->irradiance[i] >= 0 && l->irradiance[i] <= FLT_MAX, "irradiance %a",
+               (double)l->irradiance[i]);
     }
-    EXPECT(l->tan_half_u >= 0 && l->tan_half_u <= 4 && l->tan_half_v >= 0 && l->tan_half_v <= 4, "size %a %a",
-           (double)l->tan_half_u, (double)l->tan_half_v);
-    EXPECT(paper || l->tan_half_u >= l->tan_half_v, "size %a %a", (double)l->tan_half_u, (double)l->tan_half_v);
+    EXPECT(l->tan_half_u >= 0 && l->tan_half_u <= 4 && l->tan_half_v >= 0 && l->tan_half_v <= 4,
+           "size %a %a", (double)l->tan_half_u, (double)l->tan_half_v);
+    EXPECT(paper || l->tan_half_u >= l->tan_half_v, "size %a %a", (double)l->tan_half_u,
+           (double)l->tan_half_v);
     EXPECT(l->solid_angle > 0 && l->solid_angle < 12.57f, "solid angle %a", (double)l->solid_angle);
     EXPECT(l->distance >= 0 && l->distance <= 1e9f, "distance %a", (double)l->distance);
     const float away = 0.7f * l->distance;
     const lightprobe_light seen = lightprobe_light_at(*l, away, -away, 0.1f);
-    EXPECT(fabs(dot(seen.direction, seen.direction) - 1) < 1e-3 && seen.irradiance[1] >= 0, "direction of length^2 %.9g",
-           dot(seen.direction, seen.direction));
+    EXPECT(fabs(dot(seen.direction, seen.direction) - 1) < 1e-3 && seen.irradiance[1] >= 0,
+           "direction of length^2 %.9g", dot(seen.direction, seen.direction));
     EXPECT(l->cos_alpha >= -1 && l->cos_alpha <= 1, "opening angle %a", (double)l->cos_alpha);
     float rgb[3];
-    lightprobe_specular(*l, lightprobe_specular_lobe(l->axis_u, l->direction, 0.1f, l->axis_v), away, -away, 0.1f, rgb);
+    lightprobe_specular(*l, lightprobe_specular_lobe(l->axis_u, l->direction, 0.1f, l->axis_v),
+                        away, -away, 0.1f, rgb);
     for (int i = 0; i < 3; i++) EXPECT(rgb[i] >= 0, "reflects %a", (double)rgb[i]);
 }
 
@@ -117,10 +127,11 @@ static void check_energy(const lightprobe_cube *cube, const lightprobe_light *li
             EXPECT(isfinite(stats->residual_sh[i][c]), "harmonic %d is %g", i,
                    (double)stats->residual_sh[i][c]);
         if (total[c] > 3e38) continue; // clamped
-        EXPECT(fabs(all - total[c]) <= 2e-6 * total[c] + 1e-36, "total %.9g for %.9g", all, total[c]);
+        EXPECT(fabs(all - total[c]) <= 2e-6 * total[c] + 1e-36, "total %.9g for %.9g", all,
+               total[c]);
         // Denormal numbers have few digits.
-        EXPECT(fabs(sum + rest - all) <= 1e-6 * all + 1e-36, "%.9g in lights, %.9g left of %.9g", sum, rest,
-               all);
+        EXPECT(fabs(sum + rest - all) <= 1e-6 * all + 1e-36, "%.9g in lights, %.9g left of %.9g",
+               sum, rest, all);
         EXPECT(rest >= -1e-6 * all - 1e-36, "residual %g of %g", rest, all);
     }
     if (brightest < 1e-29) return;
@@ -131,14 +142,16 @@ static void check_extraction(fuzz_input *in, const lightprobe_cube *cube)
 {
     lightprobe_light previous[MOST];
     const lightprobe_settings s = make_settings(in, cube, previous);
-    const int asked = s.max_lights > 0 ? s.max_lights : LIGHTPROBE_DEFAULT_LIGHTS, offset = fuzz_int(in, 0, 15);
+    const int asked = s.max_lights > 0 ? s.max_lights : LIGHTPROBE_DEFAULT_LIGHTS,
+              offset = fuzz_int(in, 0, 15);
     const size_t bytes = lightprobe_scratch_bytes(cube->side, s.max_lights);
     char *scratch = (char *)fuzz_allocate(bytes + (size_t)offset);
     lightprobe_light *lights = (lightprobe_light *)fuzz_allocate((size_t)asked * sizeof *lights);
     lightprobe_stats stats;
     memset(lights, 0x5a, (size_t)asked * sizeof *lights);
     int count = -5;
-    const lightprobe_result r = lightprobe_extract(cube, &s, scratch + offset, bytes, lights, &count, &stats);
+    const lightprobe_result r =
+        lightprobe_extract(cube, &s, scratch + offset, bytes, lights, &count, &stats);
     if (r) {
         EXPECT(count == -5 && lights->id == 0x5a5a5a5a, "a failure wrote something");
         const int good = s.max_lights >= 0 && s.previous_count >= 0 && isfinite(s.tolerance) &&
@@ -148,11 +161,13 @@ static void check_extraction(fuzz_input *in, const lightprobe_cube *cube)
                          (cube->channels == 3 || cube->channels == 4);
         EXPECT(!good, "refused: %s", lightprobe_result_string(r));
     } else {
-        EXPECT(count >= 0 && count <= asked && stats.lights == count, "%d lights of %d", count, asked);
+        EXPECT(count >= 0 && count <= asked && stats.lights == count, "%d lights of %d", count,
+               asked);
         for (int i = 0; i < count; i++) check_light(&lights[i], s.mode == LIGHTPROBE_MEDIAN_CUT);
         check_energy(cube, lights, count, &stats);
         for (int i = 0; i < count && !s.previous; i++) {
-            for (int k = 0; k < i; k++) EXPECT(lights[i].id != lights[k].id, "id %d twice", lights[i].id);
+            for (int k = 0; k < i; k++)
+                EXPECT(lights[i].id != lights[k].id, "id %d twice", lights[i].id);
         }
     }
     free(lights);

@@ -1,5 +1,5 @@
-// Single scattering: any light, camera, rays and moments. Rows, columns and depths are numbers in range,
-// visibility is in [0,1], failures change nothing.
+// Single scattering: any light, camera, rays and moments. Rows, columns and depths are numbers in
+// range, visibility is in [0,1], failures change nothing.
 //     make fuzz FUZZ=scattering
 #include "fuzz_light.h"
 

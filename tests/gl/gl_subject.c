@@ -371,8 +371,7 @@ int compare_tables(const subject *s, int index, difference *d)
     return level;
 }
 
-void ask(subject *s, int index, bool in_shadow_space, int count, const float *points,
-                float *result)
+void ask(subject *s, int index, bool in_shadow_space, int count, const float *points, float *result)
 {
     const int padded = (count + GROUP - 1) / GROUP * GROUP;
     float *four = allocate(sizeof *four * 4 * (size_t)padded);
@@ -458,8 +457,8 @@ static double sensitivity(const subject *s, int index, const float point[3], flo
     return largest;
 }
 
-void compare_visibility(subject *s, int index, const char *what, int count,
-                               const float *points, agreement *a)
+void compare_visibility(subject *s, int index, const char *what, int count, const float *points,
+                        agreement *a)
 {
     float *gpu = allocate(sizeof *gpu * (size_t)count);
     ask(s, index, false, count, points, gpu);
@@ -651,8 +650,8 @@ void same_state(const char *call, const char *allowed)
 }
 
 const char bound_by_bind[] = "SHADER_STORAGE_BUFFER[3] TEXTURE_BINDING_2D_ARRAY[5] "
-                                    "TEXTURE_BINDING_2D_ARRAY[6] TEXTURE_BINDING_2D_ARRAY[7] "
-                                    "SAMPLER_BINDING[5] SAMPLER_BINDING[6] SAMPLER_BINDING[7]";
+                             "TEXTURE_BINDING_2D_ARRAY[6] TEXTURE_BINDING_2D_ARRAY[7] "
+                             "SAMPLER_BINDING[5] SAMPLER_BINDING[6] SAMPLER_BINDING[7]";
 
 long resident_pages(void)
 {

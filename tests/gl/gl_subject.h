@@ -1,5 +1,5 @@
-// What the suites of the GL half have in common: a context, maps of OpenGL and of the CPU of the same depth, questions to
-// both, snapshots around calls.
+// What the suites of the GL half have in common: a context, maps of OpenGL and of the CPU of the
+// same depth, questions to both, snapshots around calls.
 #ifndef GL_SUBJECT_H
 #define GL_SUBJECT_H
 
@@ -76,7 +76,8 @@ void compare_level(const subject *s, int index, int level, difference *d);
 // Adds the difference of all levels that a light asks for; returns how many were compared.
 int compare_tables(const subject *s, int index, difference *d);
 // result[i] = visibility of the light at points[3 i ...].
-void ask(subject *s, int index, bool in_shadow_space, int count, const float *points, float *result);
+void ask(subject *s, int index, bool in_shadow_space, int count, const float *points,
+         float *result);
 
 mssm_light wide_light(bool spot, float size);
 // Hostile depth: noise, slopes, few layers, the ends of the range.
@@ -87,7 +88,8 @@ typedef struct agreement {
     double squares, largest, largest_at_limit;
 } agreement;
 
-void compare_visibility(subject *s, int index, const char *what, int count, const float *points, agreement *a);
+void compare_visibility(subject *s, int index, const char *what, int count, const float *points,
+                        agreement *a);
 // Half of the points on surfaces, half anywhere near.
 void random_points(const scene *c, int count, float *points, uint64_t *seed);
 
@@ -117,13 +119,14 @@ void same_state(const char *call, const char *allowed);
         same_state(#call, allowed); \
     } while (0)
 
-#define WATCH_OK(call, allowed)                                                  \
-    do {                                                                         \
-        mssm_result result_;                                                     \
-        gl_state_take(&before);                                                  \
-        result_ = call;                                                          \
-        CHECK(result_ == MSSM_OK, "%s: %s, %s", #call, mssm_result_string(result_), fakes.message); \
-        same_state(#call, allowed);                                              \
+#define WATCH_OK(call, allowed)                                                     \
+    do {                                                                            \
+        mssm_result result_;                                                        \
+        gl_state_take(&before);                                                     \
+        result_ = call;                                                             \
+        CHECK(result_ == MSSM_OK, "%s: %s, %s", #call, mssm_result_string(result_), \
+              fakes.message);                                                       \
+        same_state(#call, allowed);                                                 \
     } while (0)
 
 #define WATCH_FAIL(call, expected)                                                \

@@ -9,9 +9,26 @@
 
 // ---- Depth maps that the renderer already has ---------------------------------------------------
 
-enum { FLAT = 0x0DE1, FLAT_ARRAY = 0x8C1A, CUBE = 0x8513, CUBE_ARRAY = 0x9009, SAMPLES = 0x9100, SAMPLES_ARRAY = 0x9102,
-       DEPTH16 = 0x81A5, DEPTH24_STENCIL = 0x88F0, DEPTH32F_STENCIL = 0x8CAD, RED16 = 0x822A, RED32F = 0x822E, RED8UI = 0x8232,
-       COMPARE_MODE = 0x884C, COMPARE = 0x884E, SWIZZLE_RED = 0x8E42, STENCIL_MODE = 0x90EA, STENCIL = 0x1901, ZERO = 0 };
+enum {
+    FLAT = 0x0DE1,
+    FLAT_ARRAY = 0x8C1A,
+    CUBE = 0x8513,
+    CUBE_ARRAY = 0x9009,
+    SAMPLES = 0x9100,
+    SAMPLES_ARRAY = 0x9102,
+    DEPTH16 = 0x81A5,
+    DEPTH24_STENCIL = 0x88F0,
+    DEPTH32F_STENCIL = 0x8CAD,
+    RED16 = 0x822A,
+    RED32F = 0x822E,
+    RED8UI = 0x8232,
+    COMPARE_MODE = 0x884C,
+    COMPARE = 0x884E,
+    SWIZZLE_RED = 0x8E42,
+    STENCIL_MODE = 0x90EA,
+    STENCIL = 0x1901,
+    ZERO = 0
+};
 
 // Depths in [0,1] that floats, and sums and differences of a few of them, hold exactly.
 static void dyadic_depth(float *v, int count, uint64_t *seed)
@@ -24,13 +41,16 @@ static void dyadic_depth(float *v, int count, uint64_t *seed)
 }
 
 // A texture whose layers hold v, samples of a texel side by side: [layer][y][x][sample].
-static GLuint given_texture(GLenum target, GLenum format, int width, int height, int layers, int samples, const float *v)
+static GLuint given_texture(GLenum target, GLenum format, int width, int height, int layers,
+                            int samples, const float *v)
 {
-    const bool multisampled = target == SAMPLES || target == SAMPLES_ARRAY, red = format == RED16 || format == RED32F;
+    const bool multisampled = target == SAMPLES || target == SAMPLES_ARRAY,
+               red = format == RED16 || format == RED32F;
     const GLenum from = red ? 0x1903 : 0x1902; // GL_RED, GL_DEPTH_COMPONENT
     GLuint texture, framebuffer;
     gl.CreateTextures(target, 1, &texture);
-    if (target == SAMPLES) gl.TextureStorage2DMultisample(texture, samples, format, width, height, GL_TRUE);
+    if (target == SAMPLES)
+        gl.TextureStorage2DMultisample(texture, samples, format, width, height, GL_TRUE);
     if (target == SAMPLES_ARRAY) {
         void(GL_CALL * storage)(GLuint, GLsizei, GLenum, GLsizei, GLsizei, GLsizei, GLboolean);
         const gl_fakes_function f = gl_context_function("glTextureStorage3DMultisample");
@@ -38,14 +58,19 @@ static GLuint given_texture(GLenum target, GLenum format, int width, int height,
         storage(texture, samples, format, width, height, layers, GL_TRUE);
     }
     if (target == FLAT || target == CUBE) gl.TextureStorage2D(texture, 1, format, width, height);
-    if (target == FLAT_ARRAY || target == CUBE_ARRAY) gl.TextureStorage3D(texture, 1, format, width, height, layers);
-    if (target == FLAT) gl.TextureSubImage2D(texture, 0, 0, 0, width, height, from, GL_FLOAT, v);
-    else if (!multisampled) gl.TextureSubImage3D(texture, 0, 0, 0, 0, width, height, layers, from, GL_FLOAT, v);
+    if (target == FLAT_ARRAY || target == CUBE_ARRAY)
+        gl.TextureStorage3D(texture, 1, format, width, height, layers);
+    if (target == FLAT)
+        gl.TextureSubImage2D(texture, 0, 0, 0, width, height, from, GL_FLOAT, v);
+    else if (!multisampled)
+        gl.TextureSubImage3D(texture, 0, 0, 0, 0, width, height, layers, from, GL_FLOAT, v);
     for (int i = 0; i < layers && multisampled; i++) {
         const GLuint buffer = bind_window(v + i * width * height * samples, width, height, samples);
         gl.CreateFramebuffers(1, &framebuffer);
-        if (target == SAMPLES) gl.NamedFramebufferTexture(framebuffer, 0x8D00, texture, 0);
-        else gl.NamedFramebufferTextureLayer(framebuffer, 0x8D00, texture, 0, i);
+        if (target == SAMPLES)
+            gl.NamedFramebufferTexture(framebuffer, 0x8D00, texture, 0);
+        else
+            gl.NamedFramebufferTextureLayer(framebuffer, 0x8D00, texture, 0, i);
         gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
         gl.Viewport(0, 0, width, height);
         gl.Enable(GL_DEPTH_TEST);
@@ -61,10 +86,13 @@ static GLuint given_texture(GLenum target, GLenum format, int width, int height,
         gl.BindVertexArray(0);
     }
     // As the renderer uses it: shadow samplers, other channels, the stencil of both.
-    static const GLint state[][2] = {{COMPARE_MODE, COMPARE}, {GL_TEXTURE_MIN_FILTER, 0x2703}, {GL_TEXTURE_MAG_FILTER, 0x2601}};
-    for (int i = 0; i < 3 && !multisampled; i++) gl.TextureParameteri(texture, (GLenum)state[i][0], state[i][1]);
+    static const GLint state[][2] = {
+        {COMPARE_MODE, COMPARE}, {GL_TEXTURE_MIN_FILTER, 0x2703}, {GL_TEXTURE_MAG_FILTER, 0x2601}};
+    for (int i = 0; i < 3 && !multisampled; i++)
+        gl.TextureParameteri(texture, (GLenum)state[i][0], state[i][1]);
     gl.TextureParameteri(texture, SWIZZLE_RED, ZERO);
-    if (format == DEPTH24_STENCIL || format == DEPTH32F_STENCIL) gl.TextureParameteri(texture, STENCIL_MODE, STENCIL);
+    if (format == DEPTH24_STENCIL || format == DEPTH32F_STENCIL)
+        gl.TextureParameteri(texture, STENCIL_MODE, STENCIL);
     return texture;
 }
 
@@ -74,9 +102,10 @@ static void texture_state_is_kept(GLuint texture, GLenum target, GLenum format)
     GLint swizzle = -1, mode = -1, compare = COMPARE;
     gl.GetTextureParameteriv(texture, SWIZZLE_RED, &swizzle);
     gl.GetTextureParameteriv(texture, STENCIL_MODE, &mode);
-    if (target != SAMPLES && target != SAMPLES_ARRAY) gl.GetTextureParameteriv(texture, COMPARE_MODE, &compare);
-    CHECK(swizzle == ZERO && (mode == STENCIL) == stencil && compare == COMPARE, "swizzle 0x%X, mode 0x%X, compare 0x%X",
-          swizzle, mode, compare);
+    if (target != SAMPLES && target != SAMPLES_ARRAY)
+        gl.GetTextureParameteriv(texture, COMPARE_MODE, &compare);
+    CHECK(swizzle == ZERO && (mode == STENCIL) == stencil && compare == COMPARE,
+          "swizzle 0x%X, mode 0x%X, compare 0x%X", swizzle, mode, compare);
 }
 
 // One pass of our own that draws these window depths.
@@ -92,16 +121,19 @@ static void window_pass(subject *s, int index, bool back, const float *window)
     gl.BindVertexArray(0);
 }
 
-// By how much a texel of two lights' tables differs at most, in units of the tables, or a least depth.
+// By how much a texel of two lights' tables differs at most, in units of the tables, or a least
+// depth.
 static int maps_differ(const subject *s, int a, int b)
 {
     int most = 0, width = 0;
-    for (int level = 0, size; level < levels_of(s) && gl_fakes_map_table(s->map[0], level, &size); level++) {
+    for (int level = 0, size; level < levels_of(s) && gl_fakes_map_table(s->map[0], level, &size);
+         level++) {
         uint32_t *t[2] = {read_level(s, a, level, size), read_level(s, b, level, size)};
         const size_t right = (size_t)s->desc.moments, up = (size_t)(size + 1) * right;
         for (int y = 0; y < size; y++) {
             for (size_t i = (size_t)y * up; i < (size_t)y * up + (size_t)size * right; i++) {
-                const int off = abs(texel_value(t[0] + i, right, up) - texel_value(t[1] + i, right, up));
+                const int off =
+                    abs(texel_value(t[0] + i, right, up) - texel_value(t[1] + i, right, up));
                 most = off > most ? off : most;
             }
         }
@@ -112,9 +144,11 @@ static int maps_differ(const subject *s, int a, int b)
     gl.GetTextureLevelParameteriv(least, 0, GL_TEXTURE_WIDTH, &width);
     const size_t texels = (size_t)width * (size_t)width;
     float *z = allocate(sizeof *z * texels * (size_t)s->desc.lights);
-    gl.GetTextureImage(least, 0, 0x1903, GL_FLOAT, (GLsizei)(sizeof *z * texels * (size_t)s->desc.lights), z);
+    gl.GetTextureImage(least, 0, 0x1903, GL_FLOAT,
+                       (GLsizei)(sizeof *z * texels * (size_t)s->desc.lights), z);
     for (size_t i = 0; i < texels; i++) {
-        const int off = (int)ceil(2945788 * fabs((double)z[(size_t)a * texels + i] - (double)z[(size_t)b * texels + i]));
+        const int off = (int)ceil(
+            2945788 * fabs((double)z[(size_t)a * texels + i] - (double)z[(size_t)b * texels + i]));
         most = off > most ? off : most;
     }
     free(z);
@@ -129,19 +163,24 @@ static mssm_result given_frame(mssm_gl *g, int index, const mssm_gl_depth given[
     return r ? r : mssm_gl_end_frame(g);
 }
 
-// Every kind of texture, front alone and with back faces, in an atlas' corner: what a pass of our own makes of
-// the same depth, to the last bit. The state is left alone, the texture's too.
+// Every kind of texture, front alone and with back faces, in an atlas' corner: what a pass of our
+// own makes of the same depth, to the last bit. The state is left alone, the texture's too.
 static void given_depth_is_a_pass(void)
 {
     enum { SIDE = 24, X = 5, Y = 8, WIDTH = SIDE + 9, LAYERS = 12, TEXELS = WIDTH * WIDTH * 4 };
     static const struct {
         GLenum target, format;
         int layers, samples;
-    } cases[] = {{FLAT, GL_DEPTH_COMPONENT32F, 1, 1},        {FLAT, DEPTH16, 1, 1},
-                 {FLAT, DEPTH24_STENCIL, 1, 1},              {FLAT, RED32F, 1, 1},
-                 {FLAT_ARRAY, GL_DEPTH_COMPONENT32F, 5, 1},  {FLAT_ARRAY, DEPTH32F_STENCIL, 3, 1},
-                 {CUBE, GL_DEPTH_COMPONENT32F, 6, 1},        {CUBE_ARRAY, GL_DEPTH_COMPONENT32F, 12, 1},
-                 {SAMPLES, GL_DEPTH_COMPONENT32F, 1, 4},     {SAMPLES_ARRAY, GL_DEPTH_COMPONENT32F, 4, 4},
+    } cases[] = {{FLAT, GL_DEPTH_COMPONENT32F, 1, 1},
+                 {FLAT, DEPTH16, 1, 1},
+                 {FLAT, DEPTH24_STENCIL, 1, 1},
+                 {FLAT, RED32F, 1, 1},
+                 {FLAT_ARRAY, GL_DEPTH_COMPONENT32F, 5, 1},
+                 {FLAT_ARRAY, DEPTH32F_STENCIL, 3, 1},
+                 {CUBE, GL_DEPTH_COMPONENT32F, 6, 1},
+                 {CUBE_ARRAY, GL_DEPTH_COMPONENT32F, 12, 1},
+                 {SAMPLES, GL_DEPTH_COMPONENT32F, 1, 4},
+                 {SAMPLES_ARRAY, GL_DEPTH_COMPONENT32F, 4, 4},
                  {SAMPLES, DEPTH32F_STENCIL, 1, 4}};
     static float v[2][LAYERS * TEXELS], own[2][SIDE * SIDE * 4];
     uint64_t seed = 61;
@@ -157,14 +196,16 @@ static void given_depth_is_a_pass(void)
             for (int k = 0; k < 2; k++) {
                 const int size = WIDTH * WIDTH * n;
                 dyadic_depth(v[k], layers * size, &seed);
-                texture[k] = given_texture(cases[c].target, cases[c].format, WIDTH, WIDTH, layers, n, v[k]);
+                texture[k] =
+                    given_texture(cases[c].target, cases[c].format, WIDTH, WIDTH, layers, n, v[k]);
                 if (n == 1) {
                     float *back = v[k]; // as the format rounds it
-                    gl.GetTextureImage(texture[k], 0, cases[c].format == RED32F ? 0x1903 : 0x1902, GL_FLOAT,
-                                       (GLsizei)(sizeof *back) * layers * size, back);
+                    gl.GetTextureImage(texture[k], 0, cases[c].format == RED32F ? 0x1903 : 0x1902,
+                                       GL_FLOAT, (GLsizei)(sizeof *back) * layers * size, back);
                 }
                 for (int i = 0; i < SIDE * SIDE * s.desc.samples; i++) { // equal samples are one
-                    const int texel = i / s.desc.samples, x = texel % SIDE + X, y = texel / SIDE + Y;
+                    const int texel = i / s.desc.samples, x = texel % SIDE + X,
+                              y = texel / SIDE + Y;
                     own[k][i] = v[k][layer * size + (y * WIDTH + x) * n + i % n];
                 }
             }
@@ -191,12 +232,15 @@ static void given_depth_is_a_pass(void)
                 } else {
                     WATCH_OK(given_frame(s.gl, 1, given), NULL);
                 }
-                for (int k = 0; k < 2; k++) texture_state_is_kept(texture[k], cases[c].target, cases[c].format);
+                for (int k = 0; k < 2; k++)
+                    texture_state_is_kept(texture[k], cases[c].target, cases[c].format);
                 build(&s);
-                // 24 bits are not floats: drivers read them back and sample them with roundings of their own.
+                // 24 bits are not floats: drivers read them back and sample them with roundings of
+                // their own.
                 const int off = maps_differ(&s, 0, 1);
-                CHECK(off <= (cases[c].format == DEPTH24_STENCIL ? 100 : 0), "target 0x%X, format 0x%X, round %d: off by %d",
-                      cases[c].target, cases[c].format, round, off);
+                CHECK(off <= (cases[c].format == DEPTH24_STENCIL ? 100 : 0),
+                      "target 0x%X, format 0x%X, round %d: off by %d", cases[c].target,
+                      cases[c].format, round, off);
                 compared++;
             }
             gl.DeleteTextures(2, texture);
@@ -209,22 +253,27 @@ static void given_depth_is_a_pass(void)
 }
 
 // Depth of a stored value by hand: an oracle in double.
-static double stored_depth(const mssm_light *light, const mssm_gl_depth *d, double v, double x, double y)
+static double stored_depth(const mssm_light *light, const mssm_gl_depth *d, double v, double x,
+                           double y)
 {
     const bool ours = d->z_near == 0 && d->z_far == 0;
-    const double n = (double)(ours ? light->z_near : d->z_near), f = (double)(ours ? light->z_far : d->z_far);
+    const double n = (double)(ours ? light->z_near : d->z_near),
+                 f = (double)(ours ? light->z_far : d->z_far);
     const double far = d->reversed ? 1 - v : v;
     double w = n + far * (f - n);
     if (far >= 1) return 1;
-    if (light->perspective && d->stored == MSSM_STORED_WINDOW) w = isinf(f) ? n / (1 - far) : n * f / (f - far * (f - n));
+    if (light->perspective && d->stored == MSSM_STORED_WINDOW)
+        w = isinf(f) ? n / (1 - far) : n * f / (f - far * (f - n));
     if (d->stored == MSSM_STORED_RADIAL) {
-        w /= sqrt(1 + x * x * (double)(light->extent_u * light->extent_u) + y * y * (double)(light->extent_v * light->extent_v));
+        w /= sqrt(1 + x * x * (double)(light->extent_u * light->extent_u) +
+                  y * y * (double)(light->extent_v * light->extent_v));
     }
     const double a = (double)light->z_near, b = (double)light->z_far;
     return fmin(fmax(-1 + 2 * (w - a) / (b - a), -1), 1);
 }
 
-// However depth is stored, and whatever part of a texture it fills: the CPU's map of what that means.
+// However depth is stored, and whatever part of a texture it fills: the CPU's map of what that
+// means.
 static void given_depth_means_what_it_says(void)
 {
     enum { SIDE = 20, MOST = SIDE * SIDE * 64 };
@@ -233,15 +282,23 @@ static void given_depth_means_what_it_says(void)
         mssm_stored stored;
         int reversed;
         float z_near, z_far;
-    } cases[] = {{0, 1, 1, 1, MSSM_STORED_WINDOW, 1, 0, 0},     {0, 1, 1, 4, MSSM_STORED_WINDOW, 1, 0, 0},
-                 {0, 2, 2, 1, MSSM_STORED_WINDOW, 0, 0, 0},     {0, 4, 2, 1, MSSM_STORED_LINEAR, 0, 0, 0},
-                 {0, 8, 8, 1, MSSM_STORED_WINDOW, 1, 0, 0},     {0, 2, 4, 4, MSSM_STORED_WINDOW, 0, 0, 0},
-                 {0, 1, 1, 1, MSSM_STORED_WINDOW, 0, -3, 9},    {0, 1, 1, 1, MSSM_STORED_LINEAR, 1, -3, 9},
-                 {1, 1, 1, 1, MSSM_STORED_WINDOW, 1, 0, 0},     {1, 1, 1, 1, MSSM_STORED_WINDOW, 0, 0.5f, 30},
-                 {1, 1, 1, 1, MSSM_STORED_WINDOW, 1, 0.5f, 30}, {1, 1, 1, 4, MSSM_STORED_WINDOW, 1, 1.25f, INFINITY},
+    } cases[] = {{0, 1, 1, 1, MSSM_STORED_WINDOW, 1, 0, 0},
+                 {0, 1, 1, 4, MSSM_STORED_WINDOW, 1, 0, 0},
+                 {0, 2, 2, 1, MSSM_STORED_WINDOW, 0, 0, 0},
+                 {0, 4, 2, 1, MSSM_STORED_LINEAR, 0, 0, 0},
+                 {0, 8, 8, 1, MSSM_STORED_WINDOW, 1, 0, 0},
+                 {0, 2, 4, 4, MSSM_STORED_WINDOW, 0, 0, 0},
+                 {0, 1, 1, 1, MSSM_STORED_WINDOW, 0, -3, 9},
+                 {0, 1, 1, 1, MSSM_STORED_LINEAR, 1, -3, 9},
+                 {1, 1, 1, 1, MSSM_STORED_WINDOW, 1, 0, 0},
+                 {1, 1, 1, 1, MSSM_STORED_WINDOW, 0, 0.5f, 30},
+                 {1, 1, 1, 1, MSSM_STORED_WINDOW, 1, 0.5f, 30},
+                 {1, 1, 1, 4, MSSM_STORED_WINDOW, 1, 1.25f, INFINITY},
                  {1, 2, 1, 1, MSSM_STORED_WINDOW, 0, 1.25f, INFINITY},
-                 {1, 1, 1, 1, MSSM_STORED_LINEAR, 0, 0, 0},     {1, 1, 1, 1, MSSM_STORED_LINEAR, 1, 0, 0},
-                 {1, 1, 3, 1, MSSM_STORED_LINEAR, 0, 0, 12},    {1, 1, 1, 1, MSSM_STORED_RADIAL, 0, 0, 0},
+                 {1, 1, 1, 1, MSSM_STORED_LINEAR, 0, 0, 0},
+                 {1, 1, 1, 1, MSSM_STORED_LINEAR, 1, 0, 0},
+                 {1, 1, 3, 1, MSSM_STORED_LINEAR, 0, 0, 12},
+                 {1, 1, 1, 1, MSSM_STORED_RADIAL, 0, 0, 0},
                  {1, 1, 1, 1, MSSM_STORED_RADIAL, 1, 0, 12}};
     static float v[MOST], z[MOST];
     const mssm_gl_desc d = description(1, SIDE, 1, 6);
@@ -251,7 +308,8 @@ static void given_depth_means_what_it_says(void)
     if (!begin_gl()) return;
     if (make_subject(&s, &d)) {
         for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
-            const int across = cases[c].across, up = cases[c].up, n = cases[c].samples, each = across * up * n;
+            const int across = cases[c].across, up = cases[c].up, n = cases[c].samples,
+                      each = across * up * n;
             const int width = SIDE * across, height = SIDE * up;
             const bool exact = !cases[c].spot && cases[c].z_near == cases[c].z_far;
             mssm_gl_depth given;
@@ -265,10 +323,12 @@ static void given_depth_means_what_it_says(void)
             s.light[0] = wide_light(cases[c].spot, 3);
             dyadic_depth(v, width * height * n, &seed);
             for (int i = 0; i < width * height * n && given.reversed; i++) v[i] = 1 - v[i];
-            given.texture = given_texture(given.target, GL_DEPTH_COMPONENT32F, width, height, 1, n, v);
+            given.texture =
+                given_texture(given.target, GL_DEPTH_COMPONENT32F, width, height, 1, n, v);
             for (int i = 0; i < width * height * n; i++) {
                 const int x = i / n % width, y = i / n / width, texel = y / up * SIDE + x / across;
-                const double at[2] = {(2.0 * (x / across) + 1) / SIDE - 1, (2.0 * (y / up) + 1) / SIDE - 1};
+                const double at[2] = {(2.0 * (x / across) + 1) / SIDE - 1,
+                                      (2.0 * (y / up) + 1) / SIDE - 1};
                 z[texel * each + (y % up * across + x % across) * n + i % n] =
                     (float)stored_depth(&s.light[0], &given, (double)v[i], at[0], at[1]);
             }
@@ -277,33 +337,37 @@ static void given_depth_means_what_it_says(void)
             CHECK(!mssm_map_update(s.map[0], z, NULL, each), "update");
             build(&s);
             compare_tables(&s, 0, &all);
-            CHECK(all.values > 0 && all.largest <= (exact ? slack() : 60), "case %d: off by %d", (int)c, all.largest);
+            CHECK(all.values > 0 && all.largest <= (exact ? slack() : 60), "case %d: off by %d",
+                  (int)c, all.largest);
             if (!exact && all.largest > worst) worst = all.largest;
             gl.DeleteTextures(1, &given.texture);
         }
-        test_note("a texel differs by at most %.2g of a value where depth is computed", worst / 2945788.0);
+        test_note("a texel differs by at most %.2g of a value where depth is computed",
+                  worst / 2945788.0);
         drop_subject(&s);
     }
     end_gl();
 }
 
 // A renderer's own depth pass: casters by its matrix into a layer of its texture, single-sampled.
-static void own_pass(const mesh *m, const mssm_light *drawn, GLuint texture, int layer, const int area[3], bool reversed,
-                     GLuint program)
+static void own_pass(const mesh *m, const mssm_light *drawn, GLuint texture, int layer,
+                     const int area[3], bool reversed, GLuint program)
 {
     const GLfloat farthest = reversed ? 0 : 1;
     GLuint framebuffer;
     gl.CreateFramebuffers(1, &framebuffer);
-    if (layer < 0) gl.NamedFramebufferTexture(framebuffer, 0x8D00, texture, 0);
-    else gl.NamedFramebufferTextureLayer(framebuffer, 0x8D00, texture, 0, layer);
+    if (layer < 0)
+        gl.NamedFramebufferTexture(framebuffer, 0x8D00, texture, 0);
+    else
+        gl.NamedFramebufferTextureLayer(framebuffer, 0x8D00, texture, 0, layer);
     gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     gl.ClearNamedFramebufferfv(framebuffer, 0x1801, 0, &farthest); // GL_DEPTH
     gl.Viewport(area[0], area[1], area[2], area[2]);
     gl.ClipControl(0x8CA1, 0x935F); // lower left, zero to one
     gl.Enable(GL_DEPTH_TEST);
     gl.DepthFunc(reversed ? 0x0204 : GL_LESS); // GL_GREATER
-    gl.ProgramUniformMatrix4fv(program, gl.GetUniformLocation(program, "world_to_shadow"), 1, GL_FALSE,
-                               drawn->world_to_shadow);
+    gl.ProgramUniformMatrix4fv(program, gl.GetUniformLocation(program, "world_to_shadow"), 1,
+                               GL_FALSE, drawn->world_to_shadow);
     gl.UseProgram(program);
     gl.BindVertexArray(m->array);
     gl.DrawArrays(GL_TRIANGLES, 0, m->vertices);
@@ -316,8 +380,9 @@ static void own_pass(const mesh *m, const mssm_light *drawn, GLuint texture, int
     gl.DeleteFramebuffers(1, &framebuffer);
 }
 
-// As docs/integration.md has it: a sun with depth of 0 to 1, normal and reversed, a lamp in an atlas, reversed and
-// without a far plane, and a face of distances. The shadows are those of the library's own pass.
+// As docs/integration.md has it: a sun with depth of 0 to 1, normal and reversed, a lamp in an
+// atlas, reversed and without a far plane, and a face of distances. The shadows are those of the
+// library's own pass.
 static void own_depth_maps_cast_the_same_shadows(void)
 {
     enum { SIDE = 128, POINTS = 3000 };
@@ -331,7 +396,8 @@ static void own_depth_maps_cast_the_same_shadows(void)
         "void main() { gl_FragDepth = distance(world, lamp.xyz) / lamp.w; }\n"};
     static float points[3 * POINTS], v[2][POINTS];
     const mssm_gl_desc d = description(2, SIDE, 4, 6);
-    const float eye[3] = {0.5f, 6, 1}, to_light[3] = {0.05f, 1, 0.1f}, axis[3] = {1, 0, 0}, far = 12;
+    const float eye[3] = {0.5f, 6, 1}, to_light[3] = {0.05f, 1, 0.1f}, axis[3] = {1, 0, 0},
+                far = 12;
     uint64_t seed = 65;
     scene c;
     mesh m;
@@ -349,13 +415,18 @@ static void own_depth_maps_cast_the_same_shadows(void)
             mssm_gl_depth given;
             memset(&given, 0, sizeof given);
             mssm_light light, drawn;
-            if (sun) CHECK(!scene_light(&c, 0.1, 0.1, &light), "light");
-            else CHECK(!mssm_light_spot(&light, eye, to_light, axis, 1, 0.5f, far, 0.5f, 0.5f), "light");
+            if (sun)
+                CHECK(!scene_light(&c, 0.1, 0.1, &light), "light");
+            else
+                CHECK(!mssm_light_spot(&light, eye, to_light, axis, 1, 0.5f, far, 0.5f, 0.5f),
+                      "light");
             drawn = light;
             for (int i = 0; i < 4; i++) { // the matrix of a clip space from 0 to 1
                 float *row = &drawn.world_to_shadow[4 * i];
-                if (sun) row[2] = reversed ? 0.5f * (row[3] - row[2]) : 0.5f * (row[3] + row[2]);
-                else row[2] = reversed ? (i == 3 ? light.z_near : 0) : 0.5f * row[3];
+                if (sun)
+                    row[2] = reversed ? 0.5f * (row[3] - row[2]) : 0.5f * (row[3] + row[2]);
+                else
+                    row[2] = reversed ? (i == 3 ? light.z_near : 0) : 0.5f * row[3];
             }
             given.target = kind == 3 ? CUBE : FLAT;
             given.layer = kind == 3 ? 3 : 0;
@@ -367,10 +438,12 @@ static void own_depth_maps_cast_the_same_shadows(void)
             given.z_far = kind == 2 ? INFINITY : kind == 3 ? far : 0;
             gl.CreateTextures(given.target, 1, &given.texture);
             gl.TextureStorage2D(given.texture, 1, GL_DEPTH_COMPONENT32F, at + size, at + size);
-            own_pass(&m, &drawn, given.texture, kind == 3 ? 3 : -1, area, reversed, kind == 3 ? program : stage.casters);
+            own_pass(&m, &drawn, given.texture, kind == 3 ? 3 : -1, area, reversed,
+                     kind == 3 ? program : stage.casters);
             s.light[0] = light;
             draw_light(&s, &m, false);
-            CHECK(!mssm_gl_set_light(s.gl, 1, &light) && !mssm_gl_set_depth(s.gl, 1, &given, NULL), "%s", fakes.message);
+            CHECK(!mssm_gl_set_light(s.gl, 1, &light) && !mssm_gl_set_depth(s.gl, 1, &given, NULL),
+                  "%s", fakes.message);
             build(&s);
             random_points(&c, POINTS, points, &seed);
             for (int i = 0; i < 2; i++) ask(&s, i, false, POINTS, points, v[i]);
@@ -381,9 +454,11 @@ static void own_depth_maps_cast_the_same_shadows(void)
                 far_off += off > 0.1;
                 dark += v[0][i] < 0.9f;
             }
-            test_note("%d: visibility differs by %.2g in the mean, by more than .1 for %.0f; %.0f of %d in shadow", kind,
-                      sum / POINTS, far_off, dark, (int)POINTS);
-            CHECK(dark > 100 && sum / POINTS < 0.01 && far_off < 0.01 * POINTS, "%d: other shadows", kind);
+            test_note(
+                "%d: visibility differs by %.2g in the mean, by more than .1 for %.0f; %.0f of %d in shadow",
+                kind, sum / POINTS, far_off, dark, (int)POINTS);
+            CHECK(dark > 100 && sum / POINTS < 0.01 && far_off < 0.01 * POINTS, "%d: other shadows",
+                  kind);
             gl.DeleteTextures(1, &given.texture);
         }
         drop_subject(&s);
@@ -410,7 +485,8 @@ static void bad_depth_maps_are_refused(void)
     GLuint other[3];
     gl.CreateTextures(FLAT, 3, other);
     gl.TextureStorage2D(other[0], 1, RED8UI, SIDE, SIDE);
-    gl.TextureStorage2D(other[1], 1, GL_DEPTH_COMPONENT32F, 9 * SIDE, 9 * SIDE); // other[2] has no storage
+    gl.TextureStorage2D(other[1], 1, GL_DEPTH_COMPONENT32F, 9 * SIDE,
+                        9 * SIDE); // other[2] has no storage
     const mssm_gl_depth good = {flat, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
     const struct {
         mssm_gl_depth given;
@@ -431,11 +507,17 @@ static void bad_depth_maps_are_refused(void)
         {{flat, 0, 0, 40, 0, 16, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "width 16: 1 to 8"},
         {{flat, 0, 0, 0, 1, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "height 47: once to 8 times"},
         {{flat, 0, 0, 0, 0, 24, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "width 24: once to 8 times"},
-        {{flat, 0, 0, 0, 0, INT_MAX, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "width 2147483647: 1 to 48"},
-        {{other[1], 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "width 144: once to 8 times"},
+        {{flat, 0, 0, 0, 0, INT_MAX, 0, MSSM_STORED_WINDOW, 0, 0, 0},
+         0,
+         "width 2147483647: 1 to 48"},
+        {{other[1], 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0},
+         0,
+         "width 144: once to 8 times"},
         {{flat, 0, 0, 0, 0, 0, 0, MSSM_STORED_RADIAL, 0, 0, 0}, 0, "stored 2: 0 to 1"},
         {{flat, 0, 0, 0, 0, 0, 0, (mssm_stored)3, 0, 0, 0}, 1, "stored 3: 0 to 2"},
-        {{flat, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 5}, 1, "z_near 0, z_far 5: 0 < z_near < z_far"},
+        {{flat, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 5},
+         1,
+         "z_near 0, z_far 5: 0 < z_near < z_far"},
         {{flat, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 5, 2}, 1, "z_near 5, z_far 2"},
         {{flat, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, NAN, 2}, 1, "z_far 2: 0 <"},
         {{flat, 0, 0, 0, 0, 0, 0, MSSM_STORED_LINEAR, 0, 1, INFINITY}, 1, "both finite"},
@@ -450,17 +532,22 @@ static void bad_depth_maps_are_refused(void)
         CHECK(!mssm_gl_set_depth(s.gl, i, &good, &good), "good: %s", fakes.message);
     }
     build(&s);
-    gl.DebugMessageCallback(NULL, NULL); // to find out a target raises an error, which is taken away
+    gl.DebugMessageCallback(NULL,
+                            NULL); // to find out a target raises an error, which is taken away
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         const mssm_light light = wide_light(bad[i].spot, 3);
         CHECK(!mssm_gl_set_light(s.gl, 0, &light), "light");
         for (int framed = 0; framed < 2; framed++) {
             fakes.message[0] = 0;
             if (framed) CHECK(!mssm_gl_begin_frame(s.gl), "begin");
-            if (!framed) WATCH_FAIL(mssm_gl_set_depth(s.gl, 0, &bad[i].given, NULL), MSSM_ERROR_ARGUMENT);
-            else CHECK(mssm_gl_set_depth(s.gl, 0, &bad[i].given, NULL) == MSSM_ERROR_ARGUMENT, "%s", bad[i].said);
+            if (!framed)
+                WATCH_FAIL(mssm_gl_set_depth(s.gl, 0, &bad[i].given, NULL), MSSM_ERROR_ARGUMENT);
+            else
+                CHECK(mssm_gl_set_depth(s.gl, 0, &bad[i].given, NULL) == MSSM_ERROR_ARGUMENT, "%s",
+                      bad[i].said);
             if (framed) CHECK(!mssm_gl_end_frame(s.gl), "end");
-            CHECK(strstr(fakes.message, bad[i].said), "not \"%s\" but \"%s\"", bad[i].said, fakes.message);
+            CHECK(strstr(fakes.message, bad[i].said), "not \"%s\" but \"%s\"", bad[i].said,
+                  fakes.message);
         }
     }
     CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]), "light");
@@ -492,7 +579,8 @@ static void bad_depth_maps_are_refused(void)
     end_gl();
 }
 
-// Given depth maps in a bracket beside passes, in any state of the caller's: all bindings come back.
+// Given depth maps in a bracket beside passes, in any state of the caller's: all bindings come
+// back.
 static void given_depth_leaves_bindings_alone(void)
 {
     enum { SIDE = 16 };
@@ -521,7 +609,8 @@ static void given_depth_leaves_bindings_alone(void)
         for (int round = 0; round < 3; round++) {
             gl_state_take(&at_begin);
             CHECK(!mssm_gl_begin_frame(s.gl), "begin");
-            for (int k = 0; k < 2; k++) CHECK(!mssm_gl_set_depth(s.gl, k, &given[k], NULL), "%s", fakes.message);
+            for (int k = 0; k < 2; k++)
+                CHECK(!mssm_gl_set_depth(s.gl, k, &given[k], NULL), "%s", fakes.message);
             CHECK(!mssm_gl_begin_depth(s.gl, 2, 0) && !mssm_gl_end_depth(s.gl), "pass");
             CHECK(!mssm_gl_build(s.gl) && !mssm_gl_end_frame(s.gl), "end");
             if (before.capacity < at_begin.count) gl_state_take(&before);

@@ -1,6 +1,7 @@
-// The OpenGL halves of both headers on a driver that there is not: it can lose its context at any call, or
-// answer nonsense to every question. A result code and a message, never a crash, a hang or memory left
-// behind. Needs no OpenGL; the address sanitizer and valgrind see every byte that is read.
+// The OpenGL halves of both headers on a driver that there is not: it can lose its context at any
+// call, or answer nonsense to every question. A result code and a message, never a crash, a hang or
+// memory left behind. Needs no OpenGL; the address sanitizer and valgrind see every byte that is
+// read.
 #include "../support/gl_fakes.h"
 #include "../support/test.h"
 
@@ -12,7 +13,8 @@
 #include <string.h>
 
 #if defined __GNUC__
-#pragma GCC diagnostic ignored "-Wunused-parameter" // all that the functions below do with most of them
+#pragma GCC diagnostic ignored \
+    "-Wunused-parameter" // all that the functions below do with most of them
 #endif
 
 enum { WORKS, LOST, GARBAGE };
@@ -21,18 +23,26 @@ static struct {
     int mode;
     int calls, lost_after; // LOST: the context is gone after so many calls
     uint64_t random;
-    int rarity;            // GARBAGE: one answer in so many is nonsense
-    int questions;         // asked
-    int objects;           // made and not deleted
+    int rarity;               // GARBAGE: one answer in so many is nonsense
+    int questions;            // asked
+    int objects;              // made and not deleted
     int dispatches, uploaded; // compute shaders, bytes of buffers
     int messages;
-    size_t longest;        // message
-    void *mapped[8];       // by MapBufferRange, freed when the test ends
+    size_t longest;  // message
+    void *mapped[8]; // by MapBufferRange, freed when the test ends
     int mapped_count;
 } driver;
 
-enum { ANY_NUMBER = 1 << 27 }; // a limit that is never reached, and the texture that is bound everywhere
-enum { FLAT = 0x0DE1, TEXTURE_BINDING_CUBE_MAP = 0x8514, CONTEXT_LOST = 0x0507, SYNC_SIGNALED = 0x911A, SYNC_WAIT_FAILED = 0x911D };
+enum {
+    ANY_NUMBER = 1 << 27
+}; // a limit that is never reached, and the texture that is bound everywhere
+enum {
+    FLAT = 0x0DE1,
+    TEXTURE_BINDING_CUBE_MAP = 0x8514,
+    CONTEXT_LOST = 0x0507,
+    SYNC_SIGNALED = 0x911A,
+    SYNC_WAIT_FAILED = 0x911D
+};
 
 // Whether the call does what it should; every function begins with it.
 static bool works(void)
@@ -51,58 +61,60 @@ static bool nonsense(void)
 // Numbers that trip up careless code.
 static int strange(void)
 {
-    static const int numbers[] = {0, -1, 1, INT_MAX, INT_MIN, 7, 4096, 1 << 20, (1 << 20) + 1, 65536, 45};
+    static const int numbers[] = {0,     -1, 1, INT_MAX, INT_MIN, 7, 4096, 1 << 20, (1 << 20) + 1,
+                                  65536, 45};
     return numbers[test_random(&driver.random) % (sizeof numbers / sizeof *numbers)];
 }
 
 // ---- Functions that only do something to the GPU
-#define DOES_NOTHING(X)                                                                                  \
-    X(Enable, (GLenum a))                                                                                \
-    X(Disable, (GLenum a))                                                                               \
-    X(Enablei, (GLenum a, GLuint b))                                                                     \
-    X(Disablei, (GLenum a, GLuint b))                                                                    \
-    X(ViewportIndexedf, (GLuint a, GLfloat b, GLfloat c, GLfloat d, GLfloat e))                          \
-    X(DepthRangeIndexed, (GLuint a, GLdouble b, GLdouble c))                                             \
-    X(DepthFunc, (GLenum a))                                                                             \
-    X(DepthMask, (GLboolean a))                                                                          \
-    X(ColorMaski, (GLuint a, GLboolean b, GLboolean c, GLboolean d, GLboolean e))                        \
-    X(ClipControl, (GLenum a, GLenum b))                                                                 \
-    X(CullFace, (GLenum a))                                                                              \
-    X(PolygonMode, (GLenum a, GLenum b))                                                                 \
-    X(BindFramebuffer, (GLenum a, GLuint b))                                                             \
-    X(NamedFramebufferTexture, (GLuint a, GLenum b, GLuint c, GLint d))                                  \
-    X(NamedFramebufferTextureLayer, (GLuint a, GLenum b, GLuint c, GLint d, GLint e))                    \
-    X(NamedFramebufferDrawBuffer, (GLuint a, GLenum b))                                                  \
-    X(NamedFramebufferDrawBuffers, (GLuint a, GLsizei b, const GLenum *c))                               \
-    X(BindVertexArray, (GLuint a))                                                                       \
-    X(DrawArrays, (GLenum a, GLint b, GLsizei c))                                                        \
-    X(NamedFramebufferReadBuffer, (GLuint a, GLenum b))                                                  \
-    X(ClearBufferfv, (GLenum a, GLint b, const GLfloat *c))                                              \
-    X(TextureStorage3D, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLsizei f))                \
-    X(TextureStorage2DMultisample, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLboolean f))   \
-    X(TextureParameteri, (GLuint a, GLenum b, GLint c))                                                  \
-    X(TexParameteri, (GLenum a, GLenum b, GLint c))                                                      \
-    X(ActiveTexture, (GLenum a))                                                                         \
-    X(BindTexture, (GLenum a, GLuint b))                                                                 \
-    X(BindSampler, (GLuint a, GLuint b))                                                                 \
-    X(SamplerParameteri, (GLuint a, GLenum b, GLint c))                                                  \
-    X(BindImageTexture, (GLuint a, GLuint b, GLint c, GLboolean d, GLint e, GLenum f, GLenum g))         \
-    X(BufferStorage, (GLenum a, GLsizeiptr b, const void *c, GLbitfield d))                              \
-    X(CopyBufferSubData, (GLenum a, GLenum b, GLintptr c, GLintptr d, GLsizeiptr e))                     \
-    X(BindBuffer, (GLenum a, GLuint b))                                                                  \
-    X(BindBufferBase, (GLenum a, GLuint b, GLuint c))                                                    \
-    X(BindBufferRange, (GLenum a, GLuint b, GLuint c, GLintptr d, GLsizeiptr e))                         \
-    X(CompileShader, (GLuint a))                                                                         \
-    X(AttachShader, (GLuint a, GLuint b))                                                                \
-    X(LinkProgram, (GLuint a))                                                                           \
-    X(UseProgram, (GLuint a))                                                                            \
-    X(ProgramUniform1i, (GLuint a, GLint b, GLint c))                                                    \
-    X(ProgramUniform1f, (GLuint a, GLint b, GLfloat c))                                                  \
-    X(ProgramUniform1iv, (GLuint a, GLint b, GLsizei c, const GLint *d))                                 \
-    X(ProgramUniform4f, (GLuint a, GLint b, GLfloat c, GLfloat d, GLfloat e, GLfloat f))                 \
-    X(MemoryBarrier, (GLbitfield a))                                                                     \
-    X(Flush, (void))                                                                                     \
-    X(ObjectLabel, (GLenum a, GLuint b, GLsizei c, const GLchar *d))                                     \
+#define DOES_NOTHING(X)                                                                          \
+    X(Enable, (GLenum a))                                                                        \
+    X(Disable, (GLenum a))                                                                       \
+    X(Enablei, (GLenum a, GLuint b))                                                             \
+    X(Disablei, (GLenum a, GLuint b))                                                            \
+    X(ViewportIndexedf, (GLuint a, GLfloat b, GLfloat c, GLfloat d, GLfloat e))                  \
+    X(DepthRangeIndexed, (GLuint a, GLdouble b, GLdouble c))                                     \
+    X(DepthFunc, (GLenum a))                                                                     \
+    X(DepthMask, (GLboolean a))                                                                  \
+    X(ColorMaski, (GLuint a, GLboolean b, GLboolean c, GLboolean d, GLboolean e))                \
+    X(ClipControl, (GLenum a, GLenum b))                                                         \
+    X(CullFace, (GLenum a))                                                                      \
+    X(PolygonMode, (GLenum a, GLenum b))                                                         \
+    X(BindFramebuffer, (GLenum a, GLuint b))                                                     \
+    X(NamedFramebufferTexture, (GLuint a, GLenum b, GLuint c, GLint d))                          \
+    X(NamedFramebufferTextureLayer, (GLuint a, GLenum b, GLuint c, GLint d, GLint e))            \
+    X(NamedFramebufferDrawBuffer, (GLuint a, GLenum b))                                          \
+    X(NamedFramebufferDrawBuffers, (GLuint a, GLsizei b, const GLenum *c))                       \
+    X(BindVertexArray, (GLuint a))                                                               \
+    X(DrawArrays, (GLenum a, GLint b, GLsizei c))                                                \
+    X(NamedFramebufferReadBuffer, (GLuint a, GLenum b))                                          \
+    X(ClearBufferfv, (GLenum a, GLint b, const GLfloat *c))                                      \
+    X(TextureStorage3D, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLsizei f))        \
+    X(TextureStorage2DMultisample,                                                               \
+      (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLboolean f))                        \
+    X(TextureParameteri, (GLuint a, GLenum b, GLint c))                                          \
+    X(TexParameteri, (GLenum a, GLenum b, GLint c))                                              \
+    X(ActiveTexture, (GLenum a))                                                                 \
+    X(BindTexture, (GLenum a, GLuint b))                                                         \
+    X(BindSampler, (GLuint a, GLuint b))                                                         \
+    X(SamplerParameteri, (GLuint a, GLenum b, GLint c))                                          \
+    X(BindImageTexture, (GLuint a, GLuint b, GLint c, GLboolean d, GLint e, GLenum f, GLenum g)) \
+    X(BufferStorage, (GLenum a, GLsizeiptr b, const void *c, GLbitfield d))                      \
+    X(CopyBufferSubData, (GLenum a, GLenum b, GLintptr c, GLintptr d, GLsizeiptr e))             \
+    X(BindBuffer, (GLenum a, GLuint b))                                                          \
+    X(BindBufferBase, (GLenum a, GLuint b, GLuint c))                                            \
+    X(BindBufferRange, (GLenum a, GLuint b, GLuint c, GLintptr d, GLsizeiptr e))                 \
+    X(CompileShader, (GLuint a))                                                                 \
+    X(AttachShader, (GLuint a, GLuint b))                                                        \
+    X(LinkProgram, (GLuint a))                                                                   \
+    X(UseProgram, (GLuint a))                                                                    \
+    X(ProgramUniform1i, (GLuint a, GLint b, GLint c))                                            \
+    X(ProgramUniform1f, (GLuint a, GLint b, GLfloat c))                                          \
+    X(ProgramUniform1iv, (GLuint a, GLint b, GLsizei c, const GLint *d))                         \
+    X(ProgramUniform4f, (GLuint a, GLint b, GLfloat c, GLfloat d, GLfloat e, GLfloat f))         \
+    X(MemoryBarrier, (GLbitfield a))                                                             \
+    X(Flush, (void))                                                                             \
+    X(ObjectLabel, (GLenum a, GLuint b, GLsizei c, const GLchar *d))                             \
     X(ObjectPtrLabel, (const void *a, GLsizei b, const GLchar *c))
 
 #define NOTHING(name, parameters)                 \
@@ -118,7 +130,8 @@ static void GL_CALL hostile_DispatchCompute(GLuint x, GLuint y, GLuint z)
     driver.dispatches++;
 }
 
-static void GL_CALL hostile_BufferSubData(GLenum target, GLintptr offset, GLsizeiptr bytes, const void *data)
+static void GL_CALL hostile_BufferSubData(GLenum target, GLintptr offset, GLsizeiptr bytes,
+                                          const void *data)
 {
     works();
     driver.uploaded += (int)bytes;
@@ -143,14 +156,14 @@ static void drop(GLsizei count, const GLuint *names)
 }
 
 #define OBJECTS(X) X(Framebuffers) X(Buffers) X(Samplers) X(VertexArrays)
-#define OBJECT(kind)                                                               \
-    static void GL_CALL hostile_Create##kind(GLsizei count, GLuint *names)         \
-    {                                                                              \
-        make(count, names);                                                        \
-    }                                                                              \
-    static void GL_CALL hostile_Delete##kind(GLsizei count, const GLuint *names)   \
-    {                                                                              \
-        drop(count, names);                                                        \
+#define OBJECT(kind)                                                             \
+    static void GL_CALL hostile_Create##kind(GLsizei count, GLuint *names)       \
+    {                                                                            \
+        make(count, names);                                                      \
+    }                                                                            \
+    static void GL_CALL hostile_Delete##kind(GLsizei count, const GLuint *names) \
+    {                                                                            \
+        drop(count, names);                                                      \
     }
 OBJECTS(OBJECT)
 
@@ -192,7 +205,8 @@ static void GL_CALL hostile_ShaderSource(GLuint shader, GLsizei count, const GLc
 {
     size_t sum = 0;
     works();
-    for (int i = 0; i < count; i++) sum += length && length[i] >= 0 ? (size_t)length[i] : strlen(text[i]);
+    for (int i = 0; i < count; i++)
+        sum += length && length[i] >= 0 ? (size_t)length[i] : strlen(text[i]);
     CHECK(sum > 20, "a shader of %d bytes", (int)sum);
 }
 
@@ -206,7 +220,8 @@ static GLenum GL_CALL hostile_GetError(void)
 
 static const unsigned char *GL_CALL hostile_GetString(GLenum name)
 {
-    static const unsigned char good[] = "4.5 (Core Profile)", bad[] = {0xff, '%', 'n', 0x80, '%', 's', 0};
+    static const unsigned char good[] = "4.5 (Core Profile)",
+                               bad[] = {0xff, '%', 'n', 0x80, '%', 's', 0};
     return works() ? (nonsense() ? bad : good) : NULL;
 }
 
@@ -264,9 +279,11 @@ static GLboolean GL_CALL hostile_IsEnabledi(GLenum name, GLuint index)
     {                                                      \
         return works() && !nonsense();                     \
     }
+// clang-format off
 IS(Texture) IS(Sampler) IS(Framebuffer) IS(Program) IS(VertexArray) IS(Buffer)
+    // clang-format on
 
-static GLenum GL_CALL hostile_CheckNamedFramebufferStatus(GLuint framebuffer, GLenum target)
+    static GLenum GL_CALL hostile_CheckNamedFramebufferStatus(GLuint framebuffer, GLenum target)
 {
     return works() && !nonsense() ? GL_FRAMEBUFFER_COMPLETE : 0;
 }
@@ -276,9 +293,11 @@ static void GL_CALL hostile_GetTexParameteriv(GLenum target, GLenum name, GLint 
     if (works()) *value = nonsense() ? strange() : 0;
 }
 
-static void GL_CALL hostile_GetTexLevelParameteriv(GLenum target, GLint level, GLenum name, GLint *value)
+static void GL_CALL hostile_GetTexLevelParameteriv(GLenum target, GLint level, GLenum name,
+                                                   GLint *value)
 {
-    if (works()) *value = nonsense() ? strange() : name == GL_TEXTURE_SAMPLES ? 4 : target == FLAT ? 64 : 16;
+    if (works())
+        *value = nonsense() ? strange() : name == GL_TEXTURE_SAMPLES ? 4 : target == FLAT ? 64 : 16;
 }
 
 // Of shaders and programs: their status, and how long their log claims to be.
@@ -307,18 +326,21 @@ static void give_log(GLsizei room, GLsizei *length, GLchar *log)
     if (length) *length = strange();
 }
 
-static void GL_CALL hostile_GetShaderInfoLog(GLuint shader, GLsizei room, GLsizei *length, GLchar *log)
+static void GL_CALL hostile_GetShaderInfoLog(GLuint shader, GLsizei room, GLsizei *length,
+                                             GLchar *log)
 {
     give_log(room, length, log);
 }
 
-static void GL_CALL hostile_GetProgramInfoLog(GLuint program, GLsizei room, GLsizei *length, GLchar *log)
+static void GL_CALL hostile_GetProgramInfoLog(GLuint program, GLsizei room, GLsizei *length,
+                                              GLchar *log)
 {
     give_log(room, length, log);
 }
 
 // Exactly the bytes asked for, with anything in them.
-static void *GL_CALL hostile_MapBufferRange(GLenum target, GLintptr offset, GLsizeiptr length, GLbitfield access)
+static void *GL_CALL hostile_MapBufferRange(GLenum target, GLintptr offset, GLsizeiptr length,
+                                            GLbitfield access)
 {
     if (!works() || driver.mapped_count == 8 || length <= 0 || length > 1 << 24) return NULL;
     unsigned char *memory = malloc((size_t)length);
@@ -352,19 +374,21 @@ static void GL_CALL hostile_DeleteSync(void *fence)
 
 static gl_fakes_function load_hostile(const char *name)
 {
+    // clang-format off
     DOES_NOTHING(RETURN_NOTHING)
     RETURN(DispatchCompute) RETURN(BufferSubData)
     OBJECTS(RETURN_OBJECT)
     RETURN(CreateTextures) RETURN(DeleteTextures) RETURN(CreateShader) RETURN(DeleteShader)
-    RETURN(CreateProgram) RETURN(DeleteProgram) RETURN(ShaderSource) RETURN(GetError) RETURN(GetString)
-    RETURN(GetIntegerv) RETURN(GetIntegeri_v) RETURN(GetInteger64i_v) RETURN(GetFloati_v) RETURN(IsEnabled)
-    RETURN(GetDoublei_v) RETURN(GetBooleani_v) RETURN(GetStringi) RETURN(IsSampler) RETURN(IsFramebuffer)
-    RETURN(IsProgram) RETURN(IsVertexArray) RETURN(IsBuffer) RETURN(IsEnabledi) RETURN(IsTexture) RETURN(CheckNamedFramebufferStatus) RETURN(GetTexParameteriv)
-    RETURN(GetTexLevelParameteriv)
-    RETURN(GetShaderiv) RETURN(GetProgramiv) RETURN(GetShaderInfoLog)
-    RETURN(GetProgramInfoLog) RETURN(MapBufferRange) RETURN(FenceSync) RETURN(ClientWaitSync)
-    RETURN(DeleteSync)
-    CHECK(0, "%s is not in the hostile driver", name);
+    RETURN(CreateProgram) RETURN(DeleteProgram) RETURN(ShaderSource) RETURN(GetError)
+    RETURN(GetString) RETURN(GetIntegerv) RETURN(GetIntegeri_v) RETURN(GetInteger64i_v)
+    RETURN(GetFloati_v) RETURN(IsEnabled) RETURN(GetDoublei_v) RETURN(GetBooleani_v)
+    RETURN(GetStringi) RETURN(IsSampler) RETURN(IsFramebuffer) RETURN(IsProgram)
+    RETURN(IsVertexArray) RETURN(IsBuffer) RETURN(IsEnabledi) RETURN(IsTexture)
+    RETURN(CheckNamedFramebufferStatus) RETURN(GetTexParameteriv) RETURN(GetTexLevelParameteriv)
+    RETURN(GetShaderiv) RETURN(GetProgramiv) RETURN(GetShaderInfoLog) RETURN(GetProgramInfoLog)
+    RETURN(MapBufferRange) RETURN(FenceSync) RETURN(ClientWaitSync) RETURN(DeleteSync)
+        // clang-format on
+        CHECK(0, "%s is not in the hostile driver", name);
     return NULL;
 }
 
@@ -390,8 +414,10 @@ static void begin_driver(int mode, int lost_after, uint64_t seed)
 static void end_driver(const char *what)
 {
     for (int i = 0; i < driver.mapped_count; i++) free(driver.mapped[i]);
-    CHECK(!gl_fakes_living_memory(), "%s: %d pieces of memory are left", what, gl_fakes_living_memory());
-    CHECK(driver.mode == GARBAGE || !driver.objects, "%s: %d objects are left", what, driver.objects);
+    CHECK(!gl_fakes_living_memory(), "%s: %d pieces of memory are left", what,
+          gl_fakes_living_memory());
+    CHECK(driver.mode == GARBAGE || !driver.objects, "%s: %d objects are left", what,
+          driver.objects);
 }
 
 static void check_result(int r, int most, const char *what, const char *call)
@@ -407,14 +433,16 @@ static int count_failures(const mssm_result *all, int n, int messages_before, co
         check_result((int)all[i], MSSM_ERROR_ORDER, what, "a call");
         failures += all[i] != MSSM_OK;
     }
-    CHECK(!failures || driver.messages > messages_before, "%s: %d failures without a word", what, failures);
+    CHECK(!failures || driver.messages > messages_before, "%s: %d failures without a word", what,
+          failures);
     return failures;
 }
 
 // What every life begins with: a light, and what create said.
 static mssm_light light_of_half_size(float half)
 {
-    static const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    static const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1},
+                       high[3] = {1, 1, 1};
     mssm_light light;
     mssm_light_directional(&light, up, axis, half, half, low, high);
     return light;
@@ -423,7 +451,8 @@ static mssm_light light_of_half_size(float half)
 static void check_create(mssm_result r, bool made, const char *what)
 {
     check_result((int)r, MSSM_ERROR_ORDER, what, "create");
-    CHECK(!r == made && (!r || driver.messages > 0), "%s: result %d, %d messages", what, r, driver.messages);
+    CHECK(!r == made && (!r || driver.messages > 0), "%s: result %d, %d messages", what, r,
+          driver.messages);
 }
 
 // Every call of mssm.h once, in order; the number of failures.
@@ -507,7 +536,8 @@ static int live_lightprobe(const char *what)
     d.log = log_hostile;
     lightprobe_result r = lightprobe_gl_create(&g, &d);
     check_result((int)r, LIGHTPROBE_ERROR_ORDER, what, "create");
-    CHECK(!r == !!g && (!r || driver.messages > 0), "%s: result %d, %d messages", what, r, driver.messages);
+    CHECK(!r == !!g && (!r || driver.messages > 0), "%s: result %d, %d messages", what, r,
+          driver.messages);
     if (r) return 1;
     for (int i = 0; i < 5; i++) {
         r = lightprobe_gl_update(g, 9);
@@ -516,11 +546,13 @@ static int live_lightprobe(const char *what)
         if (i == 3) lightprobe_gl_restart(g);
         r = lightprobe_gl_read(g, i == 2, lights, &count, &stats);
         check_result((int)r, LIGHTPROBE_ERROR_ORDER, what, "read");
-        CHECK(r ? count == -3 : count >= 0 && count <= 4, "%s: result %d, %d lights", what, r, count);
+        CHECK(r ? count == -3 : count >= 0 && count <= 4, "%s: result %d, %d lights", what, r,
+              count);
         failures += r != LIGHTPROBE_OK && r != LIGHTPROBE_ERROR_NOT_READY;
         count = -3;
         const lightprobe_gl_range range = lightprobe_gl_lights(g, i & 1);
-        CHECK(range.offset >= 0 && range.bytes >= 0, "%s: a range from %ld", what, (long)range.offset);
+        CHECK(range.offset >= 0 && range.bytes >= 0, "%s: a range from %ld", what,
+              (long)range.offset);
     }
     lightprobe_gl_destroy(g);
     return failures;
@@ -530,7 +562,8 @@ static const struct {
     const char *name;
     int (*live)(const char *what);
     int noticed; // at least one nonsense in so many; filtered maps ask the driver least
-} lives[] = {{"mssm.h", live_mssm, 2}, {"filtered", live_filtered, 3}, {"lightprobe.h", live_lightprobe, 2}};
+} lives[] = {
+    {"mssm.h", live_mssm, 2}, {"filtered", live_filtered, 3}, {"lightprobe.h", live_lightprobe, 2}};
 enum { LIVES = sizeof lives / sizeof *lives };
 
 static void a_context_may_be_lost_at_any_call(void)
@@ -548,7 +581,8 @@ static void a_context_may_be_lost_at_any_call(void)
             failed += lives[k].live(what) > 0;
             end_driver(what);
         }
-        test_note("%s: %d calls, the context lost after each of them: %d failed", lives[k].name, calls, failed);
+        test_note("%s: %d calls, the context lost after each of them: %d failed", lives[k].name,
+                  calls, failed);
         CHECK(failed > 20 || test_trials(100) < 10, "hardly any loss is noticed");
     }
 }
@@ -567,15 +601,18 @@ static void drivers_may_answer_nonsense(void)
             longest = driver.longest > longest ? driver.longest : longest;
             end_driver(what);
         }
-        test_note("%s: %d of %d drivers fail, longest message %d", lives[k].name, failed, rounds, (int)longest);
-        CHECK(failed > rounds / lives[k].noticed && longest <= (1 << 20) + 1, "message of %d bytes", (int)longest);
+        test_note("%s: %d of %d drivers fail, longest message %d", lives[k].name, failed, rounds,
+                  (int)longest);
+        CHECK(failed > rounds / lives[k].noticed && longest <= (1 << 20) + 1, "message of %d bytes",
+              (int)longest);
     }
 }
 
 // What is in range is made or refused with a word; nothing is computed with numbers that overflow.
 static void extreme_sizes_are_made_or_refused(void)
 {
-    static const int numbers[] = {INT_MIN, -1, 0, 1, 2, 4096, 4097, 8192, 16384, 16385, 65536, INT_MAX};
+    static const int numbers[] = {INT_MIN, -1,   0,     1,     2,     4096,
+                                  4097,    8192, 16384, 16385, 65536, INT_MAX};
     enum { N = sizeof numbers / sizeof *numbers };
     int made = 0, refused = 0;
     for (int i = 0; i < N * N * 3; i++) {
@@ -589,9 +626,10 @@ static void extreme_sizes_are_made_or_refused(void)
         d.side = numbers[i / N % N];
         d.samples = i / N / N == 0 ? 4 : i / N / N == 1 ? INT_MAX : -1;
         const mssm_result r = mssm_gl_create(&g, &d);
-        const bool valid = d.lights >= 0 && d.lights < INT_MAX && d.side >= 0 && d.side <= 16384 && d.samples == 4;
-        CHECK(!r == !!g && (r || valid) && (!r || driver.messages), "%d lights, side %d, %d samples: result %d",
-              d.lights, d.side, d.samples, r);
+        const bool valid =
+            d.lights >= 0 && d.lights < INT_MAX && d.side >= 0 && d.side <= 16384 && d.samples == 4;
+        CHECK(!r == !!g && (r || valid) && (!r || driver.messages),
+              "%d lights, side %d, %d samples: result %d", d.lights, d.side, d.samples, r);
         made += !r;
         refused += r != MSSM_OK;
         mssm_gl_destroy(g);
@@ -602,8 +640,10 @@ static void extreme_sizes_are_made_or_refused(void)
         p.log = log_hostile;
         p.max_lights = numbers[i % N];
         p.side = numbers[i / N % N];
-        const lightprobe_result q = i < N * N ? lightprobe_gl_create(&l, &p) : LIGHTPROBE_ERROR_SIDE;
-        CHECK(!q == !!l && (q || (p.max_lights >= 0 && p.max_lights <= 4096 && p.side >= 0 && p.side <= 8192)),
+        const lightprobe_result q =
+            i < N * N ? lightprobe_gl_create(&l, &p) : LIGHTPROBE_ERROR_SIDE;
+        CHECK(!q == !!l && (q || (p.max_lights >= 0 && p.max_lights <= 4096 && p.side >= 0 &&
+                                  p.side <= 8192)),
               "%d lights, side %d: result %d", p.max_lights, p.side, q);
         lightprobe_gl_destroy(l);
         end_driver("sizes");
@@ -631,33 +671,38 @@ static void frames_ask_nothing(void)
         for (int i = 0; g && i < LIGHTS; i++) CHECK(!mssm_gl_set_light(g, i, &light), "light");
         if (g && framed) CHECK(!mssm_gl_begin_frame(g), "begin");
         const int calls_before = driver.calls, questions_before = driver.questions;
-        for (int i = 0; g && i < LIGHTS; i++) CHECK(!mssm_gl_begin_depth(g, i, 0) && !mssm_gl_end_depth(g), "pass");
+        for (int i = 0; g && i < LIGHTS; i++)
+            CHECK(!mssm_gl_begin_depth(g, i, 0) && !mssm_gl_end_depth(g), "pass");
         if (g) CHECK(!mssm_gl_build(g), "build");
         calls[framed] = driver.calls - calls_before;
         questions[framed] = driver.questions - questions_before;
         for (int i = 0; g && i < 2; i++) { // nothing has changed
             const int built = driver.calls;
             CHECK(!mssm_gl_set_light(g, i, &light), "the same light");
-            CHECK(!mssm_gl_build(g) && driver.calls == built, "%d calls to build nothing", driver.calls - built);
+            CHECK(!mssm_gl_build(g) && driver.calls == built, "%d calls to build nothing",
+                  driver.calls - built);
         }
         const mssm_gl_depth given = {ANY_NUMBER, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
         for (int round = 0; g && round < 2; round++) {
             const int asked = driver.questions;
-            for (int i = 0; i < LIGHTS; i++) CHECK(!mssm_gl_set_depth(g, i, &given, NULL), "set_depth");
-            CHECK((driver.questions == asked) == (framed && round), "given depth, round %d: %d questions", round,
-                  driver.questions - asked);
+            for (int i = 0; i < LIGHTS; i++)
+                CHECK(!mssm_gl_set_depth(g, i, &given, NULL), "set_depth");
+            CHECK((driver.questions == asked) == (framed && round),
+                  "given depth, round %d: %d questions", round, driver.questions - asked);
         }
         if (g && framed) CHECK(!mssm_gl_end_frame(g), "end");
         mssm_gl_destroy(g);
         end_driver("a frame");
     }
-    test_note("%d lights: %d calls, %d of them questions; in a frame %d and %d", LIGHTS, calls[0], questions[0],
-              calls[1], questions[1]);
+    test_note("%d lights: %d calls, %d of them questions; in a frame %d and %d", LIGHTS, calls[0],
+              questions[0], calls[1], questions[1]);
     CHECK(questions[0] > LIGHTS, "questions are not counted");
-    CHECK(!questions[1] && calls[1] <= 30 * LIGHTS, "%d calls, %d questions", calls[1], questions[1]);
+    CHECK(!questions[1] && calls[1] <= 30 * LIGHTS, "%d calls, %d questions", calls[1],
+          questions[1]);
 }
 
-// Front faces that back faces follow are not resolved, and of 50 lights one that changes is uploaded alone.
+// Front faces that back faces follow are not resolved, and of 50 lights one that changes is
+// uploaded alone.
 static void only_what_is_needed_is_done(void)
 {
     enum { LIGHTS = 50 };
@@ -676,21 +721,25 @@ static void only_what_is_needed_is_done(void)
     for (int back = 0; back < 2 && g; back++) {
         const int made = driver.dispatches;
         for (int i = 0; i < LIGHTS; i++) {
-            for (int k = 0; k <= back; k++) CHECK(!mssm_gl_begin_depth(g, i, k) && !mssm_gl_end_depth(g), "pass");
+            for (int k = 0; k <= back; k++)
+                CHECK(!mssm_gl_begin_depth(g, i, k) && !mssm_gl_end_depth(g), "pass");
         }
         CHECK(!mssm_gl_build(g), "build");
         dispatches[back] = driver.dispatches - made;
     }
-    CHECK(dispatches[0] > LIGHTS && dispatches[1] == dispatches[0], "%d and %d dispatches", dispatches[0], dispatches[1]);
+    CHECK(dispatches[0] > LIGHTS && dispatches[1] == dispatches[0], "%d and %d dispatches",
+          dispatches[0], dispatches[1]);
     const int all = driver.uploaded;
     for (int i = 0; i < 3 && g; i++) {
         const int before = driver.uploaded, calls = driver.calls, at[3] = {0, 17, LIGHTS - 1};
         CHECK(!mssm_gl_set_light(g, at[i], &other) && !mssm_gl_build(g), "one light");
         const int bytes = driver.uploaded - before;
-        CHECK(bytes > 0 && bytes < 200 && driver.calls - calls < 10, "%d bytes, %d calls", bytes, driver.calls - calls);
+        CHECK(bytes > 0 && bytes < 200 && driver.calls - calls < 10, "%d bytes, %d calls", bytes,
+              driver.calls - calls);
     }
-    test_note("%d lights: %d dispatches with and without back faces, %d bytes of views twice; of one light %d", LIGHTS,
-              dispatches[0], all, (driver.uploaded - all) / 3);
+    test_note(
+        "%d lights: %d dispatches with and without back faces, %d bytes of views twice; of one light %d",
+        LIGHTS, dispatches[0], all, (driver.uploaded - all) / 3);
     mssm_gl_destroy(g);
     end_driver("what is needed");
 }
@@ -700,9 +749,11 @@ static void thousands_of_lives_leave_nothing(void)
     const int count = test_trials(2000);
     begin_driver(WORKS, 0, 1);
     for (int i = 0; i < count; i++) {
-        for (int k = 0; k < LIVES; k++) CHECK(lives[k].live("a life") == 0, "life %d of %s fails", i, lives[k].name);
-        CHECK(!gl_fakes_living_memory() && !driver.objects, "life %d: %d objects, %d pieces of memory are left", i,
-              driver.objects, gl_fakes_living_memory());
+        for (int k = 0; k < LIVES; k++)
+            CHECK(lives[k].live("a life") == 0, "life %d of %s fails", i, lives[k].name);
+        CHECK(!gl_fakes_living_memory() && !driver.objects,
+              "life %d: %d objects, %d pieces of memory are left", i, driver.objects,
+              gl_fakes_living_memory());
         while (driver.mapped_count > 0) free(driver.mapped[--driver.mapped_count]);
     }
     end_driver("the last life");

@@ -53,7 +53,8 @@ static bool compiles(const char *version, const char *const *text, int count, ch
     return good;
 }
 
-// Descriptors left at zero: beside a program's own texture at unit 0 and a probe's lights at binding 0.
+// Descriptors left at zero: beside a program's own texture at unit 0 and a probe's lights at
+// binding 0.
 static void zeroed_descriptors_disturb_nobody(void)
 {
     static const char *const body =
@@ -88,28 +89,35 @@ static void zeroed_descriptors_disturb_nobody(void)
         gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, buffer);
         s.light[0] = wide_light(false, 1);
         CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) && !mssm_gl_begin_depth(s.gl, 0, 0) &&
-                  !mssm_gl_end_depth(s.gl) && !mssm_gl_build(s.gl), "passes");
+                  !mssm_gl_end_depth(s.gl) && !mssm_gl_build(s.gl),
+              "passes");
         fakes.messages = 0;
         gl_state_take(&before);
         CHECK(!mssm_gl_bind(s.gl) && !fakes.messages, "\"%s\"", fakes.message);
-        same_state("bind", "SHADER_STORAGE_BUFFER[7] TEXTURE_BINDING_2D_ARRAY[80] TEXTURE_BINDING_2D_ARRAY[81] "
-                           "TEXTURE_BINDING_2D_ARRAY[82]");
+        same_state(
+            "bind",
+            "SHADER_STORAGE_BUFFER[7] TEXTURE_BINDING_2D_ARRAY[80] TEXTURE_BINDING_2D_ARRAY[81] "
+            "TEXTURE_BINDING_2D_ARRAY[82]");
         // All in one shader, in either order; the program is one that draws.
         const char *const probe[2] = {lightprobe_glsl_math(), lightprobe_glsl_lights()};
         const char *const one = "float mssm_filtered_or_one() { return 1.0; }\n";
         const char *const orders[2][5] = {{probe[0], probe[1], mssm_gl_shader(s.gl), one, body},
                                           {mssm_gl_shader(s.gl), probe[0], probe[1], one, body}};
-        for (int i = 0; i < 2; i++) CHECK(compiles("#version 450 core\n", orders[i], 5, log), "%s", log);
-        const char *const twice[2][3] = {{mssm_glsl_math(), mssm_gl_shader(s.gl), "void main() {}\n"},
-                                         {mssm_gl_shader(s.gl), mssm_glsl_math(), "void main() {}\n"}};
-        for (int i = 0; i < 2; i++) CHECK(compiles("#version 450 core\n", twice[i], 3, log), "%s", log);
+        for (int i = 0; i < 2; i++)
+            CHECK(compiles("#version 450 core\n", orders[i], 5, log), "%s", log);
+        const char *const twice[2][3] = {
+            {mssm_glsl_math(), mssm_gl_shader(s.gl), "void main() {}\n"},
+            {mssm_gl_shader(s.gl), mssm_glsl_math(), "void main() {}\n"}};
+        for (int i = 0; i < 2; i++)
+            CHECK(compiles("#version 450 core\n", twice[i], 3, log), "%s", log);
         // A second object on the same places says so, once.
         mssm_gl *other = NULL;
         CHECK(!mssm_gl_create(&other, &d), "%s", fakes.message);
         fakes.messages = 0;
-        CHECK(!mssm_gl_bind(other) && fakes.messages == 4 && strstr(fakes.message, "binding 7"), "%d: \"%s\"",
-              fakes.messages, fakes.message);
-        CHECK(!mssm_gl_bind(s.gl) && !mssm_gl_bind(other) && fakes.messages == 4, "%d messages", fakes.messages);
+        CHECK(!mssm_gl_bind(other) && fakes.messages == 4 && strstr(fakes.message, "binding 7"),
+              "%d: \"%s\"", fakes.messages, fakes.message);
+        CHECK(!mssm_gl_bind(s.gl) && !mssm_gl_bind(other) && fakes.messages == 4, "%d messages",
+              fakes.messages);
         mssm_gl_destroy(other);
         gl.BindTextureUnit(0, 0);
         gl.DeleteTextures(1, &own);
@@ -122,17 +130,24 @@ static void zeroed_descriptors_disturb_nobody(void)
     s.gl = NULL;
     CHECK(!mssm_gl_create(&s.gl, &d), "%s", fakes.message);
     if (s.gl) {
-        const char *const same[] = {"#define LIGHTPROBE_BINDING 3\n", lightprobe_glsl_math(), lightprobe_glsl_lights(),
-                                    mssm_gl_shader(s.gl), "void main() {}\n"};
-        const char *const turned[] = {"#define LIGHTPROBE_BINDING 3\n", mssm_gl_shader(s.gl), lightprobe_glsl_math(),
-                                      lightprobe_glsl_lights(), "void main() {}\n"};
-        CHECK(!compiles("#version 450 core\n", same, 5, log) && strstr(log, "first_buffer_binding"), "%s", log);
-        CHECK(!compiles("#version 450 core\n", turned, 5, log) && strstr(log, "first_buffer_binding"), "%s", log);
+        const char *const same[] = {"#define LIGHTPROBE_BINDING 3\n", lightprobe_glsl_math(),
+                                    lightprobe_glsl_lights(), mssm_gl_shader(s.gl),
+                                    "void main() {}\n"};
+        const char *const turned[] = {"#define LIGHTPROBE_BINDING 3\n", mssm_gl_shader(s.gl),
+                                      lightprobe_glsl_math(), lightprobe_glsl_lights(),
+                                      "void main() {}\n"};
+        CHECK(!compiles("#version 450 core\n", same, 5, log) && strstr(log, "first_buffer_binding"),
+              "%s", log);
+        CHECK(!compiles("#version 450 core\n", turned, 5, log) &&
+                  strstr(log, "first_buffer_binding"),
+              "%s", log);
         const char *const alone[] = {mssm_gl_shader(s.gl), "void main() {}\n"};
         CHECK(compiles("#version 430 core\n", alone, 2, log), "%s", log);
-        CHECK(!compiles("#version 330 core\n", alone, 2, log) && strstr(log, "#version 430"), "%s", log);
+        CHECK(!compiles("#version 330 core\n", alone, 2, log) && strstr(log, "#version 430"), "%s",
+              log);
         const char *const wrong[] = {mssm_gl_shader(s.gl), "void main()\n{\n    wrong = 1.0;\n}\n"};
-        CHECK(!compiles("#version 450 core\n", wrong, 2, log) && strstr(log, ":3("), "not line 3: %s", log);
+        CHECK(!compiles("#version 450 core\n", wrong, 2, log) && strstr(log, ":3("),
+              "not line 3: %s", log);
         mssm_gl_destroy(s.gl);
     }
     end_gl();
@@ -165,7 +180,8 @@ static void bad_arguments_are_refused(void)
         CHECK(r == MSSM_ERROR_ARGUMENT && g == nothing, "%s %d %d %d %d: %s", bad[i].what,
               bad[i].desc.lights, bad[i].desc.side, bad[i].desc.samples, bad[i].desc.moments,
               mssm_result_string(r));
-        CHECK(strstr(fakes.message, bad[i].what), "not \"%s\" but \"%s\"", bad[i].what, fakes.message);
+        CHECK(strstr(fakes.message, bad[i].what), "not \"%s\" but \"%s\"", bad[i].what,
+              fakes.message);
     }
     CHECK(mssm_gl_create(NULL, &good) == MSSM_ERROR_ARGUMENT, "no place");
     CHECK(mssm_gl_create(&g, NULL) == MSSM_ERROR_ARGUMENT && g == nothing, "no description");
@@ -195,7 +211,8 @@ static void bad_arguments_are_refused(void)
     for (int i = -1; i <= 2; i += 3) {
         WATCH_FAIL(mssm_gl_set_light(g, i, &light), MSSM_ERROR_ARGUMENT);
         WATCH_FAIL(mssm_gl_begin_depth(g, i, 0), MSSM_ERROR_ARGUMENT);
-        CHECK(strstr(fakes.message, i < 0 ? "light -1: 0 to 1" : "light 2: 0 to 1"), "\"%s\"", fakes.message);
+        CHECK(strstr(fakes.message, i < 0 ? "light -1: 0 to 1" : "light 2: 0 to 1"), "\"%s\"",
+              fakes.message);
     }
     WATCH_FAIL(mssm_gl_set_light(g, 0, NULL), MSSM_ERROR_ARGUMENT);
     WATCH_FAIL(mssm_gl_set_light(NULL, 0, &light), MSSM_ERROR_ARGUMENT);
@@ -391,8 +408,8 @@ static void lights_are_updated_alone(void)
     end_gl();
 }
 
-// Front faces wait for their back faces. Whatever comes instead, each map is that of its own passes, and of the
-// light as it was then.
+// Front faces wait for their back faces. Whatever comes instead, each map is that of its own
+// passes, and of the light as it was then.
 static void front_faces_wait(void)
 {
     enum { SIDE = 40, COUNT = SIDE * SIDE * 4 };
@@ -404,7 +421,8 @@ static void front_faces_wait(void)
     if (make_subject(&s, &d)) {
         for (int next = 0; next < 6; next++) {
             const mssm_light spot = wide_light(true, 3);
-            const float eye[3] = {1, 5, 1.5f}, to_light[3] = {0.3f, 1, 0.45f}, axis[3] = {1, 0, 0.2f};
+            const float eye[3] = {1, 5, 1.5f}, to_light[3] = {0.3f, 1, 0.45f},
+                        axis[3] = {1, 0, 0.2f};
             difference all = {0, 0, 0};
             mssm_light moved;
             CHECK(!mssm_light_spot(&moved, eye, to_light, axis, 0.7f, 0.5f, 9, 3, 3), "light");
@@ -541,10 +559,12 @@ static void two_contexts_at_once(void)
 // Bytes of all textures and buffers of the context.
 static size_t bytes_in_use(void)
 {
-    static const GLenum bits[] = {0x805C, 0x805D, 0x805E, 0x805F, 0x884A}; // red, green, blue, alpha, depth
+    static const GLenum bits[] = {0x805C, 0x805D, 0x805E, 0x805F,
+                                  0x884A}; // red, green, blue, alpha, depth
     GLboolean(GL_CALL * is_texture)(GLuint), (GL_CALL * is_buffer)(GLuint);
     void(GL_CALL * buffer_parameter)(GLuint, GLenum, GLint *);
-    const gl_fakes_function f[3] = {gl_context_function("glIsTexture"), gl_context_function("glIsBuffer"),
+    const gl_fakes_function f[3] = {gl_context_function("glIsTexture"),
+                                    gl_context_function("glIsBuffer"),
                                     gl_context_function("glGetNamedBufferParameteriv")};
     size_t sum = 0;
     memcpy(&is_texture, &f[0], sizeof *f);
@@ -563,7 +583,8 @@ static size_t bytes_in_use(void)
             gl.GetTextureLevelParameteriv(name, level, GL_TEXTURE_HEIGHT, &size[1]);
             gl.GetTextureLevelParameteriv(name, level, GL_TEXTURE_DEPTH, &size[2]);
             gl.GetTextureLevelParameteriv(name, level, GL_TEXTURE_SAMPLES, &samples);
-            sum += (size_t)size[0] * (size_t)size[1] * (size_t)size[2] * (size_t)(texel / 8 * (samples ? samples : 1));
+            sum += (size_t)size[0] * (size_t)size[1] * (size_t)size[2] *
+                   (size_t)(texel / 8 * (samples ? samples : 1));
             if (samples) break; // no levels
         }
         if (!is_buffer(name)) continue;
@@ -575,8 +596,9 @@ static size_t bytes_in_use(void)
 
 static void bytes_are_counted(void)
 {
-    static const int cases[][5] = {{1, 256, 4, 6, 0}, {3, 100, 4, 4, 0}, {7, 1, 4, 6, 0},  {2, 300, 4, 6, 0}, {1, 27, 4, 4, 0},
-                                   {1, 28, 4, 6, 0},  {2, 100, 4, 4, 1}, {1, 256, 4, 6, 1}};
+    static const int cases[][5] = {{1, 256, 4, 6, 0}, {3, 100, 4, 4, 0}, {7, 1, 4, 6, 0},
+                                   {2, 300, 4, 6, 0}, {1, 27, 4, 4, 0},  {1, 28, 4, 6, 0},
+                                   {2, 100, 4, 4, 1}, {1, 256, 4, 6, 1}};
     if (!begin_gl()) return;
     gl.DebugMessageCallback(NULL, NULL); // a level that is not there may be asked for
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -586,8 +608,8 @@ static void bytes_are_counted(void)
         d.filtered = cases[i][4];
         CHECK(!mssm_gl_create(&g, &d), "create");
         const size_t has = bytes_in_use() - had, said = mssm_gl_bytes(&d);
-        CHECK(had == bytes_in_use() - has && said == has, "%d lights of %d: %lu bytes, said %lu", cases[i][0], cases[i][1],
-              (unsigned long)has, (unsigned long)said);
+        CHECK(had == bytes_in_use() - has && said == has, "%d lights of %d: %lu bytes, said %lu",
+              cases[i][0], cases[i][1], (unsigned long)has, (unsigned long)said);
         mssm_gl_destroy(g);
         gl.GetError();
     }
@@ -620,18 +642,25 @@ static void stale_lights_are_told(void)
         CHECK(mssm_gl_stale(s.gl, 0) == MSSM_STALE_TABLES, "drawn: %d", mssm_gl_stale(s.gl, 0));
         build(&s);
         CHECK(!mssm_gl_stale(s.gl, 0) && mssm_gl_stale(s.gl, 1) == MSSM_STALE_MAP, "built");
-        CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) && !mssm_gl_stale(s.gl, 0), "the same light");
+        CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) && !mssm_gl_stale(s.gl, 0),
+              "the same light");
         s.light[0] = wide_light(false, 3);
-        CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) && mssm_gl_stale(s.gl, 0) == MSSM_STALE_TABLES, "another size");
-        CHECK(!mssm_gl_bind(s.gl) && mssm_gl_stale(s.gl, 0) == MSSM_STALE_TABLES, "bound, not built");
+        CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) &&
+                  mssm_gl_stale(s.gl, 0) == MSSM_STALE_TABLES,
+              "another size");
+        CHECK(!mssm_gl_bind(s.gl) && mssm_gl_stale(s.gl, 0) == MSSM_STALE_TABLES,
+              "bound, not built");
         build(&s);
         CHECK(!mssm_gl_stale(s.gl, 0), "built");
         s.light[0].world_to_shadow[12] += 0.1f;
         CHECK(!mssm_gl_set_light(s.gl, 0, &s.light[0]) && mssm_gl_stale(s.gl, 0) == BOTH, "moved");
         build(&s);
         CHECK(mssm_gl_stale(s.gl, 0) == MSSM_STALE_MAP, "moved, not drawn");
-        CHECK(!mssm_gl_resize(s.gl, 2, SIDE) && mssm_gl_stale(s.gl, 0) == MSSM_STALE_MAP, "resized");
-        CHECK(!mssm_gl_stale(s.gl, 2) && strstr(fakes.message, "light 2: 0 to 1") && !mssm_gl_stale(NULL, 0), "none");
+        CHECK(!mssm_gl_resize(s.gl, 2, SIDE) && mssm_gl_stale(s.gl, 0) == MSSM_STALE_MAP,
+              "resized");
+        CHECK(!mssm_gl_stale(s.gl, 2) && strstr(fakes.message, "light 2: 0 to 1") &&
+                  !mssm_gl_stale(NULL, 0),
+              "none");
         drop_subject(&s);
     }
     end_gl();
@@ -672,12 +701,15 @@ static void maps_can_be_seen(void)
             for (int i = 0; i < SIZE * SIZE; i++) {
                 const int x = i % SIZE / SCALE, y = i / SIZE / SCALE;
                 double wanted = what ? 1 : 0;
-                for (int k = 0; k < 4 && !what; k++) wanted += 0.25 * (double)z[(y * SIDE + x) * 4 + k];
+                for (int k = 0; k < 4 && !what; k++)
+                    wanted += 0.25 * (double)z[(y * SIDE + x) * 4 + k];
                 for (int k = 0; k < 16 && what; k++) {
                     const int u = x / 2 * 2 + k % 2, v = y / 2 * 2 + k / 2 % 2;
-                    if (u < SIDE && v < SIDE) wanted = fmin(wanted, (double)z[(v * SIDE + u) * 4 + k / 4]);
+                    if (u < SIDE && v < SIDE)
+                        wanted = fmin(wanted, (double)z[(v * SIDE + u) * 4 + k / 4]);
                 }
-                worst = fmax(worst, fabs((double)seen[(i / SIZE + 5) * WIDTH + i % SIZE + 3] - (0.5 + 0.5 * wanted)));
+                worst = fmax(worst, fabs((double)seen[(i / SIZE + 5) * WIDTH + i % SIZE + 3] -
+                                         (0.5 + 0.5 * wanted)));
             }
             CHECK(worst < 2e-6, "%d: off by %g", what, worst);
         }

@@ -13,12 +13,14 @@ static void level_holds_kernel(void)
     const float hostile[] = {0, -0.0f, -1, -INFINITY, 1e-40f, INFINITY, NAN, -NAN};
     for (int levels = 1; levels <= 11; levels++) {
         for (int k = 0; k < 12; k++) {
-            const float most = ldexpf(27, k), at[] = {nextafterf(most, 0), most, nextafterf(most, 1e9f)};
+            const float most = ldexpf(27, k),
+                        at[] = {nextafterf(most, 0), most, nextafterf(most, 1e9f)};
             for (int i = 0; i < 3; i++) {
                 int level = 0;
                 while (level < levels - 1 && ldexp(27, level) < (double)at[i]) level++;
                 const int found = gl_fakes_level_of(at[i], levels);
-                CHECK(found == level, "%a of %d levels: %d, not %d", (double)at[i], levels, found, level);
+                CHECK(found == level, "%a of %d levels: %d, not %d", (double)at[i], levels, found,
+                      level);
             }
         }
         for (size_t i = 0; i < sizeof hostile / sizeof *hostile; i++) {
@@ -333,7 +335,8 @@ static void lights_that_are_not_there_are_lit(void)
         for (int k = 0; k < 3 * COUNT; k++) points[k] = (float)test_range(&seed, -1, 1);
         for (int i = 0; i < 12; i++) {
             ask(&s, indices[i / 2], i % 2, COUNT, points, v);
-            for (int k = 0; k < COUNT; k++) CHECK(v[k] == 1, "light %d: %g", indices[i / 2], (double)v[k]);
+            for (int k = 0; k < COUNT; k++)
+                CHECK(v[k] == 1, "light %d: %g", indices[i / 2], (double)v[k]);
         }
         drop_subject(&s);
     }

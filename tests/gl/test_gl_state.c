@@ -220,7 +220,8 @@ static void depth_bounds_are_off_in_the_pass(void)
         if (!g) break;
         CHECK(!mssm_gl_set_light(g, 0, &light) && !mssm_gl_begin_depth(g, 0, 0), "begin");
         CHECK(fakes.depth_bounds == 1, "the depth bounds test is on in the pass");
-        CHECK(!mssm_gl_end_depth(g) && fakes.depth_bounds == on, "it was %d and is %d", on, fakes.depth_bounds);
+        CHECK(!mssm_gl_end_depth(g) && fakes.depth_bounds == on, "it was %d and is %d", on,
+              fakes.depth_bounds);
         mssm_gl_destroy(g);
     }
     end_gl();
@@ -229,7 +230,8 @@ static void depth_bounds_are_off_in_the_pass(void)
 // GL forbids other programs then: no call does its work, and all say so.
 static void transform_feedback_is_refused(void)
 {
-    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n", "void main() {}\n"};
+    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n",
+                                         "void main() {}\n"};
     static const char *const names[] = {"gl_Position"};
     const mssm_gl_desc d = description(1, 32, 4, 6);
     const mssm_light light = wide_light(false, 1);
@@ -254,7 +256,8 @@ static void transform_feedback_is_refused(void)
             if (step == 0) WATCH_FAIL(mssm_gl_begin_depth(g, 0, 0), MSSM_ERROR_ORDER);
             if (step == 1) WATCH_FAIL(mssm_gl_end_depth(g), MSSM_ERROR_ORDER);
             if (step == 2) WATCH_FAIL(mssm_gl_build(g), MSSM_ERROR_ORDER);
-            CHECK(fakes.messages == 1 && strstr(fakes.message, "transform feedback"), "\"%s\"", fakes.message);
+            CHECK(fakes.messages == 1 && strstr(fakes.message, "transform feedback"), "\"%s\"",
+                  fakes.message);
             WATCH_FAIL(mssm_gl_set_moments(g, 0, 1), MSSM_ERROR_ORDER);
             const mssm_gl_depth given = {1, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0};
             WATCH_FAIL(mssm_gl_set_depth(g, 0, &given, NULL), MSSM_ERROR_ORDER);
@@ -279,7 +282,8 @@ static void transform_feedback_is_refused(void)
 // What was bound before a pass may have been deleted when it is put back: nothing is bound then.
 static void names_that_died_raise_no_error(void)
 {
-    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n", "void main() {}\n"};
+    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n",
+                                         "void main() {}\n"};
     const mssm_gl_desc d = description(1, 32, 4, 6);
     const mssm_light light = wide_light(false, 1);
     GLuint framebuffer, texture, sampler;
@@ -308,7 +312,8 @@ static void names_that_died_raise_no_error(void)
             gl.DeleteTextures(1, &texture);
             gl.DeleteSamplers(1, &sampler);
             gl_test_make_current(&stage.context);
-            CHECK(!mssm_gl_build(g) && !mssm_gl_begin_depth(g, 0, 0) && !mssm_gl_end_depth(g), "passes");
+            CHECK(!mssm_gl_build(g) && !mssm_gl_begin_depth(g, 0, 0) && !mssm_gl_end_depth(g),
+                  "passes");
             gl.BindTextureUnit(5, 0);
             gl.BindSampler(5, 0);
             gl_test_unshare(&other);
@@ -407,8 +412,8 @@ static void changes_in_between(void)
     end_gl();
 }
 
-// One bracket round all passes of a frame: the same numbers, whatever the drawing changes, and the state
-// as it was at the end.
+// One bracket round all passes of a frame: the same numbers, whatever the drawing changes, and the
+// state as it was at the end.
 static void frames_are_the_passes(void)
 {
     enum { SIDE = 40, COUNT = SIDE * SIDE * 4 };

@@ -1,5 +1,5 @@
-// Several objects of the OpenGL half in one shader: soft ones of different side, moments and settings, filtered
-// ones, and the texts of both headers, in any order.
+// Several objects of the OpenGL half in one shader: soft ones of different side, moments and
+// settings, filtered ones, and the texts of both headers, in any order.
 #include "../support/gl_fakes.h"
 #include "../support/gl_test.h"
 #include "../support/test.h"
@@ -23,9 +23,10 @@ static struct {
 } stage;
 
 // What each adds to the picture, and what stands for it where it is left out.
-static const char *const calls[OBJECTS] = {"mssm_visibility(0, p)", "lamp(1, p, vec3(0, 1, 0))",
-                                           "mssm_filtered_visibility(0, p, vec3(0), vec3(0))",
-                                           "tree_shadow_bounds(0, p, vec3(0.1, 0, 0), vec3(0)).lower"};
+static const char *const calls[OBJECTS] = {
+    "mssm_visibility(0, p)", "lamp(1, p, vec3(0, 1, 0))",
+    "mssm_filtered_visibility(0, p, vec3(0), vec3(0))",
+    "tree_shadow_bounds(0, p, vec3(0.1, 0, 0), vec3(0)).lower"};
 static const char probe[] = "float(lightprobe_count)";
 
 // clang-format off
@@ -84,8 +85,10 @@ static bool begin(void)
     gl_fakes_watch();
     gl_mesh_triangle(&stage.triangle);
     stage.fill = gl_program_simple("fill", gl_triangle_vertex, fill_fragment, &why);
-    CHECK(stage.fill && !mssm_light_directional(&light, to_light, axis, 0.1f, 0.1f, low, high), "stage");
-    mssm_gl_desc d[OBJECTS] = {description(20, 0), description(3, 4), description(23, 0), description(10, 5)};
+    CHECK(stage.fill && !mssm_light_directional(&light, to_light, axis, 0.1f, 0.1f, low, high),
+          "stage");
+    mssm_gl_desc d[OBJECTS] = {description(20, 0), description(3, 4), description(23, 0),
+                               description(10, 5)};
     d[0].side = SIDE;
     d[1].side = SIDE / 2;
     d[1].moments = 4;
@@ -98,7 +101,8 @@ static bool begin(void)
     d[3].moments = 6;
     d[3].radius = 5;
     d[3].name = "tree_shadow";
-    for (int i = 0; i < OBJECTS; i++) CHECK(!mssm_gl_create(&stage.object[i], &d[i]), "%d: %s", i, fakes.message);
+    for (int i = 0; i < OBJECTS; i++)
+        CHECK(!mssm_gl_create(&stage.object[i], &d[i]), "%d: %s", i, fakes.message);
     memset(name, '?', sizeof name);
     gl.UseProgram(stage.fill);
     for (int i = 0; i < OBJECTS && stage.object[i]; i++) draw_maps(stage.object[i], &light);
@@ -118,7 +122,8 @@ static void end(void)
     gl_fakes_reset();
 }
 
-// The texts of the objects in an order, the last of them the probe's, and a picture of those in the set.
+// The texts of the objects in an order, the last of them the probe's, and a picture of those in the
+// set.
 static char *write_text(const int order[OBJECTS + 1], int set)
 {
     static const char *const places[OBJECTS + 1] = {"FIRST", "SECOND", "THIRD", "FOURTH", "FIFTH"};
@@ -126,8 +131,10 @@ static char *write_text(const int order[OBJECTS + 1], int set)
     strcpy(text, "#version 450 core\n");
     for (int i = 0; i <= OBJECTS; i++) {
         if (!(set >> order[i] & 1)) continue;
-        if (order[i] < OBJECTS) strcat(text, mssm_gl_shader(stage.object[order[i]]));
-        else strcat(strcat(text, lightprobe_glsl_math()), lightprobe_glsl_lights());
+        if (order[i] < OBJECTS)
+            strcat(text, mssm_gl_shader(stage.object[order[i]]));
+        else
+            strcat(strcat(text, lightprobe_glsl_math()), lightprobe_glsl_lights());
     }
     for (int i = 0; i <= OBJECTS; i++) {
         const char *what = !(set >> i & 1) ? "0.0" : i < OBJECTS ? calls[i] : probe;
@@ -164,7 +171,8 @@ static void draw(const char *text, float *values)
     gl.UseProgram(program);
     gl_mesh_draw(&stage.triangle);
     for (int i = 0; i < 2; i++) {
-        gl.GetTextureImage(target.color[i], 0, GL_RGBA, GL_FLOAT, TEXELS * 16, values + i * TEXELS * 4);
+        gl.GetTextureImage(target.color[i], 0, GL_RGBA, GL_FLOAT, TEXELS * 16,
+                           values + i * TEXELS * 4);
     }
     gl.UseProgram(0);
     gl.DeleteProgram(program);
@@ -173,14 +181,17 @@ static void draw(const char *text, float *values)
 
 static void validate(const char *text)
 {
-    FILE *f = system("command -v glslangValidator >/dev/null 2>&1") ? NULL : fopen("build/several.frag", "w");
+    FILE *f = system("command -v glslangValidator >/dev/null 2>&1")
+                  ? NULL
+                  : fopen("build/several.frag", "w");
     if (!f) {
         CHECK(!getenv("TEST_REQUIRE_GL"), "no glslangValidator: apt-get install glslang-tools");
         return;
     }
     fputs(text, f);
     fclose(f);
-    CHECK(!system("glslangValidator build/several.frag >build/several.log 2>&1"), "see build/several.log");
+    CHECK(!system("glslangValidator build/several.frag >build/several.log 2>&1"),
+          "see build/several.log");
 }
 
 static void pictures_are_those_of_each_alone(void)
@@ -203,19 +214,21 @@ static void pictures_are_those_of_each_alone(void)
         draw(write_text(orders[0], 1 << k), alone);
         for (int i = 0; i < TEXELS; i++) {
             const int at = k < OBJECTS ? 4 * i + k : 4 * TEXELS + 4 * i;
-            for (int turn = 0; turn < 2; turn++) worst = fmaxf(worst, fabsf(together[turn][at] - alone[at]));
+            for (int turn = 0; turn < 2; turn++)
+                worst = fmaxf(worst, fabsf(together[turn][at] - alone[at]));
             least = fminf(least, alone[at]);
             most = fmaxf(most, alone[at]);
         }
         CHECK(worst <= 1e-5f, "object %d: a picture differs by %g", k, (double)worst);
-        CHECK(k == OBJECTS ? most == 77 : least < 0.1f && most > 0.9f, "object %d: from %g to %g", k, (double)least,
-              (double)most);
+        CHECK(k == OBJECTS ? most == 77 : least < 0.1f && most > 0.9f, "object %d: from %g to %g",
+              k, (double)least, (double)most);
     }
     gl.DeleteBuffers(1, &lights);
     end();
 }
 
-// All orders of the five, each followed by every other text of mssm.h, which come first in every second.
+// All orders of the five, each followed by every other text of mssm.h, which come first in every
+// second.
 static void texts_come_in_any_order(void)
 {
     char log[600];
@@ -236,16 +249,18 @@ static void texts_come_in_any_order(void)
         static const char query[] =
             "mssm_moments6 mssm_query(int map, int moments, float x, float y, float half_x, float half_y)\n"
             "{ return mssm_moments6_of_depth(0.5); }\n";
-        const char *const others[] = {mssm_glsl_math(), mssm_glsl_shading(), query, mssm_glsl_shading(),
-                                      mssm_glsl_lights(), mssm_glsl_scattering(), mssm_glsl_lights()};
+        const char *const others[] = {
+            mssm_glsl_math(),    mssm_glsl_shading(), query,
+            mssm_glsl_shading(), mssm_glsl_lights(),  mssm_glsl_scattering(),
+            mssm_glsl_lights()};
         const char *pieces[10] = {"#version 450 core\n"};
         int count = 1;
         if (n % 2 == 0) pieces[count++] = strchr(head, '\n') + 1;
         for (int i = 0; i < 7; i++) pieces[count++] = others[i];
         if (n % 2) pieces[count++] = strchr(head, '\n') + 1;
         pieces[count++] = picture;
-        CHECK(compiles(pieces, count, log) && gl_test_quiet(log), "order %d%d%d%d%d: %s", order[0], order[1], order[2],
-              order[3], order[4], log);
+        CHECK(compiles(pieces, count, log) && gl_test_quiet(log), "order %d%d%d%d%d: %s", order[0],
+              order[1], order[2], order[3], order[4], log);
         tried++;
     }
     test_note("%d orders", tried);
@@ -259,10 +274,11 @@ static void collide(mssm_gl_desc first, mssm_gl_desc second, const char *expecte
     char log[600];
     CHECK(!mssm_gl_create(&g[0], &first) && !mssm_gl_create(&g[1], &second), "%s", fakes.message);
     if (g[1]) {
-        const char *const pieces[] = {"#version 450 core\n", mssm_gl_shader(g[0]), mssm_gl_shader(g[1]),
-                                      "void main() {}\n"};
+        const char *const pieces[] = {"#version 450 core\n", mssm_gl_shader(g[0]),
+                                      mssm_gl_shader(g[1]), "void main() {}\n"};
         const bool good = compiles(pieces, 4, log);
-        CHECK(good == !expected && (good || strstr(log, expected)), "%s: %s", expected ? expected : "nothing", log);
+        CHECK(good == !expected && (good || strstr(log, expected)), "%s: %s",
+              expected ? expected : "nothing", log);
     }
     mssm_gl_destroy(g[0]);
     mssm_gl_destroy(g[1]);
@@ -302,10 +318,16 @@ static void collisions_are_named(void)
 
 static void names_are_checked(void)
 {
-    static const char *const bad[] = {"", "2a", "a__b", "gl_x", "_a", "a_", "a b", "a-b", "a.b", "\xc3\xa9t\xc3\xa9", "a\n",
-                                      "a2345678901234567890123456789012345678901234567890123456789012345"};
-    static const char *const good[] = {"a", "Z9", "a_b_2c", "gla", "mssm_sun",
-                                       "a234567890123456789012345678901234567890123456789012345678901234"};
+    static const char *const bad[] = {
+        "",     "2a",
+        "a__b", "gl_x",
+        "_a",   "a_",
+        "a b",  "a-b",
+        "a.b",  "\xc3\xa9t\xc3\xa9",
+        "a\n",  "a2345678901234567890123456789012345678901234567890123456789012345"};
+    static const char *const good[] = {
+        "a",   "Z9",       "a_b_2c",
+        "gla", "mssm_sun", "a234567890123456789012345678901234567890123456789012345678901234"};
     char log[600], body[200];
     if (!begin()) return;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -314,7 +336,8 @@ static void names_are_checked(void)
         d.name = bad[i];
         fakes.messages = 0;
         CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && !g, "\"%s\" is taken", bad[i]);
-        CHECK(fakes.messages == 1 && strstr(fakes.message, "name "), "\"%s\": \"%s\"", bad[i], fakes.message);
+        CHECK(fakes.messages == 1 && strstr(fakes.message, "name "), "\"%s\": \"%s\"", bad[i],
+              fakes.message);
     }
     for (size_t i = 0; i < 2 * sizeof good / sizeof *good; i++) {
         mssm_gl_desc d = description(5, 3);
@@ -324,8 +347,10 @@ static void names_are_checked(void)
         d.side = 16;
         CHECK(!mssm_gl_create(&g, &d), "\"%s\": %s", name, fakes.message);
         if (!g) continue;
-        snprintf(body, sizeof body, d.filtered ? "void main() { gl_FragDepth = %s(0, vec3(0), vec3(0), vec3(0)); }\n"
-                                               : "void main() { gl_FragDepth = %s_at(0, vec3(0)); }\n", name);
+        snprintf(body, sizeof body,
+                 d.filtered ? "void main() { gl_FragDepth = %s(0, vec3(0), vec3(0), vec3(0)); }\n"
+                            : "void main() { gl_FragDepth = %s_at(0, vec3(0)); }\n",
+                 name);
         const char *const pieces[] = {"#version 450 core\n", mssm_gl_shader(g), body};
         CHECK(compiles(pieces, 3, log), "\"%s\": %s", name, log);
         CHECK(!mssm_gl_resize(g, 3, 24), "resize of \"%s\"", name);
@@ -335,7 +360,8 @@ static void names_are_checked(void)
 }
 
 const test_case names_gl_tests[] = {
-    {"names GL: the picture of several objects is that of each alone", pictures_are_those_of_each_alone},
+    {"names GL: the picture of several objects is that of each alone",
+     pictures_are_those_of_each_alone},
     {"names GL: texts come in any order", texts_come_in_any_order},
     {"names GL: collisions are named", collisions_are_named},
     {"names GL: names are checked", names_are_checked},

@@ -1,5 +1,5 @@
-// Machine code of the shaders for three AMD GPUs, by Mesa's compiler: `make isa` writes docs/gpu.md with
-// it, `make test` holds the ceilings below.
+// Machine code of the shaders for three AMD GPUs, by Mesa's compiler: `make isa` writes docs/gpu.md
+// with it, `make test` holds the ceilings below.
 //
 //     isa WORK PAGE     shaders and assembly go to the folder WORK; a line a check: "ok" or "FAIL"
 
@@ -35,9 +35,10 @@ typedef struct subject {
 
 enum { ANY = -1 };
 
-// Loops turn: looks at the cone 2 (up to 6) and kernels 2 (up to 4), which is what receivers of the chart take
-// in the mean (1.9 and 1.6), rounded up; rows of PCSS, whose columns and samples are unrolled; a pass over 256 texels; taps of a filter 1.
-// CEILINGS are the last two numbers of a line: lower them as soon as a shader gets cheaper.
+// Loops turn: looks at the cone 2 (up to 6) and kernels 2 (up to 4), which is what receivers of the
+// chart take in the mean (1.9 and 1.6), rounded up; rows of PCSS, whose columns and samples are
+// unrolled; a pass over 256 texels; taps of a filter 1. CEILINGS are the last two numbers of a
+// line: lower them as soon as a shader gets cheaper.
 static const subject subjects[] = {
     {"layered, 6 moments", LAYERED, 6, {.moments = 6}, {2, 2}, 80, 2437},
     {"layered, 4 moments", LAYERED, 4, {.moments = 4}, {2, 2}, 64, 1849},
@@ -207,22 +208,14 @@ static double value_of(int i, int gpu, column c)
     const result *r = &results[i][gpu];
     const double *n = r->executed;
     switch (c) {
-    case REGISTERS:
-        return r->code.vgprs;
-    case WAVES:
-        return r->code.waves;
-    case BYTES:
-        return r->code.bytes;
-    case LATENCY:
-        return r->code.latency;
-    case VECTOR:
-        return n[LISTING_VECTOR];
-    case SLOW:
-        return n[LISTING_SLOW];
-    case READS:
-        return n[LISTING_READ];
-    default:
-        return n[LISTING_VECTOR] + 4 * n[LISTING_SLOW]; // in time of those at full rate
+    case REGISTERS: return r->code.vgprs;
+    case WAVES: return r->code.waves;
+    case BYTES: return r->code.bytes;
+    case LATENCY: return r->code.latency;
+    case VECTOR: return n[LISTING_VECTOR];
+    case SLOW: return n[LISTING_SLOW];
+    case READS: return n[LISTING_READ];
+    default: return n[LISTING_VECTOR] + 4 * n[LISTING_SLOW]; // in time of those at full rate
     }
 }
 

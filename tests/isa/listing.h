@@ -14,9 +14,9 @@ typedef enum listing_kind {
 
 enum { LISTING_LOOPS = 16 };
 
-// Every block times the turns of the loops around it, all branches taken, as a wave does as soon as one
-// of its threads does. turns: of the loops in the order of the code, an outer one before those in it.
-// Returns how many loops there are: if others than turns has, the counts mean nothing.
+// Every block times the turns of the loops around it, all branches taken, as a wave does as soon as
+// one of its threads does. turns: of the loops in the order of the code, an outer one before those
+// in it. Returns how many loops there are: if others than turns has, the counts mean nothing.
 int listing_count(const char *assembly, const int turns[LISTING_LOOPS],
                   double executed[LISTING_KINDS]);
 

@@ -1,5 +1,6 @@
-// Compiles shaders for AMD GPUs on a machine without one: where RADV_FORCE_FAMILY names a GPU, Mesa's
-// Vulkan driver RADV makes a device on which nothing runs, but pipelines are compiled to the end.
+// Compiles shaders for AMD GPUs on a machine without one: where RADV_FORCE_FAMILY names a GPU,
+// Mesa's Vulkan driver RADV makes a device on which nothing runs, but pipelines are compiled to the
+// end.
 #ifndef RADV_H
 #define RADV_H
 

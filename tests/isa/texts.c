@@ -147,7 +147,8 @@ bool texts_layered(char *text, int moments, const mssm_settings *settings)
 
 bool texts_filtered(char *text, int moments)
 {
-    const mssm_gl_desc desc = {.load = load, .filtered = 1, .moments = moments, .first_texture_unit = 8};
+    const mssm_gl_desc desc = {
+        .load = load, .filtered = 1, .moments = moments, .first_texture_unit = 8};
     mssm_gl *maps;
     if (mssm_gl_create(&maps, &desc)) return false;
     const bool good = wrap(text, mssm_gl_shader(maps),

@@ -9,8 +9,8 @@
 
 enum { TEXTS_ROOM = 1 << 17 };
 
-// Visibility functions, each called from a compute shader as a deferred pass calls it: the position from
-// an image, the light the same for all threads.
+// Visibility functions, each called from a compute shader as a deferred pass calls it: the position
+// from an image, the light the same for all threads.
 bool texts_layered(char *text, int moments, const mssm_settings *settings);
 bool texts_filtered(char *text, int moments);
 bool texts_reference(char *text, gl_reference_kind kind);

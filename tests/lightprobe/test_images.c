@@ -193,8 +193,8 @@ static void broken_pixels_are_repaired(void)
 
 // ---- Crosses and strips
 
-// Every pixel has a number of its own; those that are neighbours in the picture, also across the edges
-// of faces, are neighbours on the sphere.
+// Every pixel has a number of its own; those that are neighbours in the picture, also across the
+// edges of faces, are neighbours on the sphere.
 static void layouts_fold_to_cubes(void)
 {
     enum { N = 6, SIZE = 6 * N };
@@ -384,7 +384,9 @@ static void a_sun_leaves_its_sky(void)
                             {0, 0, 0},
                             0.04f,
                             0.99f,
-                            1, 0, {0}};
+                            1,
+                            0,
+                            {0}};
     make_sky(dull, &without, 0);
     make_sky(bright, &cube, 500);
     for (int c = 0; c < 3; c++)
@@ -404,8 +406,8 @@ static void hostile_lights_do_no_harm(void)
 {
     static float texels[VALUES], rest[VALUES], four[VALUES / 3 * 4];
     lightprobe_cube cube;
-    const lightprobe_light good = {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 0.2f, 0.2f,
-                                   {1, 0, 2}, 0.1f,      0.9f,      1, 0, {0}};
+    const lightprobe_light good = {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 0.2f, 0.2f, {1, 0, 2},
+                                   0.1f,      0.9f,      1,         0,    {0}};
     make_sky(texels, &cube, 1);
     const double all = energy(texels, SIDE, 0);
     for (int k = 0; k < 9; k++) {

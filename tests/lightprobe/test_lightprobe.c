@@ -191,8 +191,8 @@ static void disc_irradiance_has_known_values(void)
     }
 }
 
-// Half a small disc is left where its centre is on the horizon: (alpha - sin alpha cos alpha) / (2 pi (1 -
-// cos alpha)) of it, with few digits lost however small it is.
+// Half a small disc is left where its centre is on the horizon: (alpha - sin alpha cos alpha) / (2
+// pi (1 - cos alpha)) of it, with few digits lost however small it is.
 static void half_sunk_discs_keep_their_digits(void)
 {
     double worst = 0;
@@ -420,8 +420,8 @@ static void the_error_is_that_behind_edges(void)
 }
 
 // Lights exist to cast shadows: errors behind edges near what is bright, in % of the mean. Before
-// lights were chosen for that they were, at 8, 16 and 32 lights: city_sun 10.4 2.5 2.1, interior 10.5
-// 5.2 3.1, overcast 3.8 1.9 1.0.
+// lights were chosen for that they were, at 8, 16 and 32 lights: city_sun 10.4 2.5 2.1, interior
+// 10.5 5.2 3.1, overcast 3.8 1.9 1.0.
 static void shadows_are_cast_by_few_lights(void)
 {
     static const double limit[3][7] = {{22.5, 17.5, 12.7, 6.2, 3.9, 3.5, 3.3},
@@ -510,8 +510,8 @@ static void check_residual(const test_probe *p, const char *name)
         CHECK(worst <= 0.04 * (double)stats.residual[1] + 1e-6 * (double)stats.total[1],
               "%s: the residual's irradiance is %g off, of %g", name, worst,
               (double)stats.residual[1]);
-        // The lost shadows: between the lights behind edges with and without a map, whose mean is lost
-        // as well: so against half of what is left out.
+        // The lost shadows: between the lights behind edges with and without a map, whose mean is
+        // lost as well: so against half of what is left out.
         const double with = oracle_edge_error(&edges, lights, count, 0, &stats);
         const double without = oracle_edge_error(&edges, all, every, 0, NULL);
         CHECK(with <= without * 1.0001 + 2.2 * (double)s.min_shadow, "%s: error %g, was %g", name,
@@ -604,8 +604,9 @@ static void a_disc_is_one_light_wherever_it_lies(void)
     }
 }
 
-// Half-sizes at distance 1 of a rectangle of texels, and its mean direction. Of mode 0 from the second moments
-// of direction, of mode 1 from those on the face (the paper's way), both with variance = d^2 / 3.
+// Half-sizes at distance 1 of a rectangle of texels, and its mean direction. Of mode 0 from the
+// second moments of direction, of mode 1 from those on the face (the paper's way), both with
+// variance = d^2 / 3.
 static void exact_rectangle(int mode, const int x[2], const int y[2], double direction[3],
                             double half[2])
 {
@@ -1063,8 +1064,8 @@ static void check_hostile(const test_probe *p, const char *name)
               result, count);
         for (int i = 0; i < count; i++) {
             int good = k % 2
-                           ? isfinite(lights[i].irradiance[1]) &&
-                                 isfinite(lights[i].tan_half_u) && framed(lights + i) &&
+                           ? isfinite(lights[i].irradiance[1]) && isfinite(lights[i].tan_half_u) &&
+                                 framed(lights + i) &&
                                  fabs(dot(lights[i].axis_u, lights[i].axis_v)) <= 0.5 // 30 degrees
                            : finite_light(lights + i);
             CHECK(good, "%s, mode %d, at most %d: light %d", name, k % 2, counts[k / 2], i);

@@ -1,5 +1,5 @@
-// The OpenGL half of lightprobe.h: the lights of the CPU half, whatever the probe and whatever state
-// the caller is in, nothing left behind, whatever fails.
+// The OpenGL half of lightprobe.h: the lights of the CPU half, whatever the probe and whatever
+// state the caller is in, nothing left behind, whatever fails.
 #include "../support/gl_fakes.h"
 #include "../support/gl_state.h"
 #include "../support/gl_test.h"
@@ -12,7 +12,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 1024, TIMEOUT_EXPIRED = 0x911B, TEXTURE_BASE_LEVEL = 0x813C, TEXTURE_MAX_LEVEL = 0x813D, TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515 };
+enum {
+    MOST = 1024,
+    TIMEOUT_EXPIRED = 0x911B,
+    TEXTURE_BASE_LEVEL = 0x813C,
+    TEXTURE_MAX_LEVEL = 0x813D,
+    TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515
+};
 
 // ---- A context, and a loader that watches fences -------------------------------------------------
 
@@ -40,7 +46,8 @@ static void GL_CALL watch_DeleteSync(void *fence)
 
 static GLenum GL_CALL watch_ClientWaitSync(void *fence, GLbitfield flags, GLuint64 nanoseconds)
 {
-    return timeouts > 0 && timeouts-- ? TIMEOUT_EXPIRED : sync.ClientWaitSync(fence, flags, nanoseconds);
+    return timeouts > 0 && timeouts-- ? TIMEOUT_EXPIRED
+                                      : sync.ClientWaitSync(fence, flags, nanoseconds);
 }
 
 static void *GL_CALL no_map(GLuint buffer, GLintptr offset, GLsizeiptr size, GLbitfield access)
@@ -153,20 +160,19 @@ static bool rounds_alike(void)
     return !(sum < 0) && sizeof(void *) > 4;
 }
 
-// GLSL lets a GPU's quotients be 2.5 units off, its roots more: then a decision between two lights that
-// are almost alike falls otherwise, and all lights after it are other ones.
+// GLSL lets a GPU's quotients be 2.5 units off, its roots more: then a decision between two lights
+// that are almost alike falls otherwise, and all lights after it are other ones.
 static bool gpu_rounds(void)
 {
-    static const char *const body =
-        "layout(local_size_x = 64) in;\n"
-        "layout(std430, binding = 0) buffer numbers { float x[]; };\n"
-        "void main()\n"
-        "{\n"
-        "    uint i = gl_GlobalInvocationID.x;\n"
-        "    precise float q = x[i] / x[i ^ 1u], r = sqrt(x[i]);\n"
-        "    x[1024 + i] = q;\n"
-        "    x[2048 + i] = r;\n"
-        "}\n";
+    static const char *const body = "layout(local_size_x = 64) in;\n"
+                                    "layout(std430, binding = 0) buffer numbers { float x[]; };\n"
+                                    "void main()\n"
+                                    "{\n"
+                                    "    uint i = gl_GlobalInvocationID.x;\n"
+                                    "    precise float q = x[i] / x[i ^ 1u], r = sqrt(x[i]);\n"
+                                    "    x[1024 + i] = q;\n"
+                                    "    x[2048 + i] = r;\n"
+                                    "}\n";
     static const char *const text[] = {body, NULL};
     static float x[3072];
     uint64_t seed = 91;
@@ -188,7 +194,8 @@ static bool gpu_rounds(void)
     gl.UseProgram(0);
     gl.DeleteProgram(program);
     gl.DeleteBuffers(1, &buffer);
-    if (!same) test_note("this GPU rounds its own way: errors of the lights are compared, not the lights");
+    if (!same)
+        test_note("this GPU rounds its own way: errors of the lights are compared, not the lights");
     return same;
 }
 
@@ -225,9 +232,10 @@ static void compare(subject *s, const char *what)
     const double all =
         (double)a->stats.total[0] + (double)a->stats.total[1] + (double)a->stats.total[2] + 1e-30;
     CHECK(apart(a->stats.total, b->stats.total, all) < 1e-6, "%s: total", what);
-    if (s->alike) CHECK(apart(a->stats.residual, b->stats.residual, all) < 1e-6, "%s: residual", what);
-    // Where decisions may differ, so may what goes to the residual, but not what all of it adds up to. Sums
-    // beyond the range of floats are cut off there.
+    if (s->alike)
+        CHECK(apart(a->stats.residual, b->stats.residual, all) < 1e-6, "%s: residual", what);
+    // Where decisions may differ, so may what goes to the residual, but not what all of it adds up
+    // to. Sums beyond the range of floats are cut off there.
     const bool cut_off = all > 3e38;
     float carried[3];
     for (int c = 0; c < 3; c++) {
@@ -242,7 +250,8 @@ static void compare(subject *s, const char *what)
     CHECK(a->stats.repaired_texels == b->stats.repaired_texels, "%s: %d texels repaired, not %d",
           what, b->stats.repaired_texels, a->stats.repaired_texels);
     CHECK(b->stats.lights == b->count, "%s: %d lights in stats", what, b->stats.lights);
-    CHECK(s->alike || fabs((double)(a->stats.error - b->stats.error)) <= 0.1 * (double)a->stats.error + 1e-4,
+    CHECK(s->alike || fabs((double)(a->stats.error - b->stats.error)) <=
+                          0.1 * (double)a->stats.error + 1e-4,
           "%s: error %g, not %g", what, (double)b->stats.error, (double)a->stats.error);
     if (!s->alike) return; // then decisions differ
     CHECK(a->count == b->count, "%s: %d lights, not %d", what, b->count, a->count);
@@ -357,19 +366,24 @@ static void lights_have_the_cpus_places(void)
         for (int step = 0; step < 2 * SCENE_COUNT; step++) { // each again from its own lights
             test_probe p = test_scene_probe((test_scene)(step / 2), d.side);
             for (int i = 0; i < 6 * texels; i++) {
-                for (int c = 0; c < 3; c++) rgba[4 * i + c] = p.face[i / texels][3 * (i % texels) + c];
-                rgba[4 * i + 3] = distance[(i / 5 + i / texels) % 8] * (1 + 0.01f * (float)(i % (7 + step)));
+                for (int c = 0; c < 3; c++)
+                    rgba[4 * i + c] = p.face[i / texels][3 * (i % texels) + c];
+                rgba[4 * i + 3] =
+                    distance[(i / 5 + i / texels) % 8] * (1 + 0.01f * (float)(i % (7 + step)));
             }
             for (int face = 0; face < 6; face++) {
                 cube.face[face] = rgba + 4 * face * texels;
-                gl.TextureSubImage3D(s.texture, 0, 0, 0, face, d.side, d.side, 1, GL_RGBA, GL_FLOAT, cube.face[face]);
+                gl.TextureSubImage3D(s.texture, 0, 0, 0, face, d.side, d.side, 1, GL_RGBA, GL_FLOAT,
+                                     cube.face[face]);
             }
             settings.previous = step % 2 ? s.cpu.light : NULL;
             settings.previous_count = step % 2 ? s.cpu.count : 0;
             if (step % 2 == 0) lightprobe_gl_restart(s.gl);
-            snprintf(what, sizeof what, "%s with distances, step %d", test_scene_names[step / 2], step);
-            CHECK(!lightprobe_extract(&cube, &settings, s.scratch, lightprobe_scratch_bytes(d.side, d.max_lights),
-                                      s.cpu.light, &s.cpu.count, &s.cpu.stats) &&
+            snprintf(what, sizeof what, "%s with distances, step %d", test_scene_names[step / 2],
+                     step);
+            CHECK(!lightprobe_extract(&cube, &settings, s.scratch,
+                                      lightprobe_scratch_bytes(d.side, d.max_lights), s.cpu.light,
+                                      &s.cpu.count, &s.cpu.stats) &&
                       !lightprobe_gl_update(s.gl, s.texture) &&
                       !lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, &s.gpu.stats),
                   "%s: %s", what, fakes.message);
@@ -377,7 +391,8 @@ static void lights_have_the_cpus_places(void)
             compare(&s, what);
             int places = 0;
             for (int i = 0; i < s.gpu.count; i++) places += s.gpu.light[i].distance > 0;
-            CHECK(places > s.gpu.count / 2, "%s: %d of %d lights have a place", what, places, s.gpu.count);
+            CHECK(places > s.gpu.count / 2, "%s: %d of %d lights have a place", what, places,
+                  s.gpu.count);
             test_probe_free(&p);
         }
         note(&s);
@@ -390,8 +405,7 @@ static void lights_have_the_cpus_places(void)
 // What a shader sees of a light at a place is what the CPU sees.
 static void shading_at_places_is_the_cpus(void)
 {
-    static const char *const body =
-        "#define LIGHTPROBE_BINDING 3\n";
+    static const char *const body = "#define LIGHTPROBE_BINDING 3\n";
     static const char *const test =
         "layout(local_size_x = 1) in;\n"
         "layout(std430, binding = 1) buffer result { vec4 sums[]; };\n"
@@ -414,16 +428,25 @@ static void shading_at_places_is_the_cpus(void)
         enum { SUMS = 105 };
         static float sums[3 * SUMS][4], rgba[6 * 16 * 16 * 4];
         const float up[3] = {0, 1, 0}, f0[3] = {0.2f, 0.5f, 1};
-        const char *const text[] = {body, lightprobe_glsl_math(), lightprobe_glsl_lights(), lightprobe_glsl_specular(), test, NULL};
+        const char *const text[] = {body,
+                                    lightprobe_glsl_math(),
+                                    lightprobe_glsl_lights(),
+                                    lightprobe_glsl_specular(),
+                                    test,
+                                    NULL};
         const GLuint program = gl_test_compute("places", text);
         GLuint result;
-        for (int i = 0; i < 6 * 256 * 4; i++) rgba[i] = i % 4 < 3 ? 1 + (float)(i / 64 % 9) : 1.5f + (float)(i / 1024);
+        for (int i = 0; i < 6 * 256 * 4; i++)
+            rgba[i] = i % 4 < 3 ? 1 + (float)(i / 64 % 9) : 1.5f + (float)(i / 1024);
         gl.DeleteTextures(1, &s.texture);
         gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &s.texture);
         gl.TextureStorage2D(s.texture, 1, GL_RGBA32F, d.side, d.side);
         for (int face = 0; face < 6; face++)
-            gl.TextureSubImage3D(s.texture, 0, 0, 0, face, 16, 16, 1, GL_RGBA, GL_FLOAT, rgba + 1024 * face);
-        CHECK(!lightprobe_gl_update(s.gl, s.texture) && !lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, NULL), "lights");
+            gl.TextureSubImage3D(s.texture, 0, 0, 0, face, 16, 16, 1, GL_RGBA, GL_FLOAT,
+                                 rgba + 1024 * face);
+        CHECK(!lightprobe_gl_update(s.gl, s.texture) &&
+                  !lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, NULL),
+              "lights");
         const lightprobe_gl_range range = lightprobe_gl_lights(s.gl, 1);
         gl.CreateBuffers(1, &result);
         gl.NamedBufferStorage(result, sizeof sums, NULL, 0);
@@ -444,18 +467,21 @@ static void shading_at_places_is_the_cpus(void)
             for (int c = 0; c < 3; c++) n[c] /= length;
             if (k % 3 == 2) {
                 float shine[3];
-                lightprobe_specular(from, lightprobe_specular_lobe(n, up, 0.05f * (float)i, f0), x, y, z, shine);
+                lightprobe_specular(from, lightprobe_specular_lobe(n, up, 0.05f * (float)i, f0), x,
+                                    y, z, shine);
                 for (int c = 0; c < 3; c++)
-                    CHECK(fabsf(sums[k][c] - shine[c]) < 1e-4f * (shine[c] + 0.1f), "shine of %d: %g, not %g", i,
-                          (double)sums[k][c], (double)shine[c]);
+                    CHECK(fabsf(sums[k][c] - shine[c]) < 1e-4f * (shine[c] + 0.1f),
+                          "shine of %d: %g, not %g", i, (double)sums[k][c], (double)shine[c]);
                 continue;
             }
-            const lightprobe_light l = k % 3 ? lightprobe_sphere_at(from, x, y, z) : lightprobe_light_at(from, x, y, z);
-            const float cosine = l.direction[0] * n[0] + l.direction[1] * n[1] + l.direction[2] * n[2];
+            const lightprobe_light l =
+                k % 3 ? lightprobe_sphere_at(from, x, y, z) : lightprobe_light_at(from, x, y, z);
+            const float cosine =
+                l.direction[0] * n[0] + l.direction[1] * n[1] + l.direction[2] * n[2];
             for (int c = 0; c < 3; c++) {
                 const float e = l.irradiance[c] * lightprobe_disc_irradiance(l.cos_alpha, cosine);
-                CHECK(fabsf(sums[k][c] - e) < 1e-5f * (l.irradiance[c] + 1), "receiver %d: %g, not %g", k,
-                      (double)sums[k][c], (double)e);
+                CHECK(fabsf(sums[k][c] - e) < 1e-5f * (l.irradiance[c] + 1),
+                      "receiver %d: %g, not %g", k, (double)sums[k][c], (double)e);
             }
         }
         gl.DeleteBuffers(1, &result);
@@ -470,13 +496,14 @@ static bool has_doubles(const char *text)
 {
     for (; *text; text++) {
         if (!strncmp(text, "//", 2)) text += strcspn(text, "\n");
-        if (!strncmp(text, "double", 6) || !strncmp(text, "dvec", 4) || !strncmp(text, "dmat", 4)) return true;
+        if (!strncmp(text, "double", 6) || !strncmp(text, "dvec", 4) || !strncmp(text, "dmat", 4))
+            return true;
     }
     return false;
 }
 
-// Many GPUs have no doubles. What stands for them: lengths are rounded once at every exponent, and sums of a
-// thousand numbers of any size and sign keep what a float loses.
+// Many GPUs have no doubles. What stands for them: lengths are rounded once at every exponent, and
+// sums of a thousand numbers of any size and sign keep what a float loses.
 static void shaders_take_no_doubles(void)
 {
     enum { COUNT = 1024 };
@@ -532,7 +559,8 @@ static void shaders_take_no_doubles(void)
             const double error = fabs((double)x[3072 + i] - sqrt(square));
             if (square > 0) worst_length = fmax(worst_length, error / sqrt(square));
             CHECK(square > 0 || x[3072 + i] == 0, "length of zero %g", (double)x[3072 + i]);
-            worst_sum = fmax(worst_sum, (fabs((double)x[4096 + i] - sum) - 6.1e-8 * fabs(sum)) / all);
+            worst_sum =
+                fmax(worst_sum, (fabs((double)x[4096 + i] - sum) - 6.1e-8 * fabs(sum)) / all);
         }
         CHECK(worst_length < 6.1e-8, "a length is %.3g off", worst_length);
         CHECK(worst_sum < 1e-12, "a sum is %.3g off", worst_sum);
@@ -678,8 +706,8 @@ static void levels_that_are_not_there_are_refused(void)
     static const struct {
         int levels, base, last; // of a texture of side 64
         bool good;
-    } cases[] = {{7, 0, 1000, 1}, {7, 0, 1, 1},  {7, 0, 0, 0}, {1, 0, 1000, 0}, {7, 1, 1000, 1},
-                 {7, 2, 1000, 0}, {7, 1, 1, 1}, {2, 0, 1000, 1}};
+    } cases[] = {{7, 0, 1000, 1}, {7, 0, 1, 1},    {7, 0, 0, 0}, {1, 0, 1000, 0},
+                 {7, 1, 1000, 1}, {7, 2, 1000, 0}, {7, 1, 1, 1}, {2, 0, 1000, 1}};
     const lightprobe_gl_desc d = description(32, 20);
     subject s;
     if (!begin_gl()) return;
@@ -693,16 +721,18 @@ static void levels_that_are_not_there_are_refused(void)
             gl.TextureParameteri(texture, TEXTURE_MAX_LEVEL, cases[i].last);
             fakes.messages = 0;
             const lightprobe_result r = lightprobe_gl_update(s.gl, texture);
-            CHECK(r == (cases[i].good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_TEXTURE) && (!r || strstr(fakes.message, "side 32")),
-                  "%d levels, %d to %d: result %d, \"%s\"", cases[i].levels, cases[i].base, cases[i].last, r,
-                  fakes.message);
+            CHECK(r == (cases[i].good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_TEXTURE) &&
+                      (!r || strstr(fakes.message, "side 32")),
+                  "%d levels, %d to %d: result %d, \"%s\"", cases[i].levels, cases[i].base,
+                  cases[i].last, r, fakes.message);
             if (!r) lightprobe_gl_read(s.gl, 1, l.light, &l.count, &l.stats);
-            CHECK(r || l.count == 20, "%d levels, %d to %d: %d lights", cases[i].levels, cases[i].base,
-                  cases[i].last, l.count);
+            CHECK(r || l.count == 20, "%d levels, %d to %d: %d lights", cases[i].levels,
+                  cases[i].base, cases[i].last, l.count);
             gl.DeleteTextures(1, &texture);
         }
         // Storage made level by level: where one is missing it would be read as black.
-        void(GL_CALL *TexImage2D)(GLenum, GLint, GLint, GLsizei, GLsizei, GLint, GLenum, GLenum, const void *);
+        void(GL_CALL * TexImage2D)(GLenum, GLint, GLint, GLsizei, GLsizei, GLint, GLenum, GLenum,
+                                   const void *);
         const gl_fakes_function f = gl_context_function("glTexImage2D");
         memcpy(&TexImage2D, &f, sizeof f);
         for (int levels = 2; levels < 8; levels += 5) {
@@ -711,11 +741,12 @@ static void levels_that_are_not_there_are_refused(void)
             gl.BindTexture(GL_TEXTURE_CUBE_MAP, texture);
             for (int level = 0; level < levels; level++) {
                 for (GLenum face = 0; face < 6; face++)
-                    TexImage2D(TEXTURE_CUBE_MAP_POSITIVE_X + face, level, GL_RGB32F, 64 >> level, 64 >> level, 0,
-                               GL_RGB, GL_FLOAT, level == 1 ? p.face[face] : NULL);
+                    TexImage2D(TEXTURE_CUBE_MAP_POSITIVE_X + face, level, GL_RGB32F, 64 >> level,
+                               64 >> level, 0, GL_RGB, GL_FLOAT, level == 1 ? p.face[face] : NULL);
             }
             const lightprobe_result r = lightprobe_gl_update(s.gl, texture);
-            CHECK(r == (levels == 7 ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_TEXTURE), "%d levels: result %d", levels, r);
+            CHECK(r == (levels == 7 ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_TEXTURE),
+                  "%d levels: result %d", levels, r);
             gl.DeleteTextures(1, &texture);
         }
         test_probe_free(&p);
@@ -1037,12 +1068,15 @@ static void waiting_is_for_the_last_update(void)
         upload(s.texture, 0, &p);
         CHECK(!lightprobe_gl_update(s.gl, s.texture), "update");
         timeouts = 100;
-        CHECK(!lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, NULL) && timeouts == 0, "%d waits are left",
-              timeouts);
-        const lightprobe_gl_range last = lightprobe_gl_lights(s.gl, 0), read = lightprobe_gl_lights(s.gl, 1);
+        CHECK(!lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, NULL) && timeouts == 0,
+              "%d waits are left", timeouts);
+        const lightprobe_gl_range last = lightprobe_gl_lights(s.gl, 0),
+                                  read = lightprobe_gl_lights(s.gl, 1);
         CHECK(last.offset == read.offset, "read %d, made %d", (int)read.offset, (int)last.offset);
         timeouts = 100; // nobody who does not wait is kept
-        CHECK(lightprobe_gl_read(s.gl, 0, s.gpu.light, &s.gpu.count, NULL) == LIGHTPROBE_ERROR_NOT_READY && timeouts > 90,
+        CHECK(lightprobe_gl_read(s.gl, 0, s.gpu.light, &s.gpu.count, NULL) ==
+                      LIGHTPROBE_ERROR_NOT_READY &&
+                  timeouts > 90,
               "%d waits are left", timeouts);
         timeouts = 0;
         test_probe_free(&p);
@@ -1053,7 +1087,8 @@ static void waiting_is_for_the_last_update(void)
 
 static void transform_feedback_is_refused(void)
 {
-    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n", "void main() {}\n"};
+    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n",
+                                         "void main() {}\n"};
     static const char *const names[] = {"gl_Position"};
     const lightprobe_gl_desc d = description(8, 4);
     static subject s;
@@ -1062,7 +1097,8 @@ static void transform_feedback_is_refused(void)
     const GLuint program = gl.CreateProgram();
     for (int i = 0; i < 2; i++) {
         const char *const text[] = {texts[i], NULL};
-        const GLuint shader = gl_test_shader(i ? GL_FRAGMENT_SHADER : GL_VERTEX_SHADER, "shader", text);
+        const GLuint shader =
+            gl_test_shader(i ? GL_FRAGMENT_SHADER : GL_VERTEX_SHADER, "shader", text);
         gl.AttachShader(program, shader);
         gl.DeleteShader(shader);
     }
@@ -1078,7 +1114,9 @@ static void transform_feedback_is_refused(void)
         upload(s.texture, 0, &p);
         gl.UseProgram(program);
         gl.BeginTransformFeedback(GL_TRIANGLES);
-        CHECK(lightprobe_gl_update(s.gl, s.texture) == LIGHTPROBE_ERROR_ORDER && fakes.messages == 1, "update");
+        CHECK(lightprobe_gl_update(s.gl, s.texture) == LIGHTPROBE_ERROR_ORDER &&
+                  fakes.messages == 1,
+              "update");
         gl.PauseTransformFeedback();
         CHECK(!lightprobe_gl_update(s.gl, s.texture), "update while paused");
         gl.ResumeTransformFeedback();
@@ -1111,7 +1149,8 @@ static void names_that_died_raise_no_error(void)
         gl.NamedBufferStorage(buffer, 4096, NULL, 0);
         gl.BindTextureUnit(0, texture);
         gl.BindSampler(0, sampler);
-        for (GLuint i = 0; i < 6; i++) gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, i, buffer, 256, 256);
+        for (GLuint i = 0; i < 6; i++)
+            gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, i, buffer, 256, 256);
         gl.BindBuffer(GL_COPY_WRITE_BUFFER, buffer);
         gl_test_make_current(&other);
         gl.DeleteTextures(1, &texture);
@@ -1210,7 +1249,8 @@ static void bad_arguments_are_refused(void)
     CHECK(strstr(fakes.message, "side -1: 1 to 8192"), "\"%s\"", fakes.message);
     call_all(description(8193, 4), LIGHTPROBE_ERROR_SIDE, false, "side 8193");
     CHECK(strstr(fakes.message, "side 8193: 1 to 8192"), "\"%s\"", fakes.message);
-    call_all(description(8, LIGHTPROBE_GL_MAX_LIGHTS + 1), LIGHTPROBE_ERROR_LIGHTS, false, "1025 lights");
+    call_all(description(8, LIGHTPROBE_GL_MAX_LIGHTS + 1), LIGHTPROBE_ERROR_LIGHTS, false,
+             "1025 lights");
     CHECK(strstr(fakes.message, "max_lights 1025: 0 to 1024"), "\"%s\"", fakes.message);
     d = description(8, 4);
     d.tolerance = -1;
@@ -1228,7 +1268,9 @@ static void bad_arguments_are_refused(void)
     CHECK(strstr(fakes.message, "first_buffer_binding 1048576: 0 to "), "\"%s\"", fakes.message);
     d = description(8, 4);
     d.load = NULL;
-    CHECK(lightprobe_gl_create(&g, &d) == LIGHTPROBE_ERROR_NULL && !g && strstr(fakes.message, "load"), "no loader");
+    CHECK(lightprobe_gl_create(&g, &d) == LIGHTPROBE_ERROR_NULL && !g &&
+              strstr(fakes.message, "load"),
+          "no loader");
     CHECK(lightprobe_gl_create(NULL, &d) == LIGHTPROBE_ERROR_NULL, "no pointer");
     CHECK(lightprobe_gl_update(NULL, 1) == LIGHTPROBE_ERROR_NULL, "no object");
     lightprobe_gl_destroy(NULL);
@@ -1272,9 +1314,11 @@ const test_case lightprobe_gl_tests[] = {
     {"GL: probes made and dropped again leave nothing", nothing_grows},
     {"GL: shading and CPU see the same lights of a probe", shading_and_cpu_see_the_same},
     {"GL: finding lights leaves the caller's state as found", state_is_left_as_found},
-    {"GL: calls that a driver leaves undone are not relied on by probes", silent_calls_are_not_relied_on},
+    {"GL: calls that a driver leaves undone are not relied on by probes",
+     silent_calls_are_not_relied_on},
     {"GL: waiting for a probe is for its last update", waiting_is_for_the_last_update},
-    {"GL: transform feedback is refused while it is active, by probes", transform_feedback_is_refused},
+    {"GL: transform feedback is refused while it is active, by probes",
+     transform_feedback_is_refused},
     {"GL: names that died raise no error from probes", names_that_died_raise_no_error},
     {"GL: failures leave nothing of a probe behind", failures_leave_nothing},
     {"GL below 4.5 is refused for probes", old_contexts_are_refused},

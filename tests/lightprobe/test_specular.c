@@ -1,4 +1,5 @@
-// Specular reflection of the lights: against GGX integrated over the light, and what must hold for any light.
+// Specular reflection of the lights: against GGX integrated over the light, and what must hold for
+// any light.
 #include "../../lightprobe.h"
 #include "../support/test.h"
 
@@ -54,7 +55,8 @@ static double transformed(const lightprobe_lobe *lobe, const double l[3])
         x += lobe->away[i] * l[i];
         z += lobe->normal[i] * l[i];
     }
-    const double p = lobe->along * x - lobe->shear * z, q2 = fmax(0, 1 - x * x - z * z) * lobe->across * lobe->across;
+    const double p = lobe->along * x - lobe->shear * z,
+                 q2 = fmax(0, 1 - x * x - z * z) * lobe->across * lobe->across;
     const double r = lobe->width * z, square = p * p + q2 + r * r;
     return z > 0 ? r * lobe->along * lobe->across * lobe->width / (pi * square * square) : 0;
 }
@@ -76,7 +78,8 @@ static double integral(const panel *p, const surface *s, const lightprobe_lobe *
         const double square = dot(l, l), size = sqrt(square), facing = dot(l, p->direction) / size;
         for (int k = 0; k < 3; k++) l[k] /= size;
         if (facing > 0)
-            sum += 4 * p->u * p->v / (n * n) * facing / square * (lobe ? transformed(lobe, l) : reflected(s, l));
+            sum += 4 * p->u * p->v / (n * n) * facing / square *
+                   (lobe ? transformed(lobe, l) : reflected(s, l));
     }
     return sum;
 }
@@ -150,7 +153,8 @@ static void aim(uint64_t *seed, panel *p, const surface *s, double reach)
     const double nv = dot(s->normal, s->view);
     double off[3], size;
     random_unit(seed, off);
-    for (int i = 0; i < 3; i++) p->direction[i] = 2 * nv * s->normal[i] - s->view[i] + reach * off[i];
+    for (int i = 0; i < 3; i++)
+        p->direction[i] = 2 * nv * s->normal[i] - s->view[i] + reach * off[i];
     size = sqrt(dot(p->direction, p->direction));
     for (int i = 0; i < 3; i++) p->direction[i] /= size;
     random_axes(seed, p);
@@ -159,7 +163,8 @@ static void aim(uint64_t *seed, panel *p, const surface *s, double reach)
 
 // ---- The properties
 
-// The light's part of the lobe, by edges, is that of a grid: near and far, across the horizon, from beside the probe.
+// The light's part of the lobe, by edges, is that of a grid: near and far, across the horizon, from
+// beside the probe.
 static void part_of_the_lobe_is_exact(void)
 {
     uint64_t seed = 11;
@@ -171,17 +176,20 @@ static void part_of_the_lobe_is_exact(void)
         panel p;
         aim(&seed, &p, &s, 1.5);
         const double t = pow(10, test_range(&seed, -2.5, 0.3));
-        lightprobe_light l = light_of(&p, t, t * test_range(&seed, 0.1, 1), test_range(&seed, 0.2, 1));
+        lightprobe_light l =
+            light_of(&p, t, t * test_range(&seed, 0.1, 1), test_range(&seed, 0.2, 1));
         if (i % 3 == 0) l.distance = 2.5f;
         for (int k = 0; k < 3 && i % 3 == 0; k++) p.offset[k] = test_range(&seed, -0.5, 0.5);
         float rgb[3];
-        lightprobe_specular(l, lobe, (float)(2.5 * p.offset[0]), (float)(2.5 * p.offset[1]), (float)(2.5 * p.offset[2]), rgb);
+        lightprobe_specular(l, lobe, (float)(2.5 * p.offset[0]), (float)(2.5 * p.offset[1]),
+                            (float)(2.5 * p.offset[2]), rgb);
         const double truth = integral(&p, &s, &lobe, 200), part = rgb[0] / lobe.whole;
         worst = fmax(worst, fabs(part - truth) / (0.02 + truth));
         cut += fabs(dot(p.direction, s.normal)) < t && truth > 0.01;
     }
     test_note("worst %.1e of the part and 0.02; %g lights cut by the horizon", worst, cut);
-    CHECK(worst < 0.01, "worst %g", worst); // the grid's own error where the horizon or a narrow lobe cuts it
+    CHECK(worst < 0.01, "worst %g",
+          worst); // the grid's own error where the horizon or a narrow lobe cuts it
     CHECK(cut > 0.05 * test_trials(2000), "only %g were cut", cut);
 }
 
@@ -191,7 +199,8 @@ static void small_lights_keep_their_digits(void)
     uint64_t seed = 5;
     double worst = 0;
     for (int i = 0; i < test_trials(2000); i++) {
-        const surface s = surface_at(&seed, pow(test_range(&seed, 0.3, 1), 2), test_range(&seed, 0, 1.4), 1);
+        const surface s =
+            surface_at(&seed, pow(test_range(&seed, 0.3, 1), 2), test_range(&seed, 0, 1.4), 1);
         const lightprobe_lobe lobe = lobe_of(&s);
         panel p;
         aim(&seed, &p, &s, 0.2);
@@ -204,22 +213,29 @@ static void small_lights_keep_their_digits(void)
     CHECK(worst < 2e-3, "worst %g", worst);
 }
 
-// Against GGX itself, in parts of rms radiance: what docs/lightprobe.md says of each roughness and angle.
+// Against GGX itself, in parts of rms radiance: what docs/lightprobe.md says of each roughness and
+// angle.
 static void radiance_is_that_of_ggx(void)
 {
     static const double alphas[] = {0.05, 0.1, 0.2, 0.5, 1}, ends[] = {0, 0.7, 1.22, 1.48};
-    static const double most[5][3] = {{0.02, 0.03, 0.06}, {0.03, 0.05, 0.1}, {0.04, 0.07, 0.15},
-                                      {0.04, 0.07, 0.15}, {0.04, 0.04, 0.12}};
+    static const double most[5][3] = {{0.02, 0.03, 0.06},
+                                      {0.03, 0.05, 0.1},
+                                      {0.04, 0.07, 0.15},
+                                      {0.04, 0.07, 0.15},
+                                      {0.04, 0.04, 0.12}};
     for (int a = 0; a < 5; a++) {
         for (int part = 0; part < 3; part++) {
             uint64_t seed = 21;
             double wrong = 0, right = 0;
             for (int i = 0; i < 150; i++) { // whatever the scale: fewer are no mean
-                const surface s = surface_at(&seed, alphas[a], test_range(&seed, ends[part], ends[part + 1]), i % 2 ? 1 : 0.04);
+                const surface s =
+                    surface_at(&seed, alphas[a], test_range(&seed, ends[part], ends[part + 1]),
+                               i % 2 ? 1 : 0.04);
                 panel p;
                 const double t = pow(10, test_range(&seed, -1.5, 0));
                 aim(&seed, &p, &s, 2 * alphas[a] + t);
-                const lightprobe_light l = light_of(&p, t, t * test_range(&seed, 0.3, 1), 1 / sqrt(1 + t * t));
+                const lightprobe_light l =
+                    light_of(&p, t, t * test_range(&seed, 0.3, 1), 1 / sqrt(1 + t * t));
                 float rgb[3];
                 lightprobe_specular(l, lobe_of(&s), 0, 0, 0, rgb);
                 const double truth = integral(&p, &s, NULL, 64);
@@ -227,20 +243,23 @@ static void radiance_is_that_of_ggx(void)
                 right += truth * truth / s.f0;
             }
             const double rms = sqrt(wrong / right);
-            test_note("alpha %g, up to %2.0f degrees: %.3f", alphas[a], ends[part + 1] * 180 / pi, rms);
+            test_note("alpha %g, up to %2.0f degrees: %.3f", alphas[a], ends[part + 1] * 180 / pi,
+                      rms);
             CHECK(rms < most[a][part], "alpha %g, part %d: %g", alphas[a], part, rms);
         }
     }
 }
 
-// The whole hemisphere of light gives the whole reflectance, and so does the sphere; by f0 and angle.
+// The whole hemisphere of light gives the whole reflectance, and so does the sphere; by f0 and
+// angle.
 static void whole_reflectance_is_ggxs(void)
 {
     static const double f0[] = {0, 0.04, 1};
     uint64_t seed = 2;
     double worst = 0, between = 0;
     for (int i = 0; i < test_trials(300); i++) {
-        const double alpha = pow(test_range(&seed, 0.1415, 1), 2), angle = test_range(&seed, 0, 1.5);
+        const double alpha = pow(test_range(&seed, 0.1415, 1), 2),
+                     angle = test_range(&seed, 0, 1.5);
         const surface s = surface_at(&seed, alpha, angle, f0[i % 3]);
         // GGX's own sum, over half vectors as GGX has them: their density cancels most of it.
         double sum = 0;
@@ -248,10 +267,13 @@ static void whole_reflectance_is_ggxs(void)
         for (int k = 0; k < n * n; k++) {
             const double u = (k / n + 0.5) / n, phi = pi * (k % n + 0.5) / n;
             const double hz = sqrt((1 - u) / (1 - u + alpha * alpha * u)), hr = sqrt(1 - hz * hz);
-            const double vh = sin(angle) * hr * cos(phi) + cos(angle) * hz, nl = 2 * vh * hz - cos(angle);
+            const double vh = sin(angle) * hr * cos(phi) + cos(angle) * hz,
+                         nl = 2 * vh * hz - cos(angle);
             if (vh <= 0 || nl <= 0) continue;
-            const double lv = sqrt(1 + pow(alpha * tan(angle), 2)), ll = sqrt(1 + alpha * alpha * (1 / (nl * nl) - 1));
-            sum += 2 / (lv + ll) * vh / (cos(angle) * hz) * (s.f0 + (1 - s.f0) * pow(1 - vh, 5)) / (n * n);
+            const double lv = sqrt(1 + pow(alpha * tan(angle), 2)),
+                         ll = sqrt(1 + alpha * alpha * (1 / (nl * nl) - 1));
+            sum += 2 / (lv + ll) * vh / (cos(angle) * hz) * (s.f0 + (1 - s.f0) * pow(1 - vh, 5)) /
+                   (n * n);
         }
         panel p;
         memcpy(p.direction, s.normal, sizeof p.direction);
@@ -268,7 +290,8 @@ static void whole_reflectance_is_ggxs(void)
         CHECK(hemisphere[0] <= 1, "more than all: %g", (double)hemisphere[0]);
     }
     test_note("worst %.4f of the light's radiance", worst);
-    CHECK(worst < 0.016 && between < 1e-5, "worst %g, between hemisphere and sphere %g", worst, between);
+    CHECK(worst < 0.016 && between < 1e-5, "worst %g, between hemisphere and sphere %g", worst,
+          between);
 }
 
 // A light and all the rest of the sphere make the whole.
@@ -277,16 +300,19 @@ static void light_and_its_opposite_make_the_whole(void)
     uint64_t seed = 3;
     double worst = 0;
     for (int i = 0; i < test_trials(3000); i++) {
-        const surface s = surface_at(&seed, pow(test_range(&seed, 0.2, 1), 2), test_range(&seed, 0, 1.5), 1);
+        const surface s =
+            surface_at(&seed, pow(test_range(&seed, 0.2, 1), 2), test_range(&seed, 0, 1.5), 1);
         const lightprobe_lobe lobe = lobe_of(&s);
-        const double c = test_range(&seed, 0.02, 0.9), shrink = sqrt(1 - c * c), sine = test_range(&seed, 0.1, 0.9) * shrink;
+        const double c = test_range(&seed, 0.02, 0.9), shrink = sqrt(1 - c * c),
+                     sine = test_range(&seed, 0.1, 0.9) * shrink;
         panel p, q;
         float light[3], rest[3];
         random_unit(&seed, p.direction);
         random_axes(&seed, &p);
         q = p;
         for (int k = 0; k < 3; k++) q.direction[k] = -q.direction[k];
-        const double t = sine / sqrt(1 - sine * sine), wide = sine / shrink / sqrt(1 - sine * sine / (shrink * shrink));
+        const double t = sine / sqrt(1 - sine * sine),
+                     wide = sine / shrink / sqrt(1 - sine * sine / (shrink * shrink));
         lightprobe_specular(light_of(&p, t, t, c), lobe, 0, 0, 0, light);
         lightprobe_specular(light_of(&q, wide, wide, -c), lobe, 0, 0, 0, rest);
         worst = fmax(worst, fabs(light[0] + rest[0] - lobe.whole));
@@ -294,12 +320,14 @@ static void light_and_its_opposite_make_the_whole(void)
     CHECK(worst < 2e-5, "worst %g", worst);
 }
 
-// While a light sets nothing jumps; once it is below the horizon, behind a receiver or faces away, there is none.
+// While a light sets nothing jumps; once it is below the horizon, behind a receiver or faces away,
+// there is none.
 static void setting_lights_fade(void)
 {
     uint64_t seed = 8;
     for (int i = 0; i < test_trials(300); i++) {
-        const surface s = surface_at(&seed, pow(test_range(&seed, 0.3, 1), 2), test_range(&seed, 0, 1.5), 1);
+        const surface s =
+            surface_at(&seed, pow(test_range(&seed, 0.3, 1), 2), test_range(&seed, 0, 1.5), 1);
         const lightprobe_lobe lobe = lobe_of(&s);
         const double t = pow(10, test_range(&seed, -2, -0.3));
         panel frame = {{0}, {0}, {0}, 0, 0, 0, {0}};
@@ -307,7 +335,8 @@ static void setting_lights_fade(void)
         random_axes(&seed, &frame);
         float before = 0, rgb[3];
         for (int step = 0; step <= 200; step++) {
-            const double h = (1 - step / 100.0) * 2 * t; // of its centre; both corners at most 1.42 t away
+            const double h =
+                (1 - step / 100.0) * 2 * t; // of its centre; both corners at most 1.42 t away
             panel p = frame;
             for (int k = 0; k < 3; k++) {
                 p.direction[k] = sin(h) * s.normal[k] + cos(h) * frame.axis_u[k];
@@ -315,7 +344,8 @@ static void setting_lights_fade(void)
             }
             lightprobe_specular(light_of(&p, t, t, 1), lobe, 0, 0, 0, rgb);
             CHECK(step > 0 || rgb[0] > 0, "nothing from above");
-            CHECK(step == 0 || fabsf(rgb[0] - before) < 0.1f, "step %d from %g to %g", step, (double)before, (double)rgb[0]);
+            CHECK(step == 0 || fabsf(rgb[0] - before) < 0.1f, "step %d from %g to %g", step,
+                  (double)before, (double)rgb[0]);
             if (step > 180) CHECK(rgb[0] == 0, "%g from below", (double)rgb[0]);
             before = rgb[0];
         }
@@ -339,7 +369,8 @@ static float garbage(uint64_t *seed)
     return (float)(test_range(seed, -1, 1) * pow(10, test_range(seed, -40, 38)));
 }
 
-// Any finite numbers: at least 0, at most the light's radiance, which is limited by the least solid angle.
+// Any finite numbers: at least 0, at most the light's radiance, which is limited by the least solid
+// angle.
 static void any_arguments_give_radiance(void)
 {
     uint64_t seed = 4;
@@ -361,19 +392,26 @@ static void any_arguments_give_radiance(void)
         l.tan_half_v = garbage(&seed);
         l.cos_alpha = garbage(&seed);
         l.distance = garbage(&seed);
-        lightprobe_specular(l, lightprobe_specular_lobe(n, v, garbage(&seed), f0), at[0], at[1], at[2], rgb);
-        for (int k = 0; k < 3; k++) CHECK(rgb[k] >= 0 && rgb[k] <= 2.6e5f, "trial %d: %g", i, (double)rgb[k]);
+        lightprobe_specular(l, lightprobe_specular_lobe(n, v, garbage(&seed), f0), at[0], at[1],
+                            at[2], rgb);
+        for (int k = 0; k < 3; k++)
+            CHECK(rgb[k] >= 0 && rgb[k] <= 2.6e5f, "trial %d: %g", i, (double)rgb[k]);
     }
 }
 
 static void arguments_are_clamped(void)
 {
-    const float up[3] = {0, 1, 0}, aside[3] = {0.8f, 0.6f, 0}, below[3] = {0.8f, -0.6f, 0}, along[3] = {1, 0, 0};
+    const float up[3] = {0, 1, 0}, aside[3] = {0.8f, 0.6f, 0}, below[3] = {0.8f, -0.6f, 0},
+                along[3] = {1, 0, 0};
     const float f0[3] = {-1, 0.5f, 2}, inside[3] = {0, 0.5f, 1};
-    const lightprobe_lobe a = lightprobe_specular_lobe(up, aside, 0.001f, f0), b = lightprobe_specular_lobe(up, aside, 0.02f, inside);
-    const lightprobe_lobe c = lightprobe_specular_lobe(up, aside, 7, f0), d = lightprobe_specular_lobe(up, aside, 1, inside);
+    const lightprobe_lobe a = lightprobe_specular_lobe(up, aside, 0.001f, f0),
+                          b = lightprobe_specular_lobe(up, aside, 0.02f, inside);
+    const lightprobe_lobe c = lightprobe_specular_lobe(up, aside, 7, f0),
+                          d = lightprobe_specular_lobe(up, aside, 1, inside);
     CHECK(!memcmp(&a, &b, sizeof a) && !memcmp(&c, &d, sizeof c), "alpha or f0 beyond the limits");
-    CHECK(lightprobe_specular_lobe(up, below, 0.3f, f0).whole == lightprobe_specular_lobe(up, along, 0.3f, f0).whole, "from below");
+    CHECK(lightprobe_specular_lobe(up, below, 0.3f, f0).whole ==
+              lightprobe_specular_lobe(up, along, 0.3f, f0).whole,
+          "from below");
     // Straight from above the lobe is as wide in each direction.
     panel p = {{0.6, 0.8, 0}, {0, 0, 1}, {0, 0, 0}, 0, 0, 0, {0}};
     const lightprobe_lobe e = lightprobe_specular_lobe(up, up, 0.3f, inside);
@@ -381,7 +419,9 @@ static void arguments_are_clamped(void)
     for (int i = 0; i < 12; i++) {
         p.direction[0] = 0.6 * cos(i);
         p.direction[2] = 0.6 * sin(i);
-        for (int k = 0; k < 3; k++) p.axis_v[k] = p.direction[(k + 1) % 3] * p.axis_u[(k + 2) % 3] - p.direction[(k + 2) % 3] * p.axis_u[(k + 1) % 3];
+        for (int k = 0; k < 3; k++)
+            p.axis_v[k] = p.direction[(k + 1) % 3] * p.axis_u[(k + 2) % 3] -
+                          p.direction[(k + 2) % 3] * p.axis_u[(k + 1) % 3];
         const double u[3] = {-sin(i), 0, cos(i)}, v[3] = {0.8 * cos(i), -0.6, 0.8 * sin(i)};
         memcpy(p.axis_u, u, sizeof u);
         memcpy(p.axis_v, v, sizeof v);
@@ -398,7 +438,8 @@ const test_case specular_tests[] = {
     {"specular: small lights keep their digits", small_lights_keep_their_digits},
     {"specular: radiance is that of GGX over the light", radiance_is_that_of_ggx},
     {"specular: all light gives all reflectance", whole_reflectance_is_ggxs},
-    {"specular: a light and the rest of the sphere make the whole", light_and_its_opposite_make_the_whole},
+    {"specular: a light and the rest of the sphere make the whole",
+     light_and_its_opposite_make_the_whole},
     {"specular: lights set without a step", setting_lights_fade},
     {"specular: any finite arguments give radiance", any_arguments_give_radiance},
     {"specular: arguments are clamped", arguments_are_clamped},

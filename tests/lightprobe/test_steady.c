@@ -45,7 +45,8 @@ static void lights_behind(const lightprobe_light *lights, int count, double out[
             const lightprobe_light *l = lights + i;
             const double alpha = acos((double)l->cos_alpha) + 1e-6;
             const double x = fmax(-1, fmin(1, asin(dot(l->direction, edge)) / alpha));
-            out[e] += (double)(lightprobe_disc_irradiance(l->cos_alpha, l->direction[1]) * l->irradiance[1]) *
+            out[e] += (double)(lightprobe_disc_irradiance(l->cos_alpha, l->direction[1]) *
+                               l->irradiance[1]) *
                       (0.5 + (x * sqrt(1 - x * x) + asin(x)) / pi);
         }
     }
@@ -72,7 +73,8 @@ static void map_behind(const test_probe *p, double out[EDGES])
     }
 }
 
-static void next(const test_probe *p, int most, lightprobe_light *lights, int *count, const char *name)
+static void next(const test_probe *p, int most, lightprobe_light *lights, int *count,
+                 const char *name)
 {
     static char scratch[2 << 20];
     const lightprobe_cube cube = test_probe_cube(p);
@@ -82,18 +84,20 @@ static void next(const test_probe *p, int most, lightprobe_light *lights, int *c
     s.max_lights = most;
     s.previous = lights;
     s.previous_count = *count;
-    CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, lights, count, &stats), "%s fails", name);
+    CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, lights, count, &stats),
+          "%s fails", name);
     for (int c = 0; c < 3; c++) {
         double sum = 0;
         for (int i = 0; i < *count; i++) {
             CHECK(lights[i].irradiance[c] >= 0, "%s: light %d is negative", name, i);
             sum += (double)lights[i].irradiance[c];
         }
-        CHECK(fabs(sum - (double)stats.total[c]) < 1e-6 * (double)stats.total[c], "%s: %g of all", name,
-              sum / (double)stats.total[c]);
+        CHECK(fabs(sum - (double)stats.total[c]) < 1e-6 * (double)stats.total[c], "%s: %g of all",
+              name, sum / (double)stats.total[c]);
     }
     for (int i = 0; i < *count; i++)
-        for (int k = 0; k < i; k++) CHECK(lights[i].id != lights[k].id, "%s: id %d twice", name, lights[i].id);
+        for (int k = 0; k < i; k++)
+            CHECK(lights[i].id != lights[k].id, "%s: id %d twice", name, lights[i].id);
 }
 
 static double largest_step(const double *a, const double *b)
@@ -103,9 +107,9 @@ static double largest_step(const double *a, const double *b)
     return most;
 }
 
-// Largest step a quarter degree, in parts of the map's, at 8, 16 and 32 lights. Frames lie between the texels'
-// places, so that all of them are blurred alike. In parentheses what it was when leaves just went to the
-// nearest light: every row is a step forward.
+// Largest step a quarter degree, in parts of the map's, at 8, 16 and 32 lights. Frames lie between
+// the texels' places, so that all of them are blurred alike. In parentheses what it was when leaves
+// just went to the nearest light: every row is a step forward.
 static void lights_are_as_steady_as_the_map(void)
 {
     static const double most[PROBES][COUNTS] = {
@@ -139,11 +143,12 @@ static void lights_are_as_steady_as_the_map(void)
             memcpy(last, now, sizeof last);
             test_probe_free(&turned);
         }
-        if (frames) test_note("%-13s steps of 8, 16 and 32 lights: %.2f %.2f %.2f of the map's", name_of(i),
-                              step[0] / step[COUNTS], step[1] / step[COUNTS], step[2] / step[COUNTS]);
+        if (frames)
+            test_note("%-13s steps of 8, 16 and 32 lights: %.2f %.2f %.2f of the map's", name_of(i),
+                      step[0] / step[COUNTS], step[1] / step[COUNTS], step[2] / step[COUNTS]);
         for (int way = 0; way < COUNTS && frames; way++)
-            CHECK(step[way] < most[i][way] * step[COUNTS], "%s, %d lights: %.2f of the map's step", name_of(i),
-                  8 << way, step[way] / step[COUNTS]);
+            CHECK(step[way] < most[i][way] * step[COUNTS], "%s, %d lights: %.2f of the map's step",
+                  name_of(i), 8 << way, step[way] / step[COUNTS]);
         test_probe_free(&p);
     }
 }
@@ -154,7 +159,8 @@ static void lights_of_a_still_probe_come_to_rest(void)
     for (int i = 0; i < PROBES; i++) {
         static lightprobe_light lights[16];
         int count = 0;
-        double first[EDGES], now[EDGES], last[EDGES] = {0}, map[EDGES], errors[2] = {0}, mean = 0, step = 0, jump = 0;
+        double first[EDGES], now[EDGES], last[EDGES] = {0}, map[EDGES], errors[2] = {0}, mean = 0,
+                                         step = 0, jump = 0;
         test_probe p = probe_of(i);
         for (int frame = 0; p.side && frame < 400; frame++) {
             next(&p, 16, lights, &count, name_of(i));
@@ -171,9 +177,10 @@ static void lights_of_a_still_probe_come_to_rest(void)
             errors[0] += pow(first[e] - map[e], 2) / EDGES;
             errors[1] += pow(now[e] - map[e], 2) / EDGES;
         }
-        test_note("%-13s 16 lights, error behind edges %.2f%%, at rest %.2f%%, largest step %.2f%%, last %.1e",
-                  name_of(i), 100 * sqrt(errors[0]) / mean, 100 * sqrt(errors[1]) / mean, 100 * jump / mean,
-                  step / mean);
+        test_note(
+            "%-13s 16 lights, error behind edges %.2f%%, at rest %.2f%%, largest step %.2f%%, last %.1e",
+            name_of(i), 100 * sqrt(errors[0]) / mean, 100 * sqrt(errors[1]) / mean,
+            100 * jump / mean, step / mean);
         CHECK(jump < 0.015 * mean, "%s: a still probe jumps by %g", name_of(i), jump / mean);
         CHECK(step < 2e-4 * mean, "%s: still moves by %g", name_of(i), step / mean);
         CHECK(sqrt(errors[1]) < 1.02 * sqrt(errors[0]), "%s: worse at rest", name_of(i));
@@ -186,22 +193,29 @@ static void check_sound(const lightprobe_light *l, int kind)
 {
     const float *axis[3] = {l->direction, l->axis_u, l->axis_v};
     for (int i = 0; i < 9; i++)
-        CHECK(fabs(dot(axis[i / 3], axis[i % 3]) - (i / 3 == i % 3)) < 1e-5, "kind %d: axes %d %d", kind, i / 3, i % 3);
-    CHECK(l->tan_half_v >= 0 && l->tan_half_v <= l->tan_half_u && l->tan_half_u <= 4, "kind %d: size", kind);
+        CHECK(fabs(dot(axis[i / 3], axis[i % 3]) - (i / 3 == i % 3)) < 1e-5, "kind %d: axes %d %d",
+              kind, i / 3, i % 3);
+    CHECK(l->tan_half_v >= 0 && l->tan_half_v <= l->tan_half_u && l->tan_half_u <= 4,
+          "kind %d: size", kind);
     CHECK(fabsf(l->cos_alpha) <= 1 && l->id >= 0, "kind %d: angle or id", kind);
     for (int i = 0; i < 18; i++)
-        CHECK(fabsf(l->state[i]) <= (i < 5 ? 8 : 32), "kind %d: state[%d] %g", kind, i, (double)l->state[i]);
+        CHECK(fabsf(l->state[i]) <= (i < 5 ? 8 : 32), "kind %d: state[%d] %g", kind, i,
+              (double)l->state[i]);
 }
 
 // Of each light another number.
 static void spoil_one(lightprobe_light *l, int i)
 {
-    float *const number[15] = {&l->cos_alpha, &l->cos_alpha, &l->cos_alpha, &l->solid_angle, &l->solid_angle,
-                               &l->tan_half_u, &l->tan_half_u, &l->tan_half_v, &l->tan_half_v, l->irradiance,
-                               l->irradiance + 2, l->direction, l->axis_u + 1, l->axis_v + 2, &l->distance};
-    static const float value[15] = {NAN, -2, HUGE_VALF, -1, 1e3f, NAN, HUGE_VALF, -1, 5, -1, NAN, 1e30f, NAN, HUGE_VALF, 1e30f};
-    if (i < 15) *number[i] = value[i];
-    else l->id = -1;
+    float *const number[15] = {&l->cos_alpha,   &l->cos_alpha,  &l->cos_alpha,     &l->solid_angle,
+                               &l->solid_angle, &l->tan_half_u, &l->tan_half_u,    &l->tan_half_v,
+                               &l->tan_half_v,  l->irradiance,  l->irradiance + 2, l->direction,
+                               l->axis_u + 1,   l->axis_v + 2,  &l->distance};
+    static const float value[15] = {NAN, -2, HUGE_VALF, -1,    1e3f, NAN,       HUGE_VALF, -1,
+                                    5,   -1, NAN,       1e30f, NAN,  HUGE_VALF, 1e30f};
+    if (i < 15)
+        *number[i] = value[i];
+    else
+        l->id = -1;
 }
 
 static void spoil(lightprobe_light *l, int kind, int i)
@@ -217,11 +231,12 @@ static void spoil(lightprobe_light *l, int kind, int i)
     if (kind == 9) l->direction[1] = 1e30f;
     if (kind == 10 && i == 3) l->irradiance[2] = NAN;
     if (kind == 11) l->id = i / 2;
-    for (int k = 6; k < 18 && kind == 12; k++) l->state[k] = (float)((7 * i + 5 * k) % 9 - 8) * 3.9f;
+    for (int k = 6; k < 18 && kind == 12; k++)
+        l->state[k] = (float)((7 * i + 5 * k) % 9 - 8) * 3.9f;
 }
 
-// Lights of which the caller took some away, spoiled what the next frame goes on from, gave some twice, or
-// that all fade out.
+// Lights of which the caller took some away, spoiled what the next frame goes on from, gave some
+// twice, or that all fade out.
 static void changed_lights_do_no_harm(void)
 {
     static lightprobe_light lights[16];
@@ -232,15 +247,17 @@ static void changed_lights_do_no_harm(void)
             for (int i = 0; i < count && frame == 3; i++) spoil(lights + i, kind, i);
             if (kind == 4 && frame == 3) count = 9;
             next(&p, frame < 5 ? 16 : 4, lights, &count, "lamps");
-            CHECK(count == (frame < 5 ? 16 : 4), "kind %d, frame %d: %d lights", kind, frame, count);
+            CHECK(count == (frame < 5 ? 16 : 4), "kind %d, frame %d: %d lights", kind, frame,
+                  count);
             for (int i = 0; i < count; i++) check_sound(lights + i, kind);
         }
     }
     test_probe_free(&p);
 }
 
-// Forty lamps on a dim sky that go on and off, none of it blue, at distances from 1 to 4: in every frame the
-// lights are the whole probe, and each is as far as lamps are. Then weak ones are left out.
+// Forty lamps on a dim sky that go on and off, none of it blue, at distances from 1 to 4: in every
+// frame the lights are the whole probe, and each is as far as lamps are. Then weak ones are left
+// out.
 static void lights_of_flickering_lamps_are_whole(void)
 {
     enum { N = 16, LAMPS = 40, FRAMES = 120, TEXELS = 6 * N * N };
@@ -278,18 +295,22 @@ static void lights_of_flickering_lamps_are_whole(void)
         if (frame == FRAMES - 1) s.min_shadow = 0.02f;
         memcpy(before, lights, sizeof before);
         const int were = count;
-        CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, lights, &count, &stats), "frame %d", frame);
+        CHECK(!lightprobe_extract(&cube, &s, scratch, sizeof scratch, lights, &count, &stats),
+              "frame %d", frame);
         for (int i = 0; i < count; i++) {
             const lightprobe_light *l = lights + i;
             for (int c = 0; c < 3; c++) {
                 CHECK(l->irradiance[c] >= 0, "frame %d: light %d is negative", frame, i);
                 sum[c] += (double)l->irradiance[c];
             }
-            CHECK(l->distance == 0 || l->distance > 0.999f, "frame %d: light %d at %g", frame, i, (double)l->distance);
-            for (int k = 0; k < i; k++) CHECK(l->id != lights[k].id, "frame %d: id %d twice", frame, l->id);
+            CHECK(l->distance == 0 || l->distance > 0.999f, "frame %d: light %d at %g", frame, i,
+                  (double)l->distance);
+            for (int k = 0; k < i; k++)
+                CHECK(l->id != lights[k].id, "frame %d: id %d twice", frame, l->id);
         }
         for (int c = 0; c < 3; c++)
-            CHECK(fabs(sum[c] + (double)stats.residual[c] - (double)stats.total[c]) <= 1e-6 * (double)stats.total[c],
+            CHECK(fabs(sum[c] + (double)stats.residual[c] - (double)stats.total[c]) <=
+                      1e-6 * (double)stats.total[c],
                   "frame %d: %g of %g", frame, sum[c], (double)stats.total[c]);
         for (int i = 0; i < were; i++) {
             int stays = 0;
@@ -304,5 +325,6 @@ const test_case steady_tests[] = {
     {"steady: lights are as steady as the map", lights_are_as_steady_as_the_map},
     {"steady: lights of a still probe come to rest", lights_of_a_still_probe_come_to_rest},
     {"steady: changed lights do no harm", changed_lights_do_no_harm},
-    {"steady: lights of flickering lamps are the whole probe", lights_of_flickering_lamps_are_whole},
+    {"steady: lights of flickering lamps are the whole probe",
+     lights_of_flickering_lamps_are_whole},
     {NULL, NULL}};

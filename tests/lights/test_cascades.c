@@ -1,4 +1,5 @@
-// One sun over a large scene by maps of growing size: a camera walks through it, and still shadows stand still.
+// One sun over a large scene by maps of growing size: a camera walks through it, and still shadows
+// stand still.
 #include "../support/scenes.h"
 #include "../support/test.h"
 
@@ -32,7 +33,8 @@ static void make(stage *t, float tan_half)
     for (int i = 0; i < 40; i++) {
         const double x = test_range(&state, -8, 52), z = test_range(&state, -8, 8);
         if (i % 3 == 0) scene_add_box(&t->s, x, 1, z, 0.08, 1, 0.08);
-        if (i % 3 == 1) scene_add_sphere(&t->s, x, test_range(&state, 0.4, 2), z, test_range(&state, 0.2, 0.6));
+        if (i % 3 == 1)
+            scene_add_sphere(&t->s, x, test_range(&state, 0.4, 2), z, test_range(&state, 0.2, 0.6));
         if (i % 3 == 2) scene_add_box(&t->s, x, test_range(&state, 0.5, 2.2), z, 0.8, 0.05, 0.5);
     }
     scene_add_box(&t->s, 20, 1.2, -3, 1.5, 1.2, 1);
@@ -49,7 +51,8 @@ static void make(stage *t, float tan_half)
     t->depth = malloc(SIDE * SIDE * sizeof *t->depth);
     if (!t->memory || !t->depth) abort();
     for (int i = 0; i < MAPS; i++) {
-        CHECK(!mssm_map_init(&t->map[i], (char *)t->memory + (size_t)i * bytes, bytes, SIDE, 6), "init");
+        CHECK(!mssm_map_init(&t->map[i], (char *)t->memory + (size_t)i * bytes, bytes, SIDE, 6),
+              "init");
     }
     // Receivers near the road, half of them close to the ground's shadows.
     for (int i = 0; i < POINTS; i++) {
@@ -74,7 +77,8 @@ static void finish(stage *t)
 
 static void aim(stage *t, float x, float turn)
 {
-    const float eye[3] = {x, 1.7f, 0.5f * sinf(0.2f * x)}, ahead[3] = {cosf(turn), -0.1f, sinf(turn)};
+    const float eye[3] = {x, 1.7f, 0.5f * sinf(0.2f * x)},
+                ahead[3] = {cosf(turn), -0.1f, sinf(turn)};
     memcpy(t->eye, eye, sizeof eye);
     memcpy(t->ahead, ahead, sizeof ahead);
     cascades_aim(&t->c, eye, ahead);
@@ -112,12 +116,13 @@ static int in_view(const stage *t, const float p[3])
 }
 
 typedef struct walked {
-    double seam, still, redrawn, hard, squares; // largest changes between two frames, of a hard switch; all
+    double seam, still, redrawn, hard,
+        squares; // largest changes between two frames, of a hard switch; all
     int seams, count, drawn;
 } walked;
 
-// 5 cm a frame, looking to and fro. Change of what the camera sees in both frames, by where it is: in a
-// blend, or in one map that was not, or was, drawn again.
+// 5 cm a frame, looking to and fro. Change of what the camera sees in both frames, by where it is:
+// in a blend, or in one map that was not, or was, drawn again.
 static walked walk(stage *t, int frames, int shifted)
 {
     static float before[POINTS], next_before[POINTS];
@@ -129,14 +134,16 @@ static walked walk(stage *t, int frames, int shifted)
         for (int i = 0; i < POINTS; i++) {
             float next;
             const float v = mixed(t, i, &next);
-            const int map = cascades_choose(&t->c, t->point[i], &next), seen = in_view(t, t->point[i]);
+            const int map = cascades_choose(&t->c, t->point[i], &next),
+                      seen = in_view(t, t->point[i]);
             const double d = fabs((double)v - (double)before[i]);
             if (seen && f && before[i] >= 0) {
                 w.squares += d * d;
                 w.count++;
                 if (next > 0 && next < 1 && map + 1 < MAPS) {
                     w.seam = fmax(w.seam, d);
-                    w.hard = fmax(w.hard, fabs((double)t->seen[map][i] - (double)t->seen[map + 1][i]));
+                    w.hard =
+                        fmax(w.hard, fabs((double)t->seen[map][i] - (double)t->seen[map + 1][i]));
                     w.seams++;
                 } else if (next == 0 && next_before[i] == 0) {
                     double *most = t->c.moved ? &w.redrawn : &w.still;
@@ -157,9 +164,11 @@ static void a_walk_shows_no_seam_and_no_shimmer(void)
     for (int i = 0; i < test_trials(3); i++) {
         make(&t, sizes[i]);
         const walked w = walk(&t, 120, 0);
-        test_note("tan %.2f: %.4f across seams (%.2f by a hard switch), %.4f where maps were drawn again, %d of %d were",
-                  (double)sizes[i], w.seam, w.hard, w.redrawn, w.drawn, 120 * MAPS);
-        CHECK(w.seams > 2000 && w.hard > 0.2, "%d points in seams, %.3f between maps", w.seams, w.hard);
+        test_note(
+            "tan %.2f: %.4f across seams (%.2f by a hard switch), %.4f where maps were drawn again, %d of %d were",
+            (double)sizes[i], w.seam, w.hard, w.redrawn, w.drawn, 120 * MAPS);
+        CHECK(w.seams > 2000 && w.hard > 0.2, "%d points in seams, %.3f between maps", w.seams,
+              w.hard);
         CHECK(w.seam < 0.02, "tan %.2f: a step of %.4f at a seam", (double)sizes[i], w.seam);
         CHECK(w.still == 0, "tan %.2f: %.2g while no map changed", (double)sizes[i], w.still);
         CHECK(w.redrawn < 0.005, "tan %.2f: shadows shimmer by %.4f", (double)sizes[i], w.redrawn);
@@ -168,7 +177,8 @@ static void a_walk_shows_no_seam_and_no_shimmer(void)
     }
     make(&t, 0.05f); // what the steps are for: texels that move with the camera
     const walked w = walk(&t, 20, 1);
-    test_note("texels that go with the camera: %.4f rms, %.2f at most", sqrt(w.squares / w.count), w.redrawn);
+    test_note("texels that go with the camera: %.4f rms, %.2f at most", sqrt(w.squares / w.count),
+              w.redrawn);
     CHECK(sqrt(w.squares / w.count) > 0.01, "the walk does not see shimmer");
     finish(&t);
 }
@@ -190,11 +200,13 @@ static void penumbrae_are_as_wide_in_every_map(void)
         for (int i = 0; i <= 400; i++) {
             const double p[3] = {1.5 + 0.01 * i + 1, 0, -1.4}, up[3] = {0, 1, 0};
             const float q[3] = {(float)p[0], 0, (float)p[2]};
-            const double v = map < MAPS ? (double)mssm_map_visibility(t.map[map], &t.c.light[map], NULL, q)
-                                        : scene_visibility(&t.s, &t.c.light[0], p, up, 32, &state);
+            const double v = map < MAPS
+                                 ? (double)mssm_map_visibility(t.map[map], &t.c.light[map], NULL, q)
+                                 : scene_visibility(&t.s, &t.c.light[0], p, up, 32, &state);
             for (int k = 0; k < 2; k++) {
                 const double level = k ? 0.9 : 0.1;
-                if (i && at[k] < 0 && last < level && v >= level) at[k] = p[0] - 0.01 * (v - level) / (v - last);
+                if (i && at[k] < 0 && last < level && v >= level)
+                    at[k] = p[0] - 0.01 * (v - level) / (v - last);
             }
             last = v;
         }
@@ -215,10 +227,18 @@ static void maps_hold_what_the_camera_sees(void)
 {
     uint64_t state = 17;
     for (int trial = 0; trial < test_trials(4000); trial++) {
-        const cascades_desc desc = {4, 256, (float)test_range(&state, 1, 10), (float)test_range(&state, 10, 1000),
-                                    (float)test_range(&state, 0.1, 2), (float)test_range(&state, 0.1, 2),
-                                    {(float)test_range(&state, -1, 1), 1, (float)test_range(&state, -1, 1)},
-                                    {1, 0, 0}, 0.1f, 0.05f, (float)test_range(&state, 0, 30)};
+        const cascades_desc desc = {
+            4,
+            256,
+            (float)test_range(&state, 1, 10),
+            (float)test_range(&state, 10, 1000),
+            (float)test_range(&state, 0.1, 2),
+            (float)test_range(&state, 0.1, 2),
+            {(float)test_range(&state, -1, 1), 1, (float)test_range(&state, -1, 1)},
+            {1, 0, 0},
+            0.1f,
+            0.05f,
+            (float)test_range(&state, 0, 30)};
         cascades c;
         float eye[3], p[3], to[3], shadow[3];
         const float ahead[3] = {0, 0, -2};
@@ -230,7 +250,8 @@ static void maps_hold_what_the_camera_sees(void)
         const double length = sqrt((double)(to[0] * to[0] + to[1] * to[1] + 1));
         for (int i = 0; i < 4; i++) {
             const double far = (double)c.end[i] * (trial & 8 ? 0.999 : test_uniform(&state));
-            for (int k = 0; k < 3; k++) p[k] = (float)((double)eye[k] + far * (double)to[k] / length);
+            for (int k = 0; k < 3; k++)
+                p[k] = (float)((double)eye[k] + far * (double)to[k] / length);
             CHECK(mssm_light_project(&c.light[i], p, shadow), "no place");
             CHECK(fabsf(shadow[0]) < 1.001f && fabsf(shadow[1]) < 1.001f && shadow[2] < 0.801f &&
                       shadow[2] - 2 * desc.height / c.light[i].z_far > -0.991f,

@@ -13,20 +13,22 @@
 
 enum { WIDTH = 96, HEIGHT = 72, SIDE = 256, MAPS = 3, SAMPLES = 4 };
 
-static const char shading[] = "layout(binding = 0) uniform sampler2D position_map;\n"
-                              "layout(binding = 1) uniform sampler2D normal_map;\n"
-                              "out vec4 color;\n"
-                              "void main()\n"
-                              "{\n"
-                              "    ivec2 pixel = ivec2(gl_FragCoord.xy);\n"
-                              "    vec3 n = texelFetch(normal_map, pixel, 0).xyz;\n"
-                              "    color = vec4(cascades_visibility(texelFetch(position_map, pixel, 0).xyz, n));\n"
-                              "}\n";
+static const char shading[] =
+    "layout(binding = 0) uniform sampler2D position_map;\n"
+    "layout(binding = 1) uniform sampler2D normal_map;\n"
+    "out vec4 color;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 pixel = ivec2(gl_FragCoord.xy);\n"
+    "    vec3 n = texelFetch(normal_map, pixel, 0).xyz;\n"
+    "    color = vec4(cascades_visibility(texelFetch(position_map, pixel, 0).xyz, n));\n"
+    "}\n";
 
 static void draw_maps(mssm_gl *maps, const cascades *c, GLuint depth, const gl_mesh *casters)
 {
     for (int i = 0; i < MAPS; i++) {
-        CHECK(!mssm_gl_set_light(maps, i, &c->light[i]) && !mssm_gl_begin_depth(maps, i, 0), "begin");
+        CHECK(!mssm_gl_set_light(maps, i, &c->light[i]) && !mssm_gl_begin_depth(maps, i, 0),
+              "begin");
         gl.UseProgram(depth);
         gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, c->light[i].world_to_shadow);
         gl_mesh_draw(casters);
@@ -50,9 +52,13 @@ static void make_maps(mssm_map *map[MAPS], const cascades *c, const scene *s, vo
 static void the_shader_is_the_cpu(void)
 {
     static float got[4 * WIDTH * HEIGHT], place[2][4 * WIDTH * HEIGHT];
-    const mssm_gl_desc maps_desc = {
-        .load = gl_context_function, .lights = MAPS, .side = SIDE, .samples = SAMPLES, .first_texture_unit = 4};
-    const cascades_desc desc = {MAPS, SIDE, 5, 9, 0.5f, 0.4f, {-0.7f, 1, 0.5f}, {1, 0, 0}, 0.05f, 0.05f, 4};
+    const mssm_gl_desc maps_desc = {.load = gl_context_function,
+                                    .lights = MAPS,
+                                    .side = SIDE,
+                                    .samples = SAMPLES,
+                                    .first_texture_unit = 4};
+    const cascades_desc desc = {MAPS,      SIDE,  5,     9, 0.5f, 0.4f, {-0.7f, 1, 0.5f},
+                                {1, 0, 0}, 0.05f, 0.05f, 4};
     const camera eye = camera_look(vec(0.3f, 3.4f, 5.6f), vec(-0.05f, 0.6f, 0), 0.66f, 4.0f / 3);
     const float from[3] = {eye.position.x, eye.position.y, eye.position.z};
     const float ahead[3] = {-eye.back.x, -eye.back.y, -eye.back.z};
@@ -71,8 +77,10 @@ static void the_shader_is_the_cpu(void)
     if (!memory) abort();
     CHECK(cascades_create(&c, &desc) && scene_create(&s, 0, NULL), "create");
     cascades_aim(&c, from, ahead);
-    CHECK(gl_mesh_upload(&casters, &s, &why) && gl_surfaces_create(&surfaces, WIDTH, HEIGHT, &why) &&
-              gl_target_create(&target, WIDTH, HEIGHT, 1, formats, &why) && !mssm_gl_create(&maps, &maps_desc),
+    CHECK(gl_mesh_upload(&casters, &s, &why) &&
+              gl_surfaces_create(&surfaces, WIDTH, HEIGHT, &why) &&
+              gl_target_create(&target, WIDTH, HEIGHT, 1, formats, &why) &&
+              !mssm_gl_create(&maps, &maps_desc),
           "no stage: %s", why.text);
     const GLuint depth = gl_program_simple("depth", gl_depth_vertex, NULL, &why);
     const char *const vertex[] = {gl_triangle_vertex, NULL};
@@ -96,7 +104,8 @@ static void the_shader_is_the_cpu(void)
     gl_mesh_draw(&triangle);
     gl.GetTextureImage(target.color[0], 0, GL_RGBA, GL_FLOAT, sizeof got, got);
     for (int i = 0; i < 2; i++) {
-        gl.GetTextureImage(surfaces.target.color[i], 0, GL_RGBA, GL_FLOAT, sizeof place[i], place[i]);
+        gl.GetTextureImage(surfaces.target.color[i], 0, GL_RGBA, GL_FLOAT, sizeof place[i],
+                           place[i]);
     }
 
     make_maps(map, &c, &s, memory);
@@ -108,16 +117,18 @@ static void the_shader_is_the_cpu(void)
         if (p[3] == 0) continue;
         const int k = cascades_choose(&c, p, &next);
         const float v = mssm_map_visibility_normal(map[k], &c.light[k], NULL, p, n);
-        const float after = k + 1 < MAPS ? mssm_map_visibility_normal(map[k + 1], &c.light[k + 1], NULL, p, n) : 1;
+        const float after =
+            k + 1 < MAPS ? mssm_map_visibility_normal(map[k + 1], &c.light[k + 1], NULL, p, n) : 1;
         squares += pow((double)(v + next * (after - v) - got[i]), 2);
         count++;
         used[k]++;
         seams += next > 0 && next < 1;
         dark += got[i] < 0.5f;
     }
-    test_note("rms %.5f over %d pixels, %d %d %d in the maps, %d in seams, %d dark", sqrt(squares / count), count,
-              used[0], used[1], used[2], seams, dark);
-    CHECK(used[0] > 50 && used[1] > 50 && used[2] > 50 && seams > 100 && dark > 100, "not all is seen");
+    test_note("rms %.5f over %d pixels, %d %d %d in the maps, %d in seams, %d dark",
+              sqrt(squares / count), count, used[0], used[1], used[2], seams, dark);
+    CHECK(used[0] > 50 && used[1] > 50 && used[2] > 50 && seams > 100 && dark > 100,
+          "not all is seen");
     CHECK(sqrt(squares / count) < 0.01, "rms %.4f", sqrt(squares / count));
     CHECK(gl.GetError() == GL_NO_ERROR, "a GL error is left");
     free(memory);

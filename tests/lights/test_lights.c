@@ -1,5 +1,5 @@
-// Lights of every kind against ray tracing: point lights and their seams, wide lights close to their
-// blockers, fitted depth ranges; and falloffs against their definitions.
+// Lights of every kind against ray tracing: point lights and their seams, wide lights close to
+// their blockers, fitted depth ranges; and falloffs against their definitions.
 #include "../support/scenes.h"
 #include "../support/test.h"
 
@@ -320,7 +320,7 @@ static void falloffs(void)
 // From finite numbers of any size and sign.
 static void cones_are_shares(void)
 {
-    static const float ends[] = {0,     1e-37f, 1e-30f, 1e-3f, 0.5f,  1,     1.5f,
+    static const float ends[] = {0,    1e-37f, 1e-30f,  1e-3f, 0.5f, 1,     1.5f,
                                  4e4f, 3e38f,  -1e-37f, -0.4f, -1,   -4e4f, -3e38f};
     enum { ENDS = sizeof ends / sizeof *ends };
     for (int i = 0; i < ENDS * ENDS * ENDS * ENDS; i++) {
@@ -337,8 +337,8 @@ static void cones_are_shares(void)
     }
 }
 
-// Columns below a sun whose box follows a camera: at fixed points visibility stays what it was, where
-// without the help it changes with each step.
+// Columns below a sun whose box follows a camera: at fixed points visibility stays what it was,
+// where without the help it changes with each step.
 static void boxes_that_follow_do_not_crawl(void)
 {
     enum { STEPS = 6, POINTS = 400 };
@@ -449,17 +449,21 @@ static void bad_lights_are_refused(void)
                 starts[3] = {-3e38f, 0, -3e38f}, tall[3] = {1, 3e38f, 1};
     l = scene_spot(0.1f);
     memcpy(kept, &l, sizeof l);
-    CHECK(mssm_light_directional(&l, up, across, 0.1f, 0.1f, starts, ends) && !memcmp(&l, kept, sizeof l),
+    CHECK(mssm_light_directional(&l, up, across, 0.1f, 0.1f, starts, ends) &&
+              !memcmp(&l, kept, sizeof l),
           "a box beyond float");
     CHECK(!mssm_light_directional(&l, up, across, 0.1f, 0.1f, zero, tall), "a tall box");
     kept[0] = l;
-    CHECK(mssm_light_fit(&l, -1, 1) && !memcmp(&l, kept, sizeof l), "a range beyond float: %g", (double)l.z_far);
+    CHECK(mssm_light_fit(&l, -1, 1) && !memcmp(&l, kept, sizeof l), "a range beyond float: %g",
+          (double)l.z_far);
 }
 
-// Depth of what a GPU stores is what mssm_light_project says of the same point; in [-1,1], whatever is stored.
+// Depth of what a GPU stores is what mssm_light_project says of the same point; in [-1,1], whatever
+// is stored.
 static void stored_depth_is_that_of_the_point(void)
 {
-    const float low[3] = {-2, -1, -2}, high[3] = {2, 2, 2}, to_light[3] = {0.3f, 1, 0.45f}, axis[3] = {1, 0, 0};
+    const float low[3] = {-2, -1, -2}, high[3] = {2, 2, 2}, to_light[3] = {0.3f, 1, 0.45f},
+                axis[3] = {1, 0, 0};
     const float eye[3] = {1, 5, 1.5f}, odd[] = {-1, 2, NAN, INFINITY, -INFINITY, 1e-38f, 0, 1};
     const int count = test_trials(20000);
     mssm_light light[2];
@@ -471,7 +475,8 @@ static void stored_depth_is_that_of_the_point(void)
     for (int i = 0; i < count; i++) {
         const mssm_light *l = &light[i % 2];
         const double n = (double)l->z_near, f = (double)l->z_far, w = test_range(&seed, n, f);
-        const double z = -1 + 2 * (w - n) / (f - n), far = i % 2 ? f / (f - n) * (1 - n / w) : 0.5 + 0.5 * z;
+        const double z = -1 + 2 * (w - n) / (f - n),
+                     far = i % 2 ? f / (f - n) * (1 - n / w) : 0.5 + 0.5 * z;
         const double off = fabs((double)mssm_light_depth(l, (float)(1 - far), 1) - z);
         worst = fmax(worst, off);
         // A normal one has lost what floats next to 1 cannot hold: 6e-8 of it, times the slope.
@@ -501,14 +506,14 @@ static void fitting_holds_at_its_ends(void)
     CHECK(!mssm_light_fit(&l, 0.2f, 0.2f) && l.z_far > l.z_near, "one depth");
     l = scene_spot(0.1f);
     l.z_near = 0.01f;
-    CHECK(!mssm_light_fit(&l, -1, 1) && fabs((double)l.z_near - 0.005) < 1e-8 && l.z_far > 1, "%g to %g next to it",
-          (double)l.z_near, (double)l.z_far);
+    CHECK(!mssm_light_fit(&l, -1, 1) && fabs((double)l.z_near - 0.005) < 1e-8 && l.z_far > 1,
+          "%g to %g next to it", (double)l.z_near, (double)l.z_far);
     CHECK(mssm_light_fit(&l, 0, NAN), "an end that is no number");
     CHECK(!mssm_light_directional(&l, up, axis, 0, 0, low, high), "light");
     for (int i = 0; i < 3; i++) {
         kept = l;
         if (i == 0) kept.z_far = kept.z_near;
-        if (i == 1) kept.world_to_shadow[2] = 3e38f; // divided by a small range
+        if (i == 1) kept.world_to_shadow[2] = 3e38f;           // divided by a small range
         if (i == 2) kept.z_near = 1e8f, kept.z_far = 1e8f + 8; // steps of 8 cannot hold less
         mssm_light fitted = kept;
         CHECK(mssm_light_fit(&fitted, 0.2f, 0.2f), "case %d is taken", i);

@@ -1,5 +1,6 @@
-// The example components beside the lights: the sampled light adds up to the truth and is the same on
-// every run, depth ranges read from the GPU are those of the CPU, shared falloffs give the same in GLSL.
+// The example components beside the lights: the sampled light adds up to the truth and is the same
+// on every run, depth ranges read from the GPU are those of the CPU, shared falloffs give the same
+// in GLSL.
 #include "../support/gl_state.h"
 #include "../support/gl_test.h"
 #include "../support/test.h"
@@ -185,7 +186,8 @@ static void depth_ranges_from_the_gpu(void)
     end(&t);
 }
 
-// Loose triangles, seen from both sides and cut by both planes: the same depth from either rasterizer.
+// Loose triangles, seen from both sides and cut by both planes: the same depth from either
+// rasterizer.
 static void rasterizers_agree(void)
 {
     enum { SIDE = 200, COUNT = 40 };
@@ -306,7 +308,8 @@ static void falloffs_are_the_same_in_glsl(void)
         const float d = mssm_attenuation(fabsf(a[0]), 0.5f, fabsf(a[1]), fabsf(a[2]));
         CHECK(fabsf(b[6] - d) < 1e-5f * d, "attenuation %g, not %g", (double)b[6], (double)d);
         CHECK(fabsf(b[7] - mssm_cone(0.25f * a[3], 0.8f, 0.6f, 3)) < 1e-5f, "cone");
-        CHECK(fabsf(b[8] - mssm_cone(a[3], 0, -6, i % 8 < 4 ? a[2] : 0)) < 1e-5f, "cone of %g", (double)a[3]);
+        CHECK(fabsf(b[8] - mssm_cone(a[3], 0, -6, i % 8 < 4 ? a[2] : 0)) < 1e-5f, "cone of %g",
+              (double)a[3]);
     }
     gl.DeleteBuffers(2, buffer);
     gl.DeleteProgram(program);

@@ -1,5 +1,5 @@
-// What the estimators promise beyond closeness to rays: shadows that only brighten outwards, umbras that
-// stay dark whatever the frustum, and what normals, many points and tolerances do.
+// What the estimators promise beyond closeness to rays: shadows that only brighten outwards, umbras
+// that stay dark whatever the frustum, and what normals, many points and tolerances do.
 #include "../support/scenes.h"
 #include "../support/test.h"
 
@@ -172,13 +172,14 @@ static void penumbrae_only_brighten_outwards(void)
 
 // ---- frusta that reach far towards the light ---------------------------------------------------
 
-// Below a plate that hides the whole light. In a box 512 times as tall as the plate is above the ground the
-// moment bias (1.3e-6 and 7e-7 of the square of the range of depth) would let light through.
+// Below a plate that hides the whole light. In a box 512 times as tall as the plate is above the
+// ground the moment bias (1.3e-6 and 7e-7 of the square of the range of depth) would let light
+// through.
 static void umbras_stay_dark_whatever_the_frustum(void)
 {
     enum { TALL = 8, NEAR_PLANES = 7 };
     // Heights of the box, and near planes.
-    static const float reach[TALL + NEAR_PLANES] = {1, 16, 64,   128,  256,  1024,  4096,  16384,
+    static const float reach[TALL + NEAR_PLANES] = {1, 16, 64,   128,  256,   1024,  4096,  16384,
                                                     3, 1,  0.3f, 0.1f, 0.02f, 0.01f, 0.001f};
     for (int way = 0; way < TALL + NEAR_PLANES; way++) {
         setup u;
@@ -199,19 +200,22 @@ static void umbras_stay_dark_whatever_the_frustum(void)
                 const double at[3] = {0.3 * (i % 5 - 2), 0, 0.3 * (i / 5 - 2)};
                 lightest = fmax(lightest, visibility(&u, &s, at));
                 const float point[3] = {(float)at[0], 0, (float)at[2]};
-                lightest = fmax(lightest, (double)mssm_map_visibility_normal(u.map, &u.light, &s, point, up));
+                lightest = fmax(lightest,
+                                (double)mssm_map_visibility_normal(u.map, &u.light, &s, point, up));
             }
-            CHECK(lightest < 0.01, "%s %g, estimator %d, %d moments: %.4f", way < TALL ? "height" : "near plane",
-                  (double)reach[way], e % 3, s.moments, lightest);
+            CHECK(lightest < 0.01, "%s %g, estimator %d, %d moments: %.4f",
+                  way < TALL ? "height" : "near plane", (double)reach[way], e % 3, s.moments,
+                  lightest);
         }
         if (lightest > 0.005)
-            test_note("%s %g: %.4f", way < TALL ? "height" : "near plane", (double)reach[way], lightest);
+            test_note("%s %g: %.4f", way < TALL ? "height" : "near plane", (double)reach[way],
+                      lightest);
         setup_free(&u);
     }
 }
 
-// Under a high plate, beside a lower one, and something far below: all of the light's cone meets plates in the
-// map, and yet light comes in between them.
+// Under a high plate, beside a lower one, and something far below: all of the light's cone meets
+// plates in the map, and yet light comes in between them.
 static void light_comes_through_gaps_between_plates(void)
 {
     static const double below[2] = {30, 90}, height[2] = {0.1, 0.2};
@@ -231,7 +235,8 @@ static void light_comes_through_gaps_between_plates(void)
             const double at[3] = {0.03 + 0.03 * i, 0, 0}, normal[3] = {0, 1, 0};
             const double truth = scene_visibility(&u.scene, &u.light, at, normal, 20, &state);
             const double seen = visibility(&u, NULL, at);
-            CHECK(fabs(seen - truth) < 0.15, "%g below, %.2f aside: %.3f of %.3f", below[way % 2], at[0], seen, truth);
+            CHECK(fabs(seen - truth) < 0.15, "%g below, %.2f aside: %.3f of %.3f", below[way % 2],
+                  at[0], seen, truth);
         }
         setup_free(&u);
     }
@@ -279,8 +284,9 @@ static setup boxes_below(int is_spot)
     return u;
 }
 
-// Neither what a frustum holds of empty space nor a thin mast in a corner costs contact shadows. The
-// single kernels of the published estimators search as far as the mast: five times the error below 40 units.
+// Neither what a frustum holds of empty space nor a thin mast in a corner costs contact shadows.
+// The single kernels of the published estimators search as far as the mast: five times the error
+// below 40 units.
 static void near_planes_and_masts_cost_no_contact_shadows(void)
 {
     static const float nears[4] = {2, 0.5f, 0.2f, 0.01f};
@@ -320,7 +326,8 @@ static void near_planes_and_masts_cost_no_contact_shadows(void)
     }
 }
 
-// Below a sheet that goes on beyond the map, up to its rim: what the map holds there stands for the rest.
+// Below a sheet that goes on beyond the map, up to its rim: what the map holds there stands for the
+// rest.
 static void no_light_comes_in_past_the_rim(void)
 {
     static const float half[4] = {0, 0.02f, 0.1f, 0.3f};
@@ -448,7 +455,8 @@ static void only_the_direction_of_a_normal_counts(void)
     for (int l = 0; l < 6; l++) CHECK(worst[l] <= 0, "length %g: %g", lengths[l], worst[l]);
 }
 
-// Points that interpolation or rounding has put a part of a texel below the surface that the map holds.
+// Points that interpolation or rounding has put a part of a texel below the surface that the map
+// holds.
 static void normals_help_points_below_their_surface(void)
 {
     static const double below[3] = {0, 0.25, 0.5};
@@ -522,7 +530,8 @@ static void many_points_are_as_one(void)
                   (double)many[i], (double)one);
             CHECK(i % 10 != 3 || many[i] == 1, "not finite: %g", (double)many[i]);
         }
-        // Without a map or a light all is lit; without points or room for the result nothing happens.
+        // Without a map or a light all is lit; without points or room for the result nothing
+        // happens.
         mssm_map_visibility_many(NULL, &u.light, &s, COUNT, (const float(*)[3])points, n, many);
         for (int i = 0; i < COUNT; i++) CHECK(many[i] == 1, "no map: %g", (double)many[i]);
         many[1] = 0;
@@ -583,9 +592,9 @@ static void speckled_map(setup *u, int side, uint64_t *state)
     CHECK(mssm_map_update(u->map, u->depth, NULL, 1) == MSSM_OK, "update");
 }
 
-// Whether no depth before z lies within the cone above texel coordinates (x, y), widened to times its
-// half-width, which is half texels per unit of depth, and by some texels more. Beyond the map its rim
-// goes on.
+// Whether no depth before z lies within the cone above texel coordinates (x, y), widened to times
+// its half-width, which is half texels per unit of depth, and by some texels more. Beyond the map
+// its rim goes on.
 static int cone_is_free(const setup *u, double x, double y, double z, double half, double times,
                         double more)
 {
@@ -668,7 +677,8 @@ const test_case estimators_tests[] = {
      penumbrae_only_brighten_outwards},
     {"umbras stay dark under tall boxes and near planes close to the light, with every estimator",
      umbras_stay_dark_whatever_the_frustum},
-    {"light comes through gaps between plates in tall boxes", light_comes_through_gaps_between_plates},
+    {"light comes through gaps between plates in tall boxes",
+     light_comes_through_gaps_between_plates},
     {"near planes and masts cost no contact shadows",
      near_planes_and_masts_cost_no_contact_shadows},
     {"no light comes in past the rim of a cone or a cascade", no_light_comes_in_past_the_rim},

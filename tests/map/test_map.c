@@ -42,16 +42,18 @@ static void fill_random(fixture *f, uint64_t *seed)
     if (mssm_map_update(f->map, f->depth, NULL, f->samples)) exit(2);
 }
 
-// How much of an axis' [low, high] a texel stands for at a level: its own width; one of the last texel of
-// the level, 2^level wide, its part of that; and those of an outermost one their part of as much beyond as
-// the rectangle has inside.
+// How much of an axis' [low, high] a texel stands for at a level: its own width; one of the last
+// texel of the level, 2^level wide, its part of that; and those of an outermost one their part of
+// as much beyond as the rectangle has inside.
 static double stands_for(int texel, int side, int level, double low, double high)
 {
     const int grain = 1 << level, last = (side - 1) >> level, end = (last + 1) * grain;
     const double inside = fmax(fmin(high, end) - fmax(low, 0), 0);
     const int is_last = texel >> level == last;
-    const double of_last = fmax(fmin(end, high) - fmax(last * grain, low), 0) + fmin(inside, fmax(high - end, 0));
-    double width = is_last ? of_last / (side - last * grain) : fmax(fmin(texel + 1, high) - fmax(texel, low), 0);
+    const double of_last =
+        fmax(fmin(end, high) - fmax(last * grain, low), 0) + fmin(inside, fmax(high - end, 0));
+    double width = is_last ? of_last / (side - last * grain)
+                           : fmax(fmin(texel + 1, high) - fmax(texel, low), 0);
     if (texel >> level == 0) width += fmin(inside, fmax(-low, 0)) / fmin(grain, side);
     return width;
 }
@@ -123,15 +125,16 @@ static void coarse_levels_equal_sums(void)
         fixture f = make_map(sides[i], 6, 1);
         fill_random(&f, &seed);
         for (int trial = 0; trial < test_trials(120); trial++) {
-            const int level = 1 + trial % (i ? 2 : 3), size = 1 << level; // 100 texels end with level 2
-            // On the level's own grid the sums are those of the texels; off it each edge is blurred over one
-            // coarse texel, of at least 13 across the kernel.
+            const int level = 1 + trial % (i ? 2 : 3),
+                      size = 1 << level; // 100 texels end with level 2
+            // On the level's own grid the sums are those of the texels; off it each edge is blurred
+            // over one coarse texel, of at least 13 across the kernel.
             const int half = size * (7 + (int)(test_random(&seed) % 7));
             const int x = size * (int)(test_random(&seed) % (unsigned)(f.side / size));
             const int y = size * (int)(test_random(&seed) % (unsigned)(f.side / size));
             worst = fmax(worst, query_error(&f, level, x, y, half, half));
-            worst_any =
-                fmax(worst_any, query_error(&f, level, x + test_range(&seed, 0, size), y, half, half));
+            worst_any = fmax(worst_any,
+                             query_error(&f, level, x + test_range(&seed, 0, size), y, half, half));
         }
         drop_map(&f);
     }
@@ -171,7 +174,8 @@ static void printed_scale_wraps(void)
           "floor((2^32-1)/n) with a border does not");
 }
 
-// Of depth 0 all odd polynomials are 0, and so is any sum of them: at every border, across rows and levels.
+// Of depth 0 all odd polynomials are 0, and so is any sum of them: at every border, across rows and
+// levels.
 static void sums_of_nothing_are_nothing(void)
 {
     uint64_t seed = 20;
@@ -206,8 +210,8 @@ static void samples_are_averaged(void)
     fill_random(&many, &seed);
     double worst = 0;
     for (int i = 0; i < 100; i++) {
-        worst = fmax(worst,
-                     query_error(&many, 0, test_range(&seed, 0, 40), test_range(&seed, 0, 40), 3, 5));
+        worst = fmax(
+            worst, query_error(&many, 0, test_range(&seed, 0, 40), test_range(&seed, 0, 40), 3, 5));
     }
     CHECK(worst < 6e-6, "error %g", worst);
     drop_map(&many);
@@ -226,8 +230,8 @@ static void back_faces_average_depth(void)
     for (int i = 0; i < 32 * 32 * 4; i++) f.depth[i] = 0.5f * (f.depth[i] + back[i]);
     double worst = 0;
     for (int i = 0; i < 100; i++) {
-        worst =
-            fmax(worst, query_error(&f, 0, test_range(&seed, 0, 32), test_range(&seed, 0, 32), 2, 2));
+        worst = fmax(worst,
+                     query_error(&f, 0, test_range(&seed, 0, 32), test_range(&seed, 0, 32), 2, 2));
     }
     CHECK(worst < 6e-6, "error %g", worst);
     free(back);
@@ -438,7 +442,8 @@ static void spot_depth_is_linear(void)
     CHECK(!memcmp(fields, asked, sizeof asked) && light.perspective == 1 &&
               light.extent_v >= light.extent_u && light.extent_v <= light.extent_u,
           "the light is not what was asked for");
-    // The matrix itself is a projection for gl_Position: clip.z / clip.w is -1 at near and 1 at far.
+    // The matrix itself is a projection for gl_Position: clip.z / clip.w is -1 at near and 1 at
+    // far.
     for (int end = 0; end < 2; end++) {
         const double distance = end ? 8 : 0.5;
         double clip[4];

@@ -1,5 +1,6 @@
-// Maps as textures: what mssm_map_texels and mssm_map_view give for shading without an mssm_gl, against sums,
-// means and least depths of the depth map itself. Shading by them is tested in tests/dialects.
+// Maps as textures: what mssm_map_texels and mssm_map_view give for shading without an mssm_gl,
+// against sums, means and least depths of the depth map itself. Shading by them is tested in
+// tests/dialects.
 #include "../../mssm.h"
 #include "../support/test.h"
 
@@ -27,8 +28,10 @@ static mssm_map *make(void **memory, float **depth, int side, int moments, uint6
     return map;
 }
 
-// Mean of a Chebyshev polynomial over the texels of the map in [x0,x1) x [y0,y1), as far as there are any.
-static double mean(const float *depth, int side, int k, int x0, int y0, int x1, int y1, double least[2])
+// Mean of a Chebyshev polynomial over the texels of the map in [x0,x1) x [y0,y1), as far as there
+// are any.
+static double mean(const float *depth, int side, int k, int x0, int y0, int x1, int y1,
+                   double least[2])
 {
     double sum = 0;
     int count = 0;
@@ -44,7 +47,8 @@ static double mean(const float *depth, int side, int k, int x0, int y0, int x1, 
     return count ? sum / count : 0;
 }
 
-// Each texel of a level is one entry less its neighbours: the mean of the texels of the map that it covers.
+// Each texel of a level is one entry less its neighbours: the mean of the texels of the map that it
+// covers.
 static void check_level(const mssm_map *map, const float *depth, int side, int which, int level)
 {
     mssm_texels t;
@@ -57,7 +61,8 @@ static void check_level(const mssm_map *map, const float *depth, int side, int w
     CHECK(t.bytes == all && bytes[all] == 77, "beyond the end");
     const int channels = which ? 2 : 4, shift = which == 2 ? level + 1 : level, texel = 1 << shift;
     const int size = (side + texel - 1) >> shift;
-    CHECK(t.side >= size && t.bytes == (size_t)(t.side * t.side * channels * 4), "side %d, %d bytes", t.side, (int)t.bytes);
+    CHECK(t.side >= size && t.bytes == (size_t)(t.side * t.side * channels * 4),
+          "side %d, %d bytes", t.side, (int)t.bytes);
     const int32_t *table = (const int32_t *)(const void *)bytes;
     const float *depths = (const float *)(const void *)bytes;
     double worst = 0, least[2];
@@ -65,10 +70,11 @@ static void check_level(const mssm_map *map, const float *depth, int side, int w
         for (int x = 0; x < t.side; x++) {
             const int at = y * t.side + x;
             for (int c = 0; c < channels; c++) {
-                const double truth = mean(depth, side, 4 * which + c + 1, x * texel, y * texel, (x + 1) * texel,
-                                          (y + 1) * texel, least);
+                const double truth = mean(depth, side, 4 * which + c + 1, x * texel, y * texel,
+                                          (x + 1) * texel, (y + 1) * texel, least);
                 if (which == 2) {
-                    CHECK(depths[2 * at + c] == (float)least[c], "least depth at (%d, %d) of level %d", x, y, level);
+                    CHECK(depths[2 * at + c] == (float)least[c],
+                          "least depth at (%d, %d) of level %d", x, y, level);
                 } else if (x >= size || y >= size) {
                     CHECK(!table[at * channels + c], "(%d, %d) is beyond the map", x, y);
                 } else {
@@ -76,7 +82,8 @@ static void check_level(const mssm_map *map, const float *depth, int side, int w
                     for (int i = 0; i < 4; i++) {
                         const int left = i & 1, below = i >> 1;
                         if (x < left || y < below) continue;
-                        const uint32_t entry = (uint32_t)table[(at - left - below * t.side) * channels + c];
+                        const uint32_t entry =
+                            (uint32_t)table[(at - left - below * t.side) * channels + c];
                         sum += left != below ? 0u - entry : entry;
                     }
                     worst = fmax(worst, fabs((int32_t)sum / (double)SCALE - truth));
@@ -103,14 +110,17 @@ static void levels_are_the_maps(void)
             int first = 0;
             for (int level = 0; !mssm_map_texels(map, which, level, &t, NULL, 0); level++) {
                 if (!level) first = t.side;
-                CHECK(t.side == first >> level, "level %d of side %d halves to %d", level, first, t.side);
+                CHECK(t.side == first >> level, "level %d of side %d halves to %d", level, first,
+                      t.side);
                 check_level(map, depth, side, which, level);
                 most[which] = level + 1;
             }
             CHECK(t.levels == most[which], "%d levels, %d given", t.levels, most[which]);
-            CHECK(most[which] == 0 || first >> (most[which] - 1) >= 1, "the last level has no texels");
+            CHECK(most[which] == 0 || first >> (most[which] - 1) >= 1,
+                  "the last level has no texels");
         }
-        CHECK(most[0] > 0 && most[2] > 0 && (most[1] > 0) == (moments == 6), "side %d: textures are missing", side);
+        CHECK(most[0] > 0 && most[2] > 0 && (most[1] > 0) == (moments == 6),
+              "side %d: textures are missing", side);
         free(memory);
         free(depth);
     }
@@ -132,14 +142,21 @@ static void bad_arguments_change_nothing(void)
     memcpy(untouched, texels, sizeof texels);
     memcpy(kept, row, sizeof row);
     CHECK(mssm_map_texels(NULL, 0, 0, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT, "no map");
-    CHECK(mssm_map_texels(map, 0, 0, NULL, texels, sizeof texels) == MSSM_ERROR_ARGUMENT, "no info");
-    CHECK(mssm_map_texels(map, -1, 0, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT, "texture -1");
-    CHECK(mssm_map_texels(map, 3, 0, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT, "texture 3");
-    CHECK(mssm_map_texels(map, 1, 0, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT, "moments 5 and 6 of 4");
-    CHECK(mssm_map_texels(map, 0, -1, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT, "level -1");
+    CHECK(mssm_map_texels(map, 0, 0, NULL, texels, sizeof texels) == MSSM_ERROR_ARGUMENT,
+          "no info");
+    CHECK(mssm_map_texels(map, -1, 0, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT,
+          "texture -1");
+    CHECK(mssm_map_texels(map, 3, 0, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT,
+          "texture 3");
+    CHECK(mssm_map_texels(map, 1, 0, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT,
+          "moments 5 and 6 of 4");
+    CHECK(mssm_map_texels(map, 0, -1, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT,
+          "level -1");
     CHECK(mssm_map_texels(map, 0, 2, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT, "level 2");
-    CHECK(mssm_map_texels(map, 2, 5, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT, "least depths, level 5");
-    CHECK(mssm_map_texels(map, 0, 0, &t, texels, 30 * 30 * 16 - 1) == MSSM_ERROR_MEMORY, "a byte too few");
+    CHECK(mssm_map_texels(map, 2, 5, &t, texels, sizeof texels) == MSSM_ERROR_ARGUMENT,
+          "least depths, level 5");
+    CHECK(mssm_map_texels(map, 0, 0, &t, texels, 30 * 30 * 16 - 1) == MSSM_ERROR_MEMORY,
+          "a byte too few");
 
     const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, low[3] = {-1, 0, -1}, high[3] = {1, 1, 1};
     mssm_light light, bad;
@@ -153,7 +170,8 @@ static void bad_arguments_change_nothing(void)
     bad = light;
     bad.world_to_shadow[5] = NAN;
     CHECK(mssm_map_view(map, &bad, NULL, row) == MSSM_ERROR_ARGUMENT, "a matrix with a NaN");
-    CHECK(!memcmp(&t, &same, sizeof t) && !memcmp(texels, untouched, sizeof texels) && !memcmp(row, kept, sizeof row),
+    CHECK(!memcmp(&t, &same, sizeof t) && !memcmp(texels, untouched, sizeof texels) &&
+              !memcmp(row, kept, sizeof row),
           "a failure has left something behind");
     mssm_settings set = {0, MSSM_LAYERED, 0, 0, 0, 0};
     set.max_kernel = 14;
@@ -161,15 +179,18 @@ static void bad_arguments_change_nothing(void)
     float number[28];
     memcpy(number, row, sizeof number);
     CHECK(!memcmp(number, light.world_to_shadow, sizeof light.world_to_shadow), "the matrix");
-    CHECK(number[21] == 30 && number[22] == 7 && !row[23] && !row[24] && row[25] == 2 && !row[26] && !row[27],
+    CHECK(number[21] == 30 && number[22] == 7 && !row[23] && !row[24] && row[25] == 2 && !row[26] &&
+              !row[27],
           "side %g, kernel %g, %d levels", (double)number[21], (double)number[22], row[25]);
     bad = light; // sizes that are no numbers are none, also where shaders read them
     bad.half_u = NAN;
     bad.half_v = bad.extent_u = 0;
     CHECK(!mssm_map_view(map, &bad, &set, row), "view");
     memcpy(number, row, sizeof number);
-    for (int i = 0; i < 23; i++) CHECK(fabsf(number[i]) < 1e30f, "number %d of a spoiled view: %g", i, (double)number[i]);
-    CHECK(number[16] == 0 && number[17] == 0, "kernels of %g and %g", (double)number[16], (double)number[17]);
+    for (int i = 0; i < 23; i++)
+        CHECK(fabsf(number[i]) < 1e30f, "number %d of a spoiled view: %g", i, (double)number[i]);
+    CHECK(number[16] == 0 && number[17] == 0, "kernels of %g and %g", (double)number[16],
+          (double)number[17]);
     free(memory);
     free(depth);
 }

@@ -530,10 +530,10 @@ static void visibility_stays_in_range(void)
 
 // ---- how visibility changes ------------------------------------------------------------------
 
-// Whether rays from all of a grid of points around this one agree: within two texels and a half of a map of
-// 256 there is no edge, or none that so many points show.
-static int is_away_from_edges(const setup *u, const double point[3], const double normal[3], int grid,
-                              uint64_t *state)
+// Whether rays from all of a grid of points around this one agree: within two texels and a half of
+// a map of 256 there is no edge, or none that so many points show.
+static int is_away_from_edges(const setup *u, const double point[3], const double normal[3],
+                              int grid, uint64_t *state)
 {
     double least = 1, most = 0;
     for (int n = 0; n < grid * grid; n++) {
@@ -616,8 +616,8 @@ static int is_inside(const scene *s, const double p[3])
     return 0;
 }
 
-// Along lines on the ground in steps of a quarter texel: the steps of the estimate against those of the
-// truth, and of PCSS, whose temporal error is the bar.
+// Along lines on the ground in steps of a quarter texel: the steps of the estimate against those of
+// the truth, and of PCSS, whose temporal error is the bar.
 static void visibility_does_not_jump(void)
 {
     enum { LINES = 3 };
@@ -807,8 +807,8 @@ static void better_depth_is_not_wasted(void)
     test_note("rms with 1 sample %.4f, 4 samples %.4f, front and back %.4f", one, four, back);
     if (!enough(test_trials(300))) return;
     CHECK(four < one, "4 samples");
-    // Front faces alone have come down from .046 to .035 since back faces were first worth 5% of it, so
-    // what is held here is the error itself.
+    // Front faces alone have come down from .046 to .035 since back faces were first worth 5% of
+    // it, so what is held here is the error itself.
     CHECK(back < one && back < 0.036, "front and back");
 }
 
@@ -838,13 +838,14 @@ static void any_number_of_samples_is_one_map(void)
     setup_free(&one);
 }
 
-// The coarsest level of a small map serves kernels much wider than the map. Its rim stands for as much
-// again on each side, and beside that all is lit; seeing nothing gives 1.
+// The coarsest level of a small map serves kernels much wider than the map. Its rim stands for as
+// much again on each side, and beside that all is lit; seeing nothing gives 1.
 static void kernels_wider_than_the_map_see_all_of_it(void)
 {
     enum { SIDE = 16 };
     static const float receiver[3] = {0, 0, 0.5f};
-    const float kernel = 0.5f * SIDE * 15 * 0.5f; // half of the one that the plate asks for, in texels
+    const float kernel =
+        0.5f * SIDE * 15 * 0.5f; // half of the one that the plate asks for, in texels
     const double expected = 1 - pow(3 * SIDE / (2.0 * (double)kernel), 2);
     for (int moments = 0; moments <= 6; moments += moments ? 2 : 4) {
         const mssm_settings settings = {.moments = moments};
@@ -905,8 +906,9 @@ static void the_choice_of_axes_does_not_matter(void)
     }
 }
 
-// A map of count depths, drawn at random for each texel, under a directional light or a spot. The depths'
-// shares are equal. Directional: depth is linear in -y from -1 to 1; spot: at (0, 5, 0), from 1 to 5 below it.
+// A map of count depths, drawn at random for each texel, under a directional light or a spot. The
+// depths' shares are equal. Directional: depth is linear in -y from -1 to 1; spot: at (0, 5, 0),
+// from 1 to 5 below it.
 static void setup_depths(setup *u, int is_spot, float size, int count, const float *depth,
                          int with_back)
 {
@@ -936,8 +938,9 @@ static double visibility_at_depth(const setup *u, const mssm_settings *settings,
     return visibility(u, settings, point);
 }
 
-// Before a wall that covers everything: lit up to the depth bias, dark from three times as far on, linear
-// between. The bias is 3/4 of a texel's width there; of back faces none, and 2 texels of fading.
+// Before a wall that covers everything: lit up to the depth bias, dark from three times as far on,
+// linear between. The bias is 3/4 of a texel's width there; of back faces none, and 2 texels of
+// fading.
 static void blockers_fade_in_behind_the_bias(void)
 {
     const float wall = -0.2f;
@@ -971,8 +974,8 @@ static void blockers_fade_in_behind_the_bias(void)
     test_note("to %.3f", worst);
 }
 
-// A surface through the receiver lies as much behind it as in front. So what lies behind may light a
-// receiver by its share, and no more.
+// A surface through the receiver lies as much behind it as in front. So what lies behind may light
+// a receiver by its share, and no more.
 static void what_lies_behind_lights_by_its_share_at_most(void)
 {
     for (int is_spot = 0; is_spot < 2; is_spot++) {

@@ -1026,14 +1026,16 @@ static void cubic_huge_and_tiny(void)
     }
 }
 
-// Roots of any size beside each other, down to 1e-28 of the largest, and coefficients up to FLT_MAX.
+// Roots of any size beside each other, down to 1e-28 of the largest, and coefficients up to
+// FLT_MAX.
 static void cubic_roots_far_apart(void)
 {
-    static const float cases[][4] = {{1e3f, -1e19f, 0, FLT_MAX},
-                                     {-1.01062594e-19f, -9.49428891e-18f, 0.99999994f, 3.51274322e-11f},
-                                     {FLT_MAX, 3.1e38f, -FLT_MAX, -3.2e38f},
-                                     {0, 1e-25f, 1, 0},
-                                     {0, 1e-25f, 1, 1e-10f}};
+    static const float cases[][4] = {
+        {1e3f, -1e19f, 0, FLT_MAX},
+        {-1.01062594e-19f, -9.49428891e-18f, 0.99999994f, 3.51274322e-11f},
+        {FLT_MAX, 3.1e38f, -FLT_MAX, -3.2e38f},
+        {0, 1e-25f, 1, 0},
+        {0, 1e-25f, 1, 1e-10f}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) check_cubic(cases[i], 1e-6);
     uint64_t state = 58;
     int tried = 0;
@@ -1042,9 +1044,10 @@ static void cubic_roots_far_apart(void)
         double x[3], most = 0, product[4];
         x[0] = (i & 1 ? -1 : 1) * exp(test_range(&state, log(1e-10), log(1e17)));
         x[1] = (i & 2 ? -1 : 1) * fabs(x[0]) * exp(test_range(&state, log(1e-28), 0));
-        x[2] = i % 3 == 0   ? x[1] * (1 + exp(test_range(&state, log(1e-7), 0)))
-               : i % 3 == 1 ? -x[1] * (1 + test_range(&state, 0, 1e-6))
-                            : (i & 4 ? -1 : 1) * fabs(x[0]) * exp(test_range(&state, log(1e-28), 0));
+        x[2] = i % 3 == 0 ? x[1] * (1 + exp(test_range(&state, log(1e-7), 0)))
+               : i % 3 == 1
+                   ? -x[1] * (1 + test_range(&state, 0, 1e-6))
+                   : (i & 4 ? -1 : 1) * fabs(x[0]) * exp(test_range(&state, log(1e-28), 0));
         if (i % 7 == 0) x[2] = 0;
         product[3] = 1;
         product[2] = -(x[0] + x[1] + x[2]);
@@ -1270,8 +1273,9 @@ static void check_longest_valid_part(int m, int valid, moments b, double varianc
     }
 }
 
-// Symmetric moments with chosen pivots D1 = b2, D2 = b4 - b2^2, D3 = b6 - b4^2/b2. Below half of what the
-// safe bias leaves (docs/moments.md, "Bounds"), with the smaller bias that fits a function, a pivot does not count.
+// Symmetric moments with chosen pivots D1 = b2, D2 = b4 - b2^2, D3 = b6 - b4^2/b2. Below half of
+// what the safe bias leaves (docs/moments.md, "Bounds"), with the smaller bias that fits a
+// function, a pivot does not count.
 static void pivots_below_half_the_bias_do_not_count(void)
 {
     static const double parts[] = {-3, 0, 0.8, 1.25, 2, 4};
@@ -1309,7 +1313,8 @@ static float stored_upper(const mssm_map *map, int m, float z)
     return mssm_map_visibility(map, &light, &s, p);
 }
 
-// The moments that a table holds of these depths: Chebyshev moments rounded to 1/S, less 2.4e-7 of them.
+// The moments that a table holds of these depths: Chebyshev moments rounded to 1/S, less 2.4e-7 of
+// them.
 static void moments_of_table(int count, const float *depth, quad b[7])
 {
     const double scale = floor(2147483647.0 / (27 * 27)) - 5;
@@ -1328,7 +1333,8 @@ static void moments_of_table(int count, const float *depth, quad b[7])
     b[6] = (10 + 15 * t[2] + 6 * t[4] + t[6]) / 32;
 }
 
-// Depths at -outer, -inner, inner and outer, of 4 samples `ends` at each end. Counts how many moments hold.
+// Depths at -outer, -inner, inner and outer, of 4 samples `ends` at each end. Counts how many
+// moments hold.
 static void check_stored(int m, float outer, float inner, int ends, int tried[3])
 {
     enum { samples = 4 };

@@ -13,8 +13,9 @@
 #include "../../mssm.h"
 
 enum { BOUNDS4, BOUNDS6, SHARES, CUBIC, TABLES, VISIBILITY, DISC, LIGHTS, GROUPS };
-static const char *const group_names[GROUPS] = {"bounds, 4", "bounds, 6",  "depths, shares", "cubic roots",
-                                                "tables",    "visibility", "disc",           "lights"};
+static const char *const group_names[GROUPS] = {"bounds, 4",   "bounds, 6", "depths, shares",
+                                                "cubic roots", "tables",    "visibility",
+                                                "disc",        "lights"};
 
 static void put(int group, float x)
 {
@@ -71,14 +72,16 @@ static void put_map(void)
 {
     enum { side = 96 };
     static float depth[side * side];
-    const float direction[3] = {1, 3, 2}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
+    const float direction[3] = {1, 3, 2}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1},
+                high[3] = {1, 1, 1};
     const size_t bytes = mssm_map_bytes(side, 6);
     void *memory = malloc(bytes);
     mssm_map *map;
     mssm_light light;
     for (int i = 0; i < side * side; i++)
         depth[i] = (i / 7 + i / (side * 9)) % 3 ? 1.0f : (float)(i % 50 - 45) / 64;
-    if (!memory || mssm_map_init(&map, memory, bytes, side, 6) || mssm_map_update(map, depth, NULL, 1) ||
+    if (!memory || mssm_map_init(&map, memory, bytes, side, 6) ||
+        mssm_map_update(map, depth, NULL, 1) ||
         mssm_light_directional(&light, direction, axis, 0.25f, 0.125f, low, high))
         exit(2);
     for (int i = 0; i < 16; i++) put(LIGHTS, light.world_to_shadow[i]);
@@ -118,7 +121,8 @@ static void put_probe(void)
         put(LIGHTS, out[i].cos_alpha);
     }
     for (int i = 0; i < 4000; i++) {
-        const float cos_alpha = (float)(number(257) - 128) / 128, cos_theta = (float)(number(257) - 128) / 128;
+        const float cos_alpha = (float)(number(257) - 128) / 128,
+                    cos_theta = (float)(number(257) - 128) / 128;
         put(DISC, lightprobe_disc_irradiance(cos_alpha, cos_theta));
     }
     free(scratch);
@@ -133,7 +137,8 @@ static int compare(const char *this_one, const char *reference)
     for (int i = 0; i < GROUPS; i++) largest[i] = 1;
     while (same && fscanf(b, "%d %lx", &group, &reference_bits) == 2) {
         float x, y;
-        same = fscanf(a, "%d %lx", &other, &bits) == 2 && other == group && group >= 0 && group < GROUPS;
+        same = fscanf(a, "%d %lx", &other, &bits) == 2 && other == group && group >= 0 &&
+               group < GROUPS;
         const uint32_t x_bits = (uint32_t)bits, y_bits = (uint32_t)reference_bits;
         memcpy(&x, &x_bits, sizeof x);
         memcpy(&y, &y_bits, sizeof y);
@@ -141,12 +146,15 @@ static int compare(const char *this_one, const char *reference)
         largest[group] = fmax(largest[group], fabs((double)y));
         if (x_bits == y_bits) continue;
         const double off = fabs((double)x - (double)y);
-        if (!(off <= worst[group]) && worst[group] <= 1e300) worst[group] = off + 1e-30; // NaN stays
+        if (!(off <= worst[group]) && worst[group] <= 1e300)
+            worst[group] = off + 1e-30; // NaN stays
     }
     if (!same) printf(" not the same results |");
     for (int i = 0; i < GROUPS && same; i++) {
-        if (worst[i] > 0 || worst[i] != worst[i]) printf(" %.0e |", worst[i] / largest[i]);
-        else printf(" = |");
+        if (worst[i] > 0 || worst[i] != worst[i])
+            printf(" %.0e |", worst[i] / largest[i]);
+        else
+            printf(" = |");
     }
     printf("\n");
     return !same;

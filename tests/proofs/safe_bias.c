@@ -243,9 +243,9 @@ static budget decoded_error(const char *name)
     return e;
 }
 
-// A texel of a coarser level is the rounded mean of four of the level below: another half unit a level
-// at worst, where all of them fall the same way in every texel of a nearly flat region. The header's
-// constants are for level 0.
+// A texel of a coarser level is the rounded mean of four of the level below: another half unit a
+// level at worst, where all of them fall the same way in every texel of a nearly flat region. The
+// header's constants are for level 0.
 static void add_levels(budget *e)
 {
     for (int k = 1; k <= 6; k++) e->chebyshev[k] += 4 * 0.5 / 2945788;

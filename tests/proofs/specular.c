@@ -1,18 +1,19 @@
 // Fits the numbers of lightprobe_specular_lobe, and fails when lightprobe.h has others.
 //     make specular    or    build/release/specular [print]
 //
-// Reflected radiance of GGX with height-correlated Smith shadowing is a distribution of directions of
-// light, times what it sums up to. The distribution is fitted by a cosine that a matrix has transformed (Heitz,
-// Dupuy, Hill and Neubelt: Real-Time Polygonal-Light Shading with Linearly Transformed Cosines, 2016), of the
-// matrices that leave the horizon where it is:
+// Reflected radiance of GGX with height-correlated Smith shadowing is a distribution of directions
+// of light, times what it sums up to. The distribution is fitted by a cosine that a matrix has
+// transformed (Heitz, Dupuy, Hill and Neubelt: Real-Time Polygonal-Light Shading with Linearly
+// Transformed Cosines, 2016), of the matrices that leave the horizon where it is:
 //     x' = along x - shear z,   y' = across y,   z' = 2 alpha z
-// in axes away from the viewer (x) and along the normal (z). A small alpha has along = cos^2, across = 1,
-// shear = sin cos: GGX's distribution of half vectors is itself a transformed cosine, and a mirror doubles
-// its angles. What a larger alpha adds is alpha times a polynomial of alpha and r = cos / (cos + alpha),
-// of degree 3 in each: all depends on cos / alpha near grazing. Levenberg and Marquardt's method minimises the
-// squared difference of the distributions, over the root of GGX's, for all roughnesses and angles; without the
-// root tails are worse by far, over GGX itself peaks are. The sums, with and without Schlick's (1 - cos)^5, are
-// fitted by linear least squares. "print" prints the numbers for lightprobe.h, "table" those of the docs.
+// in axes away from the viewer (x) and along the normal (z). A small alpha has along = cos^2,
+// across = 1, shear = sin cos: GGX's distribution of half vectors is itself a transformed cosine,
+// and a mirror doubles its angles. What a larger alpha adds is alpha times a polynomial of alpha
+// and r = cos / (cos + alpha), of degree 3 in each: all depends on cos / alpha near grazing.
+// Levenberg and Marquardt's method minimises the squared difference of the distributions, over the
+// root of GGX's, for all roughnesses and angles; without the root tails are worse by far, over GGX
+// itself peaks are. The sums, with and without Schlick's (1 - cos)^5, are fitted by linear least
+// squares. "print" prints the numbers for lightprobe.h, "table" those of the docs.
 #include "../../lightprobe.h"
 #include "../support/test.h"
 
@@ -21,12 +22,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ALPHAS = 14, ANGLES = 16, NODES = ALPHAS * ANGLES, SIDE = 32, FINE = 192, TERMS = 16, SHAPE = 3 * TERMS };
+enum {
+    ALPHAS = 14,
+    ANGLES = 16,
+    NODES = ALPHAS * ANGLES,
+    SIDE = 32,
+    FINE = 192,
+    TERMS = 16,
+    SHAPE = 3 * TERMS
+};
 static const double PI = 3.14159265358979323846;
 
 typedef struct sample {
     double light[3];
-    double value, density; // of the distribution; of samples, in a node what differences are divided by
+    double value,
+        density; // of the distribution; of samples, in a node what differences are divided by
 } sample;
 
 typedef struct node {
@@ -38,12 +48,13 @@ typedef struct node {
 
 static node nodes[NODES];
 
-// A half vector drawn by GGX, the light's direction by it, the BRDF times cosine and the density of drawing.
-// False if no light comes from there.
+// A half vector drawn by GGX, the light's direction by it, the BRDF times cosine and the density of
+// drawing. False if no light comes from there.
 static int draw(double alpha, double cosine, double u, double v, sample *s, double *half_cosine)
 {
     const double sine = sqrt(1 - cosine * cosine), a2 = alpha * alpha, phi = PI * v;
-    const double hz = sqrt((1 - u) / (1 - u + a2 * u)), hr = sqrt(1 - hz * hz), hx = hr * cos(phi), hy = hr * sin(phi);
+    const double hz = sqrt((1 - u) / (1 - u + a2 * u)), hr = sqrt(1 - hz * hz), hx = hr * cos(phi),
+                 hy = hr * sin(phi);
     const double along = cosine * hz - sine * hx; // the viewer is at x = -sine
     const double l[3] = {2 * along * hx + sine, 2 * along * hy, 2 * along * hz - cosine};
     if (along <= 0 || l[2] <= 0) return 0;
@@ -64,14 +75,17 @@ static void make_node(node *o, double alpha, double cosine)
     o->alpha = alpha;
     o->cosine = cosine;
     for (int i = 0; i < FINE * FINE; i++) {
-        if (!draw(alpha, cosine, (i / FINE + 0.5) / FINE, (i % FINE + 0.5) / FINE, &s, &half)) continue;
+        if (!draw(alpha, cosine, (i / FINE + 0.5) / FINE, (i % FINE + 0.5) / FINE, &s, &half))
+            continue;
         o->whole += s.value / s.density / (FINE * FINE);
         o->schlick += s.value / s.density / (FINE * FINE) * pow(1 - half, 5);
     }
     for (int i = 0; i < SIDE * SIDE; i++) {
-        if (!draw(alpha, cosine, (i / SIDE + 0.5) / SIDE, (i % SIDE + 0.5) / SIDE, &s, &half)) continue;
+        if (!draw(alpha, cosine, (i / SIDE + 0.5) / SIDE, (i % SIDE + 0.5) / SIDE, &s, &half))
+            continue;
         s.value /= o->whole;
-        s.density = pow(s.density, 0.75); // one power for the mean, half of one so that peaks count more
+        s.density =
+            pow(s.density, 0.75); // one power for the mean, half of one so that peaks count more
         o->s[o->count++] = s;
         square += pow(s.value / s.density, 2);
     }
@@ -190,8 +204,10 @@ static void fit_node(const node *o, double g[3])
     }
 }
 
-// Least squares of a polynomial over all nodes: of what each node should have and how much it weighs.
-static void fit_terms(const double *wanted, const double *weight, const double *factor, double c[TERMS])
+// Least squares of a polynomial over all nodes: of what each node should have and how much it
+// weighs.
+static void fit_terms(const double *wanted, const double *weight, const double *factor,
+                      double c[TERMS])
 {
     double a[TERMS * TERMS] = {0}, t[TERMS];
     memset(c, 0, TERMS * sizeof *c);
@@ -199,7 +215,8 @@ static void fit_terms(const double *wanted, const double *weight, const double *
         terms(&nodes[i], t);
         for (int k = 0; k < TERMS; k++) {
             c[k] += weight[i] * factor[i] * t[k] * wanted[i];
-            for (int m = 0; m < TERMS; m++) a[k * TERMS + m] += weight[i] * factor[i] * factor[i] * t[k] * t[m];
+            for (int m = 0; m < TERMS; m++)
+                a[k * TERMS + m] += weight[i] * factor[i] * factor[i] * t[k] * t[m];
         }
     }
     solve(TERMS, a, c);
@@ -231,7 +248,8 @@ static void add_node(const node *o, const double *c, double *a, double *b)
     for (int k = 0; k < SHAPE; k++) {
         b[k] += o->alpha * jr[k / TERMS] * t[k % TERMS];
         for (int m = 0; m < SHAPE; m++)
-            a[k * SHAPE + m] += o->alpha * o->alpha * jj[k / TERMS * 3 + m / TERMS] * t[k % TERMS] * t[m % TERMS];
+            a[k * SHAPE + m] +=
+                o->alpha * o->alpha * jj[k / TERMS * 3 + m / TERMS] * t[k % TERMS] * t[m % TERMS];
     }
 }
 
@@ -246,7 +264,8 @@ static void fit_shape(double c[SHAPE])
         for (; damping < 1e12; damping *= 4) {
             memcpy(damped, a, sizeof a);
             memcpy(step, b, sizeof b);
-            for (int k = 0; k < SHAPE; k++) damped[k * SHAPE + k] += damping * (a[k * SHAPE + k] + 1e-9);
+            for (int k = 0; k < SHAPE; k++)
+                damped[k * SHAPE + k] += damping * (a[k * SHAPE + k] + 1e-9);
             solve(SHAPE, damped, step);
             for (int k = 0; k < SHAPE; k++) step[k] += c[k];
             const double next = all_difference(step);
@@ -258,7 +277,6 @@ static void fit_shape(double c[SHAPE])
         }
     }
 }
-
 
 // ---- Against the header
 
@@ -287,7 +305,8 @@ static void print(const char *name, const double *c)
 {
     printf("    float %s = lightprobe_cubic(\n        a", name);
     for (int i = 0; i < 4; i++, c += 4)
-        printf(",%slightprobe_cubic(r, %.5gf, %.5gf, %.5gf, %.5gf)", i == 0 ? " " : "\n        ", c[0], c[1], c[2], c[3]);
+        printf(",%slightprobe_cubic(r, %.5gf, %.5gf, %.5gf, %.5gf)", i == 0 ? " " : "\n        ",
+               c[0], c[1], c[2], c[3]);
     printf(");\n");
 }
 
@@ -312,7 +331,8 @@ static int check_header(const double *shape, const double *whole, const double *
         const double fresnel = lobe.fresnel + pow(1 - sqrt(0.5 + 0.5 * to_viewer), 5);
         worst = fmax(worst, fmax(fabs(lobe.along / g[0] - 1), fabs(lobe.across / g[2] - 1)));
         worst = fmax(worst, fabs(lobe.shear - sine * g[1]) / (g[1] + sine));
-        sums = fmax(sums, fmax(fabs(lobe.whole - fmin(e, 1)), fabs(fresnel * (lobe.whole + 1e-3) - b)));
+        sums = fmax(sums,
+                    fmax(fabs(lobe.whole - fmin(e, 1)), fabs(fresnel * (lobe.whole + 1e-3) - b)));
     }
     printf("lightprobe.h against the fit: matrix %.1e, sums %.1e\n", worst, sums);
     return worst < 1e-3 && sums < 1e-4;
@@ -320,7 +340,8 @@ static int check_header(const double *shape, const double *whole, const double *
 
 // ---- Against rays, on area lights
 
-// A rectangle of tangent t about where a mirror would show one, the normal being z and the viewer at x < 0.
+// A rectangle of tangent t about where a mirror would show one, the normal being z and the viewer
+// at x < 0.
 static lightprobe_light random_light(uint64_t *seed, double alpha, double angle, double t)
 {
     lightprobe_light l;
@@ -328,7 +349,8 @@ static lightprobe_light random_light(uint64_t *seed, double alpha, double angle,
     const double aside = test_range(seed, -1, 1) * off, turn = test_range(seed, 0, PI);
     const double d[3] = {sin(phi) * cos(aside), sin(aside), cos(phi) * cos(aside)};
     const double e[3] = {cos(phi), 0, -sin(phi)};
-    const double f[3] = {d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]};
+    const double f[3] = {d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2],
+                         d[0] * e[1] - d[1] * e[0]};
     memset(&l, 0, sizeof l);
     for (int i = 0; i < 3; i++) {
         l.direction[i] = (float)d[i];
@@ -362,7 +384,8 @@ static int hits(const lightprobe_light *l, const double *ray, int disc)
     double u, v;
     if (disc) return c > l->cos_alpha;
     solid_angle(l, &u, &v);
-    return away > 0 && fabs(inner(l->axis_u, ray)) < u * away && fabs(inner(l->axis_v, ray)) < v * away;
+    return away > 0 && fabs(inner(l->axis_u, ray)) < u * away &&
+           fabs(inner(l->axis_v, ray)) < v * away;
 }
 
 // Radiance to the viewer of a light of radiance 1 by rays drawn by GGX, for f0 1 and 0.04.
@@ -373,8 +396,10 @@ static void trace(const lightprobe_light *l, double alpha, double cosine, int di
     for (int i = 0; i < rays * rays; i++) {
         sample s;
         double half;
-        const double part = (i % rays + 0.5) / rays * 2; // both halves: light need not be symmetrical
-        if (!draw(alpha, cosine, (i / rays + 0.5) / rays, part > 1 ? 2 - part : part, &s, &half)) continue;
+        const double part =
+            (i % rays + 0.5) / rays * 2; // both halves: light need not be symmetrical
+        if (!draw(alpha, cosine, (i / rays + 0.5) / rays, part > 1 ? 2 - part : part, &s, &half))
+            continue;
         if (part > 1) s.light[1] = -s.light[1];
         if (!hits(l, s.light, disc)) continue;
         const double part_of = s.value / s.density / (rays * rays), fresnel = pow(1 - half, 5);
@@ -390,7 +415,8 @@ static void measure(double alpha, double low, double high, int disc, double rms[
     double wrong[2] = {0}, right[2] = {0};
     uint64_t seed = 1;
     for (int i = 0; i < 400; i++) {
-        const double angle = test_range(&seed, low, high) * PI / 180, t = pow(10, test_range(&seed, -1.5, 0));
+        const double angle = test_range(&seed, low, high) * PI / 180,
+                     t = pow(10, test_range(&seed, -1.5, 0));
         const float view[3] = {(float)-sin(angle), 0, (float)cos(angle)};
         const lightprobe_lobe lobe = lightprobe_specular_lobe(up, view, (float)alpha, f0);
         lightprobe_light l = random_light(&seed, alpha, angle, t);
@@ -416,8 +442,10 @@ static void measure(double alpha, double low, double high, int disc, double rms[
 // In percent; f0 1 and 0.04.
 static void table(void)
 {
-    static const double alphas[] = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1}, angles[] = {0, 40, 70, 85};
-    printf("| alpha | 0 to 40 degrees | 40 to 70 | 70 to 85 | largest | discs |\n|---|---|---|---|---|---|\n");
+    static const double alphas[] = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1},
+                        angles[] = {0, 40, 70, 85};
+    printf(
+        "| alpha | 0 to 40 degrees | 40 to 70 | 70 to 85 | largest | discs |\n|---|---|---|---|---|---|\n");
     for (int i = 0; i < 8; i++) {
         double rms[2], worst = 0;
         printf("| %g |", alphas[i]);

@@ -1,5 +1,6 @@
-// Light shafts on the CPU: the moment math of single scattering against plain geometry, and the whole way
-// from a depth map to the light along a view ray against closed forms and against marching.
+// Light shafts on the CPU: the moment math of single scattering against plain geometry, and the
+// whole way from a depth map to the light along a view ray against closed forms and against
+// marching.
 #include "../../examples/common/raytrace.h"
 #include "../../examples/common/shafts.h"
 #include "../support/test.h"
@@ -316,7 +317,8 @@ static void compare_times(const shafts_march *march, const camera *eye)
               march->steps, 1e6 * seconds[1], (double)sum / RAYS / 2);
 }
 
-// The depth map that the truth marches through is the scene: by rays towards the sun from every step.
+// The depth map that the truth marches through is the scene: by rays towards the sun from every
+// step.
 static double rays_against_map(const bvh *tree, const shafts_march *m, const camera *eye,
                                const float to_sun[3])
 {
@@ -499,9 +501,11 @@ static void bad_arguments_are_refused(void)
     memset(bad, 0, sizeof bad);
     CHECK(mssm_scattering_init(&s, &light, at, bad, 0.1f), "no directions");
     const float upwards[12] = {-0.1f, 1, 0.1f, 0.1f, 1, 0.1f, 0.1f, 1, -0.1f, -0.1f, 1, -0.1f};
-    CHECK(mssm_scattering_init(&s, &light, at, upwards, 2e38f), "ten times the extinction leaves float");
+    CHECK(mssm_scattering_init(&s, &light, at, upwards, 2e38f),
+          "ten times the extinction leaves float");
     flat = light;
-    for (int i = 0; i < 3; i++) flat.world_to_shadow[4 * i] = flat.world_to_shadow[4 * i + 1] = 3e38f;
+    for (int i = 0; i < 3; i++)
+        flat.world_to_shadow[4 * i] = flat.world_to_shadow[4 * i + 1] = 3e38f;
     CHECK(mssm_scattering_init(&s, &flat, low, corners, 0.1f), "slopes beyond float");
     CHECK(!memcmp(&s, &before, sizeof s), "touched");
     for (int i = 1; i < 4; i++) memcpy(corners + 3 * i, corners, 3 * sizeof *corners);

@@ -165,9 +165,9 @@ static void float_tables(finding *f)
     f->holds = ours < 2e-6;
 }
 
-// A map all at depth -.5, kernels of 20 x 20 around its border and past it. The rim stands for as much
-// of what lies outside as the kernel has inside, the rest is depth 1; a table that clamps coordinates
-// instead reads nothing there and divides by everything.
+// A map all at depth -.5, kernels of 20 x 20 around its border and past it. The rim stands for as
+// much of what lies outside as the kernel has inside, the rest is depth 1; a table that clamps
+// coordinates instead reads nothing there and divides by everything.
 static void map_edges(finding *f)
 {
     depth_map m = new_map(64, 6);

@@ -138,8 +138,7 @@ static int beyond_limits(results *r)
         const double bias = (double)plan_alpha(&r->p, safe_of(r), method, m, format);
         // Of few queries 99.9% are all of them.
         const int bad = (g.samples >= 10000 && g.error[2] > limit_999[format]) ||
-                        g.error[3] > limit_max[format] || g.dark > bias + 6e-8 ||
-                        g.unrepaired > 0;
+                        g.error[3] > limit_max[format] || g.dark > bias + 6e-8 || g.unrepaired > 0;
         if (bad)
             printf("beyond its limits: %s, %d, %s\n", methods[method].name, m,
                    format_names[format]);
@@ -178,16 +177,16 @@ static int write_minute(FILE *f, results *r)
             100 * published.failures / published.queries, 100 * bare.failures / bare.queries,
             100 * inverse.failures / inverse.queries, 100 * paper[0].failures / paper[0].queries,
             100 * paper[1].failures / paper[1].queries, 100 * paper[2].failures / paper[2].queries);
-    fprintf(f,
-            "- **Error of the bounds** against `__float128` at the safe bias, 99.9%% of queries / "
-            "the worst of them:\n\n"
-            "| storage | moments | safe bias | mssm.h | published | inverse of the moment matrix | "
-            "LU of both systems | divided differences | paper: inverse of the weights | paper: LU | "
-            "paper: QR |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+    fprintf(
+        f, "- **Error of the bounds** against `__float128` at the safe bias, 99.9%% of queries / "
+           "the worst of them:\n\n"
+           "| storage | moments | safe bias | mssm.h | published | inverse of the moment matrix | "
+           "LU of both systems | divided differences | paper: inverse of the weights | paper: LU | "
+           "paper: QR |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (int i = 0; i < 2 * OWN_FORMATS; i++) {
-        static const int shown[] = {METHOD_BOUNDS,        METHOD_PUBLISHED, METHOD_INVERSE,
-                                    METHOD_LU,            METHOD_NEWTON,    METHOD_PAPER_INVERSE,
-                                    METHOD_PAPER_LU,      METHOD_PAPER_QR};
+        static const int shown[] = {METHOD_BOUNDS,   METHOD_PUBLISHED, METHOD_INVERSE,
+                                    METHOD_LU,       METHOD_NEWTON,    METHOD_PAPER_INVERSE,
+                                    METHOD_PAPER_LU, METHOD_PAPER_QR};
         const int m = i % 2 ? 6 : 4, format = i / 2;
         fprintf(f, "| %s | %d | %.3g |", format_titles[format], m,
                 (double)safe_bias(m, format, VECTOR_OURS));
@@ -271,10 +270,10 @@ static void write_storage(FILE *f, results *r)
 static void write_families(FILE *f, results *r)
 {
     enum { SHOWN = 11 };
-    static const int shown[SHOWN] = {METHOD_BOUNDS,        METHOD_POINTS,   METHOD_PUBLISHED,
-                                     METHOD_CHOLESKY,      METHOD_INVERSE,  METHOD_LU,
-                                     METHOD_NEWTON,        METHOD_CUBIC,    METHOD_PAPER_INVERSE,
-                                     METHOD_PAPER_LU,      METHOD_PAPER_QR};
+    static const int shown[SHOWN] = {METHOD_BOUNDS,   METHOD_POINTS,  METHOD_PUBLISHED,
+                                     METHOD_CHOLESKY, METHOD_INVERSE, METHOD_LU,
+                                     METHOD_NEWTON,   METHOD_CUBIC,   METHOD_PAPER_INVERSE,
+                                     METHOD_PAPER_LU, METHOD_PAPER_QR};
     static const char *const about[FAMILY_COUNT] = {"one depth anywhere",
                                                     "one depth, exactly -1, 0 or 1",
                                                     "a plane, 1e-4 to 1 steep",

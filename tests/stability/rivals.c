@@ -1,8 +1,8 @@
 // The published algorithm and its variants, from their descriptions (Peters, GDC Europe 2016, bonus
 // slides "Computing the bounds"): solve B c = (1, z, z^2...) with B the matrix of moments; the
 // roots of the polynomial c are the other depths; the shares follow from as many linear equations
-// as there are depths. They differ in how the two systems and the polynomial are solved. All in float32,
-// without any repair.
+// as there are depths. They differ in how the two systems and the polynomial are solved. All in
+// float32, without any repair.
 #include "../support/published_moments.h"
 #include "methods.h"
 
@@ -164,7 +164,8 @@ static void solve_qr(int size, float A[4][4], const float right[4], float c[4])
         for (int j = k; j <= size; j++) { // the last column is the right side
             float along = 0;
             for (int i = k; i < size; i++) along += v[i] * (j < size ? A[i][j] : c[i]);
-            for (int i = k; i < size; i++) *(j < size ? &A[i][j] : &c[i]) -= 2 * along / squared * v[i];
+            for (int i = k; i < size; i++)
+                *(j < size ? &A[i][j] : &c[i]) -= 2 * along / squared * v[i];
         }
     }
     for (int i = size - 1; i >= 0; i--) {

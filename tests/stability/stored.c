@@ -151,14 +151,10 @@ stored patch_store(const patch *p, int format)
 static float customary_bias(int m, int format)
 {
     switch (format) {
-    case FORMAT_FLOAT32:
-        return m == 4 ? 2.4e-6f : 2.1e-5f;
-    case FORMAT_UNORM16:
-        return m == 4 ? 6.0e-5f : 6.5e-5f;
-    case FORMAT_FILTERED:
-        return m == 4 ? 1.2e-4f : 2.0e-4f;
-    default:
-        return m == 4 ? 3.4e-6f : 1.4e-5f;
+    case FORMAT_FLOAT32: return m == 4 ? 2.4e-6f : 2.1e-5f;
+    case FORMAT_UNORM16: return m == 4 ? 6.0e-5f : 6.5e-5f;
+    case FORMAT_FILTERED: return m == 4 ? 1.2e-4f : 2.0e-4f;
+    default: return m == 4 ? 3.4e-6f : 1.4e-5f;
     }
 }
 
@@ -166,14 +162,10 @@ float safe_bias(int m, int format, int vector)
 {
     if (vector == VECTOR_CUSTOMARY) return customary_bias(m, format);
     switch (format) {
-    case FORMAT_FLOAT32:
-        return m == 4 ? MSSM_BIAS4_FLOAT32 : MSSM_BIAS6_FLOAT32;
-    case FORMAT_UNORM16:
-        return m == 4 ? MSSM_BIAS4_UNORM16 : MSSM_BIAS6_UNORM16;
-    case FORMAT_FILTERED:
-        return m == 4 ? MSSM_BIAS4_UNORM16_FILTERED : MSSM_BIAS6_UNORM16_FILTERED;
-    default:
-        return m == 4 ? MSSM_BIAS4_DECODED : MSSM_BIAS6_DECODED;
+    case FORMAT_FLOAT32: return m == 4 ? MSSM_BIAS4_FLOAT32 : MSSM_BIAS6_FLOAT32;
+    case FORMAT_UNORM16: return m == 4 ? MSSM_BIAS4_UNORM16 : MSSM_BIAS6_UNORM16;
+    case FORMAT_FILTERED: return m == 4 ? MSSM_BIAS4_UNORM16_FILTERED : MSSM_BIAS6_UNORM16_FILTERED;
+    default: return m == 4 ? MSSM_BIAS4_DECODED : MSSM_BIAS6_DECODED;
     }
 }
 

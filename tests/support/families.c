@@ -131,9 +131,7 @@ void family_patch(int family, int side, uint64_t *state, float *depth)
     case FAMILY_EXACT:
     case FAMILY_SLOPE:
     case FAMILY_EDGE:
-    case FAMILY_OUTLIER:
-        surfaces(family, side, state, depth);
-        break;
+    case FAMILY_OUTLIER: surfaces(family, side, state, depth); break;
     case FAMILY_TWO:
     case FAMILY_CLOSE:
         if (below(state, 2)) {
@@ -142,9 +140,7 @@ void family_patch(int family, int side, uint64_t *state, float *depth)
         }
         layers(family, side * side, state, depth);
         break;
-    default:
-        layers(family, side * side, state, depth);
-        break;
+    default: layers(family, side * side, state, depth); break;
     }
 }
 
@@ -158,17 +154,14 @@ float family_receiver(int kind, int count, const float *depth, uint64_t *state)
         high = (double)depth[i] > high ? (double)depth[i] : high;
     }
     switch (kind) {
-    case RECEIVER_ON_DEPTH:
-        return z;
-    case RECEIVER_NEAR:
-        return (float)((double)z + sign * log_range(state, 1e-7, 3e-2));
+    case RECEIVER_ON_DEPTH: return z;
+    case RECEIVER_NEAR: return (float)((double)z + sign * log_range(state, 1e-7, 3e-2));
     case RECEIVER_HULL:
         return (float)(sign > 0 ? high + log_range(state, 1e-7, 1e-2)
                                 : low - log_range(state, 1e-7, 1e-2));
     case RECEIVER_FAR:
         return (float)(sign > 0 ? family_range(state, high, 1.5) : family_range(state, -1.5, low));
-    default:
-        return (float)family_range(state, -1, 1);
+    default: return (float)family_range(state, -1, 1);
     }
 }
 

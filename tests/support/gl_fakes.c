@@ -181,7 +181,7 @@ TYPED_OBJECTS(FAKE_TYPED)
 #define STORAGE(X)                                                                              \
     X(NamedBufferStorage, (GLuint b, GLsizeiptr n, const void *data, GLbitfield f),             \
       (b, n, data, f))                                                                          \
-    X(BufferStorage, (GLenum t, GLsizeiptr n, const void *data, GLbitfield f), (t, n, data, f))  \
+    X(BufferStorage, (GLenum t, GLsizeiptr n, const void *data, GLbitfield f), (t, n, data, f)) \
     X(TextureStorage2D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h), (t, l, f, w, h)) \
     X(TextureStorage3D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h, GLsizei d),       \
       (t, l, f, w, h, d))                                                                       \
@@ -337,7 +337,7 @@ enum { NUM_EXTENSIONS = 0x821D, EXTENSIONS = 0x1F03, DEPTH_BOUNDS_TEST = 0x8890 
 static const unsigned char *GL_CALL fake_GetStringi(GLenum name, GLuint index)
 {
     static const unsigned char bounds[] = "GL_EXT_depth_bounds_test";
-    const unsigned char *(GL_CALL *GetStringi)(GLenum, GLuint);
+    const unsigned char *(GL_CALL * GetStringi)(GLenum, GLuint);
     const gl_fakes_function f = gl_context_function("glGetStringi");
     GLint count = 0;
     memcpy(&GetStringi, &f, sizeof f);
@@ -347,19 +347,24 @@ static const unsigned char *GL_CALL fake_GetStringi(GLenum name, GLuint index)
 
 static GLboolean GL_CALL fake_IsEnabled(GLenum name)
 {
-    return fakes.depth_bounds && name == DEPTH_BOUNDS_TEST ? fakes.depth_bounds == 2 : gl.IsEnabled(name);
+    return fakes.depth_bounds && name == DEPTH_BOUNDS_TEST ? fakes.depth_bounds == 2
+                                                           : gl.IsEnabled(name);
 }
 
 static void GL_CALL fake_Enable(GLenum name)
 {
-    if (fakes.depth_bounds && name == DEPTH_BOUNDS_TEST) fakes.depth_bounds = 2;
-    else gl.Enable(name);
+    if (fakes.depth_bounds && name == DEPTH_BOUNDS_TEST)
+        fakes.depth_bounds = 2;
+    else
+        gl.Enable(name);
 }
 
 static void GL_CALL fake_Disable(GLenum name)
 {
-    if (fakes.depth_bounds && name == DEPTH_BOUNDS_TEST) fakes.depth_bounds = 1;
-    else gl.Disable(name);
+    if (fakes.depth_bounds && name == DEPTH_BOUNDS_TEST)
+        fakes.depth_bounds = 1;
+    else
+        gl.Disable(name);
 }
 
 static void GL_CALL fake_GetIntegerv(GLenum name, GLint *value)
@@ -384,14 +389,15 @@ static const unsigned char *GL_CALL fake_GetString(GLenum name)
     return (const unsigned char *)fakes.version;
 }
 
-// Calls that Intel's driver for Windows takes without a word and does not carry out: Magnum's list of
-// driver workarounds, "intel-windows-...", and voxy's issue 656.
+// Calls that Intel's driver for Windows takes without a word and does not carry out: Magnum's list
+// of driver workarounds, "intel-windows-...", and voxy's issue 656.
 static bool is_silent(const char *name)
 {
     static const char *const ends[] = {
-        "ClearNamedFramebufferfv", "NamedBufferStorage",       "NamedBufferSubData",         "BindTextureUnit",
-        "BlitNamedFramebuffer",    "CopyNamedBufferSubData",   "GetTextureParameteriv",      "MapNamedBufferRange",
-        "FlushMappedNamedBuffer",  "GetTextureLevelParameter", "ClearNamedBufferData",       "NamedBufferData"};
+        "ClearNamedFramebufferfv",  "NamedBufferStorage",   "NamedBufferSubData",
+        "BindTextureUnit",          "BlitNamedFramebuffer", "CopyNamedBufferSubData",
+        "GetTextureParameteriv",    "MapNamedBufferRange",  "FlushMappedNamedBuffer",
+        "GetTextureLevelParameter", "ClearNamedBufferData", "NamedBufferData"};
     for (int i = 0; i < (int)(sizeof ends / sizeof *ends); i++) {
         if (!strncmp(name + 2, ends[i], strlen(ends[i]))) return true;
     }

@@ -66,8 +66,8 @@ void gl_fakes_forget_living(void); // their context is gone
 
 int gl_fakes_living_memory(void);
 
-// Level l's table of a CPU map: (size + 1)^2 entries of `moments` channels with a first row and column
-// of zeros, size 0 past the last level.
+// Level l's table of a CPU map: (size + 1)^2 entries of `moments` channels with a first row and
+// column of zeros, size 0 past the last level.
 const uint32_t *gl_fakes_map_table(const mssm_map *map, int level, int *size);
 // The level of a kernel of that width in texels.
 int gl_fakes_level_of(float width, int levels);

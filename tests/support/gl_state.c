@@ -506,8 +506,8 @@ static void bind_everything(const gl_unusual *u)
     gl.ActiveTexture(GL_TEXTURE0 + 3);
 }
 
-// Numbers that are not the usual ones; usual restores those of a new context. stencil: all bits of a
-// stencil mask, of which drivers keep as many as they like.
+// Numbers that are not the usual ones; usual restores those of a new context. stencil: all bits of
+// a stencil mask, of which drivers keep as many as they like.
 static void set_numbers(bool usual, const gl_unusual *u)
 {
     static const GLenum pack[] = {
@@ -526,7 +526,8 @@ static void set_numbers(bool usual, const gl_unusual *u)
     gl.ClearDepth(usual ? 1 : 0);
     gl.DepthRange(usual ? 0 : 1, usual ? 1 : 0);
     gl.ClearColor(usual ? 0 : 0.25f, usual ? 0 : 0.5f, 0, 0);
-    gl.StencilFunc(usual ? GL_ALWAYS : GL_NEVER, usual ? 0 : 1, usual ? u->stencil : 0x7Fu); // never
+    gl.StencilFunc(usual ? GL_ALWAYS : GL_NEVER, usual ? 0 : 1,
+                   usual ? u->stencil : 0x7Fu); // never
     gl.StencilOp(usual ? GL_KEEP : GL_REPLACE, GL_KEEP, GL_KEEP);
     gl.StencilMask(usual ? u->stencil : 0x3Fu);
     gl.CullFace(usual ? GL_BACK : GL_FRONT_AND_BACK); // both

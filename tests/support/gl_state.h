@@ -21,17 +21,17 @@ typedef struct gl_state {
 void gl_state_take(gl_state *s);
 void gl_state_free(gl_state *s);
 
-// Number of differences whose names are not among the words of `allowed` (may be null; "VIEWPORT" allows
-// all that VIEWPORT[0] does one of); the first few go to text, which holds size characters.
+// Number of differences whose names are not among the words of `allowed` (may be null; "VIEWPORT"
+// allows all that VIEWPORT[0] does one of); the first few go to text, which holds size characters.
 int gl_state_differences(const gl_state *before, const gl_state *after, const char *allowed,
                          char *text, int size);
 
 // The value of an entry, or null. Names are those above.
 const gl_state_entry *gl_state_find(const gl_state *s, const char *name);
 
-// A caller from hell: every piece of state that has a usual value gets another one, and every binding
-// point an object. Made by gl_state_make_unusual, undone with all objects by gl_state_make_usual,
-// which leaves the context as a new one is.
+// A caller from hell: every piece of state that has a usual value gets another one, and every
+// binding point an object. Made by gl_state_make_unusual, undone with all objects by
+// gl_state_make_usual, which leaves the context as a new one is.
 typedef struct gl_unusual {
     GLuint textures[5], samplers[2], buffers[2], arrays[2], framebuffers[2], renderbuffer;
     GLuint pipeline, feedback, query, program, stencil;

@@ -23,8 +23,10 @@ bool gl_test_begin(gl_context *c)
         void (*const f)(void) = gl_context_function("eglGetCurrentContext");
         memcpy(&current, &f, sizeof f);
         made_by_egl = f && current();
-        const char *renderer = getenv("TEST_RENDERER"), *is = (const char *)gl.GetString(GL_RENDERER);
-        CHECK(!renderer || (is && strstr(is, renderer)), "the renderer is %s, not %s", is ? is : "none", renderer);
+        const char *renderer = getenv("TEST_RENDERER"),
+                   *is = (const char *)gl.GetString(GL_RENDERER);
+        CHECK(!renderer || (is && strstr(is, renderer)), "the renderer is %s, not %s",
+              is ? is : "none", renderer);
         return true;
     }
     CHECK(!getenv("TEST_REQUIRE_GL"), "TEST_REQUIRE_GL is set, but %s", why);
@@ -55,7 +57,8 @@ bool gl_test_share(const gl_context *c, gl_context *shared)
 bool gl_test_make_current(const gl_context *c)
 {
     unsigned (*make_current)(void *display, void *draw, void *read, void *context);
-    return egl_function(&make_current, "eglMakeCurrent") && make_current(c->display, NULL, NULL, c->context);
+    return egl_function(&make_current, "eglMakeCurrent") &&
+           make_current(c->display, NULL, NULL, c->context);
 }
 
 void gl_test_unshare(gl_context *shared)
@@ -68,7 +71,8 @@ GLuint gl_test_shader(GLenum type, const char *name, const char *const *text)
 {
     char *log;
     const GLuint shader = gl_shader(type, text, &log);
-    CHECK(shader && log && gl_test_quiet(log), "%s: %s%s", name, shader ? "warning: " : "", log ? log : "no memory");
+    CHECK(shader && log && gl_test_quiet(log), "%s: %s%s", name, shader ? "warning: " : "",
+          log ? log : "no memory");
     free(log);
     return shader;
 }

@@ -7,8 +7,8 @@
 // False where there is no context: the test is skipped, or has failed if TEST_REQUIRE_GL is set.
 bool gl_test_begin(gl_context *c);
 
-// Whether a log of a shader or program is as it should be: without a word on Mesa, where these tests are
-// run every day. Other drivers have words for a success, too ("No errors.", statistics).
+// Whether a log of a shader or program is as it should be: without a word on Mesa, where these
+// tests are run every day. Other drivers have words for a success, too ("No errors.", statistics).
 bool gl_test_quiet(const char *log);
 
 // A second context that shares the objects of the first, which stays current, and what makes either
@@ -17,8 +17,8 @@ bool gl_test_share(const gl_context *c, gl_context *shared);
 bool gl_test_make_current(const gl_context *c);
 void gl_test_unshare(gl_context *shared);
 
-// Texts end in NULL and get "#version 450 core" in front. Any word in a log fails the test; 0 if the
-// driver makes nothing of it.
+// Texts end in NULL and get "#version 450 core" in front. Any word in a log fails the test; 0 if
+// the driver makes nothing of it.
 GLuint gl_test_shader(GLenum type, const char *name, const char *const *text);
 GLuint gl_test_compute(const char *name, const char *const *text); // a program
 

@@ -55,8 +55,8 @@ void oracle_irradiance_of_lights(const lightprobe_light *lights, int count, int 
 // Root mean square difference of luminance, in percent of the mean of the first.
 double oracle_error(const oracle_irradiance *truth, const oracle_irradiance *other);
 
-// Receivers of random orientation behind random straight edges. Anywhere: half-spaces whose border is
-// any great circle, receivers facing any way. Near the light: within 0.02 or 0.25 radians of a
+// Receivers of random orientation behind random straight edges. Anywhere: half-spaces whose border
+// is any great circle, receivers facing any way. Near the light: within 0.02 or 0.25 radians of a
 // direction drawn by its light, half of them strips of 0.1, receivers facing it.
 #define ORACLE_EDGES 2000
 typedef struct oracle_edges {
@@ -67,9 +67,9 @@ typedef struct oracle_edges {
 } oracle_edges;
 void oracle_edges_anywhere(const test_probe *probe, int count, uint64_t seed, oracle_edges *out);
 void oracle_edges_near_light(const test_probe *probe, int count, uint64_t seed, oracle_edges *out);
-// Root mean square error behind these edges, in parts of the mean, of lights whose rectangle is cut by
-// the edge and whose disc (or Eq. 18, as above) is cut by the horizon, and of residual light (its nine
-// coefficients, or NULL), which no edge cuts.
+// Root mean square error behind these edges, in parts of the mean, of lights whose rectangle is cut
+// by the edge and whose disc (or Eq. 18, as above) is cut by the horizon, and of residual light
+// (its nine coefficients, or NULL), which no edge cuts.
 double oracle_edge_error(const oracle_edges *edges, const lightprobe_light *lights, int count,
                          int paper, const lightprobe_stats *residual);
 

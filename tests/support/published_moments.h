@@ -1,5 +1,5 @@
-// Textbook ports of the published bounds from moments, next to which the library's speed is measured.
-// All return the upper bound of visibility.
+// Textbook ports of the published bounds from moments, next to which the library's speed is
+// measured. All return the upper bound of visibility.
 #ifndef PUBLISHED_MOMENTS_H
 #define PUBLISHED_MOMENTS_H
 

@@ -289,36 +289,16 @@ void scene_make(scene *s, int which)
     s->name = kinds[which].name;
     memcpy(s->sun, kinds[which].sun, sizeof s->sun);
     switch (which) {
-    case 0:
-        solids(s);
-        break;
-    case 1:
-        cloud_of_spheres(s, &state);
-        break;
-    case 2:
-        crossed_grids(s);
-        break;
-    case 3:
-        box_on_ground(s);
-        break;
-    case 4:
-        thin_plates(s);
-        break;
-    case 5:
-        near_and_far(s);
-        break;
-    case 6:
-        foliage(s, &state);
-        break;
-    case 7:
-        wall_and_column(s);
-        break;
-    case 8:
-        curved(s);
-        break;
-    default:
-        slats(s);
-        break;
+    case 0: solids(s); break;
+    case 1: cloud_of_spheres(s, &state); break;
+    case 2: crossed_grids(s); break;
+    case 3: box_on_ground(s); break;
+    case 4: thin_plates(s); break;
+    case 5: near_and_far(s); break;
+    case 6: foliage(s, &state); break;
+    case 7: wall_and_column(s); break;
+    case 8: curved(s); break;
+    default: slats(s); break;
     }
     scene_finish(s);
 }

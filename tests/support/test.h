@@ -1,23 +1,25 @@
-// The test harness: a suite is an array of named properties; a failing one can be rerun alone by name.
+// The test harness: a suite is an array of named properties; a failing one can be rerun alone by
+// name.
 //     build/release/test                 runs everything
 //     build/release/test "enclose|GL"    runs the tests whose name contains one of the words
 //     build/release/test "-GL|layered"   runs those whose name contains neither
 // TEST_SCALE=10 divides the number of random trials by ten (used under valgrind and sanitizers).
-// TEST_STOP=1 ends the program at the first failed check (used for mutants); TEST_TIMES=1 says what each
-// test costs.
+// TEST_STOP=1 ends the program at the first failed check (used for mutants); TEST_TIMES=1 says what
+// each test costs.
 #ifndef TEST_H
 #define TEST_H
 
 #include <stdint.h>
 
 typedef struct test_case {
-    const char *name;  // the property that holds
+    const char *name; // the property that holds
     void (*run)(void);
 } test_case;
 
-// Marks the running test as failed and prints where and why (printf arguments follow the condition).
-#define CHECK(condition, ...)                                        \
-    do {                                                             \
+// Marks the running test as failed and prints where and why (printf arguments follow the
+// condition).
+#define CHECK(condition, ...)                                         \
+    do {                                                              \
         if (!(condition)) test_fail(__FILE__, __LINE__, __VA_ARGS__); \
     } while (0)
 
@@ -37,8 +39,8 @@ int test_trials(int n);
 
 // xorshift64*: the same sequence on every machine.
 uint64_t test_random(uint64_t *state);
-double test_uniform(uint64_t *state);                          // [0,1)
-double test_range(uint64_t *state, double low, double high);   // [low,high)
+double test_uniform(uint64_t *state);                        // [0,1)
+double test_range(uint64_t *state, double low, double high); // [low,high)
 
 // One array per suite, ended by a null name.
 #define CPU(room, name) extern const test_case name##_tests[];
