@@ -166,8 +166,9 @@ $(out)/%.o: %.c $(headers) $(wildcard examples/common/*.h tests/*.h tests/*/*.h)
 	@mkdir -p $(@D)
 	$(CC) $(ALL_CFLAGS) -c $< -o $@
 
-# The test of an example that has it all in one file.
+# Tests that hold the example itself.
 $(out)/tests/examples/test_catcher.o: examples/gl_catcher.c
+$(out)/tests/examples/test_gl_room.o: examples/gl_room.c
 
 $(common): $(common_objects)
 	@rm -f $@

@@ -20,6 +20,7 @@ static const char things_fragment[] = // behind the texts of both headers
     "layout(location = 1) uniform vec3 probe;\n"
     "layout(location = 2) uniform vec4 lamp;\n" // and its radius
     "layout(location = 3) uniform int at_infinity;\n"
+    "layout(location = 4) uniform vec4 eye;\n" // and alpha of a varnish, 0 without
     "in vec3 position, normal, albedo;\n"
     "out vec4 color;\n"
     "vec3 light_of(int i, vec3 n)\n"
@@ -32,12 +33,16 @@ static const char things_fragment[] = // behind the texts of both headers
     "}\n"
     "void main()\n"
     "{\n"
-    "    vec3 n = normalize(normal), sum = lightprobe_residual_irradiance(n);\n"
+    "    vec3 n = normalize(normal), sum = lightprobe_residual_irradiance(n) * albedo / 3.14159265;\n"
+    "    vec3 offset = at_infinity != 0 ? vec3(0) : position - probe;\n"
+    "    lightprobe_lobe lobe =\n"
+    "        lightprobe_specular_lobe(n, normalize(eye.xyz - position), eye.w, vec3(0.04));\n"
     "    for (int i = 0; i < lightprobe_count; i++) {\n"
-    "        vec3 light = light_of(i, n);\n"
+    "        vec3 light = light_of(i, n) * albedo / 3.14159265;\n"
+    "        if (eye.w > 0) light += lightprobe_specular(i, offset, lobe);\n"
     "        if (light != vec3(0)) sum += light * mssm_visibility(i, position, n);\n"
     "    }\n"
-    "    color = vec4(albedo * sum / 3.14159265, 1);\n"
+    "    color = vec4(sum, 1);\n"
     "}\n";
 
 typedef struct renderer {
@@ -47,6 +52,7 @@ typedef struct renderer {
     gl_target picture;
     gl_timer timer;
     GLuint depth, things;
+    float shine;
     lightprobe_light light[MOST_LIGHTS];
     int lights;
 } renderer;
@@ -58,11 +64,13 @@ static bool create(renderer *r, const options *o, int side, message *why)
     const mssm_gl_desc maps = {
         .load = gl_context_function, .lights = o->lights, .side = 512, .first_buffer_binding = 1};
     memset(r, 0, sizeof *r);
+    r->shine = o->shine;
     if (lightprobe_gl_create(&r->probe, &from)) return fail(why, "no lights from probes");
     if (mssm_gl_create(&r->shadows, &maps)) return fail(why, "no shadow maps");
     const char *const vertex[] = {gl_scene_vertex, NULL};
-    const char *const texts[] = {lightprobe_glsl_math(), lightprobe_glsl_lights(),
-                                 mssm_gl_shader(r->shadows), things_fragment, NULL};
+    const char *const texts[] = {
+        lightprobe_glsl_math(),     lightprobe_glsl_lights(), lightprobe_glsl_specular(),
+        mssm_gl_shader(r->shadows), things_fragment,          NULL};
     return gl_room_create(&r->walls, side, why) &&
            (r->depth = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
            (r->things = gl_program("things", vertex, texts, why)) &&
@@ -106,6 +114,7 @@ static void draw_picture(renderer *r, const room *world, bool at_infinity)
     const camera eye = room_camera((float)r->picture.width / (float)r->picture.height);
     const lightprobe_gl_range lights = lightprobe_gl_lights(r->probe, 1); // those the maps are of
     const float lamp[4] = {world->lamp.x, world->lamp.y, world->lamp.z, ROOM_LAMP_RADIUS};
+    const float viewer[4] = {eye.position.x, eye.position.y, eye.position.z, r->shine};
     float world_to_clip[16];
     gl_camera_matrix(&eye, 0.05f, 10, world_to_clip);
     gl_target_begin(&r->picture);
@@ -115,6 +124,7 @@ static void draw_picture(renderer *r, const room *world, bool at_infinity)
     gl.ProgramUniform3fv(r->things, 1, 1, &room_centre.x);
     gl.ProgramUniform4fv(r->things, 2, 1, lamp);
     gl.ProgramUniform1i(r->things, 3, at_infinity);
+    gl.ProgramUniform4fv(r->things, 4, 1, viewer);
     gl.BindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, lights.buffer, lights.offset, lights.bytes);
     mssm_gl_bind(r->shadows);
     gl_room_draw_things(&r->walls);
@@ -146,7 +156,7 @@ static bool add_truth(renderer *r, const room *world, image *picture, message *w
     image endless = {0};
     double error[2];
     const bool done = frame(r, world, true, why) && gl_target_read(&r->picture, &endless, why) &&
-                      room_truth_beside(world, picture, &endless, error, why);
+                      room_truth_beside(world, r->shine, picture, &endless, error, why);
     if (done)
         printf("rms error of the things %.3f of their mean, at infinity %.3f\n", error[0],
                error[1]);
@@ -191,14 +201,14 @@ int main(int argc, char **argv)
 {
     static renderer r;
     static const char usage[] =
-        "gl_room [--out PICTURE.png] [--truth] [--orbit FRAMES] [--lights N] [--size WxH]";
+        "gl_room [--out PICTURE.png] [--truth] [--orbit FRAMES] [--lights N] [--size WxH] [--shine A]";
     options o = {.out = "room.png", .lights = 16, .width = 640, .height = 360};
     gl_context context = {0};
     const char *missing;
     message why = {"no memory"};
     if (options_help_asked(argc, argv, usage)) return 0;
     const bool done =
-        options_parse_some(&o, "--out --truth --orbit --lights --size", argc, argv, &why) &&
+        options_parse_some(&o, "--out --truth --orbit --lights --size --shine", argc, argv, &why) &&
         (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) && run(&r, &o, &why);
     if (!done) fprintf(stderr, "gl_room: %s\n", why.text);
     gl_context_destroy(&context);

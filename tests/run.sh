@@ -106,8 +106,8 @@ format()
         *" version 14."*) ;;
         *) echo "skip  format: apt-get install clang-format (version 14, Debian 12)" && return ;;
     esac
-    wrong=$(find ./*.h examples tests -name '*.[ch]' -exec sh -c \
-        'for f; do clang-format "$f" | cmp -s - "$f" || echo "$f"; done' sh {} +)
+    wrong=$(find ./*.h examples tests -name '*.[ch]' | xargs -P 2 -n 8 sh -c \
+        'for f; do clang-format "$f" | cmp -s - "$f" || echo "$f"; done' sh)
     if [ -z "$wrong" ]; then
         echo "ok    all C code is as .clang-format says"
     else

@@ -93,6 +93,7 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
     if (!strcmp(name, "--lights")) return parse_int(value, 1, 1024, &o->lights);
     if (!strcmp(name, "--tolerance")) return parse_float(value, 0, 1, &o->tolerance);
     if (!strcmp(name, "--exposure")) return parse_float(value, 1e-6f, 1e6f, &o->exposure);
+    if (!strcmp(name, "--shine")) return parse_float(value, 0.02f, 1, &o->shine);
     if (!strcmp(name, "--min-shadow")) return parse_float(value, 0, 1, &o->min_shadow);
     if (!strcmp(name, "--estimator")) return parse_estimator(value, &o->estimator);
     if (!strcmp(name, "--faces")) return parse_faces(value, &o->back_faces);

@@ -13,6 +13,7 @@ typedef struct options {
     int lights;
     float tolerance, min_shadow;
     float exposure; // 0: as the picture asks for
+    float shine;    // alpha of GGX; 0: dull
     int estimator;  // mssm_estimator
     int moments;
     bool back_faces;

@@ -50,12 +50,17 @@ room_truth *room_truth_create(const room *r, float grid, int rays, message *why)
 void room_truth_free(room_truth *t);
 // Irradiance of a point of the things or (wall) of the walls; the seed shifts the rays.
 vec3 room_truth_irradiance(const room_truth *t, vec3 point, vec3 normal, bool wall, unsigned seed);
-// A picture, four samples a pixel. things, unless NULL: the share of each pixel that shows them.
-bool room_truth_picture(const room_truth *t, const camera *eye, int width, int height, image *out,
-                        float *things, message *why);
+// Radiance that a varnish on the things (GGX of this alpha, 0.04 of the light at normal incidence)
+// sends to the viewer, a unit vector away, of all but the sun.
+vec3 room_truth_shine(const room_truth *t, vec3 point, vec3 normal, vec3 viewer, float alpha,
+                      unsigned seed);
+// A picture, four samples a pixel; shine: alpha of the things' varnish, 0: none. things, unless
+// NULL: the share of each pixel that shows them.
+bool room_truth_picture(const room_truth *t, const camera *eye, float shine, int width, int height,
+                        image *out, float *things, message *why);
 // How far two pictures from room_camera() are from it: root mean square over the pixels that show
 // things, in parts of their mean. The first one becomes twice as wide, with the truth on its right.
-bool room_truth_beside(const room *r, image *first, const image *second, double error[2],
-                       message *why);
+bool room_truth_beside(const room *r, float shine, image *first, const image *second,
+                       double error[2], message *why);
 
 #endif

@@ -66,8 +66,8 @@ static vec3 wall_light(const wall_map *m, int wall, vec3 at)
     return vec_mix(vec_mix(p[0], p[1], a), vec_mix(p[m->columns], p[m->columns + 1], a), b);
 }
 
-// What a ray from inside the room meets; nothing from lamp and sky, which are asked themselves.
-static vec3 reflected(const room_truth *t, vec3 from, vec3 ray)
+// What a ray from inside the room meets: of walls what they reflect, lamp, or the sky in the door.
+static vec3 met(const room_truth *t, vec3 from, vec3 ray, vec3 lamp, vec3 sky)
 {
     float nearest = HUGE_VALF;
     int wall = 0;
@@ -80,8 +80,8 @@ static vec3 reflected(const room_truth *t, vec3 from, vec3 ray)
     }
     const vec3 at = vec_mad(from, ray, nearest), to_lamp = vec_sub(t->r->lamp, from);
     const float ahead = vec_dot(to_lamp, ray), lamp2 = ROOM_LAMP_RADIUS * ROOM_LAMP_RADIUS;
-    if (ahead > 0 && vec_dot(to_lamp, to_lamp) - ahead * ahead < lamp2) return vec(0, 0, 0);
-    if (wall == ROOM_RIGHT && is_open(t->r, at.y, at.z)) return vec(0, 0, 0);
+    if (ahead > 0 && vec_dot(to_lamp, to_lamp) - ahead * ahead < lamp2) return lamp;
+    if (wall == ROOM_RIGHT && is_open(t->r, at.y, at.z)) return sky;
     return vec_mul(wall_albedo(t->r, wall, at),
                    vec_scale(wall_light(&t->wall[wall], wall, at), 1 / VEC_PI));
 }
@@ -176,13 +176,15 @@ static float sun_share(const receiver *to, int count)
 static vec3 bounce(const receiver *to, int count)
 {
     const scene_frame f = frame_of(to->normal);
-    vec3 sum = vec(0, 0, 0);
+    const vec3 dark = vec(0, 0, 0);
+    vec3 sum = dark;
     for (int i = 0; i < count * count; i++) {
         float u, v;
         sample(to, i, count, &u, &v);
         const vec3 d = around(&f, sqrtf(u), v);
         if (bvh_hit_any(to->t->things, to->point, d, HUGE_VALF)) continue;
-        sum = vec_add(sum, reflected(to->t, to->point, d));
+        sum =
+            vec_add(sum, met(to->t, to->point, d, dark, dark)); // lamp and sky are asked themselves
     }
     return vec_scale(sum, VEC_PI / (float)(count * count));
 }
@@ -194,6 +196,33 @@ vec3 room_truth_irradiance(const room_truth *t, vec3 point, vec3 normal, bool wa
     sum = vec_mad(sum, room_lamp_radiance, lamp_share(&to, t->rays));
     sum = vec_mad(sum, room_sky_radiance, sky_share(&to, t->rays));
     return vec_mad(sum, room_sun_irradiance, sun_share(&to, t->rays));
+}
+
+// Directions by the half vectors of GGX; height-correlated Smith shadowing, Schlick's Fresnel term.
+vec3 room_truth_shine(const room_truth *t, vec3 point, vec3 normal, vec3 viewer, float alpha,
+                      unsigned seed)
+{
+    const receiver to = {t, vec_mad(point, normal, 1e-3f), normal, seed * 0x85ebca6bu};
+    const scene_frame f = frame_of(normal);
+    const float a2 = alpha * alpha, out = vec_dot(normal, viewer);
+    const int count = 2 * t->rays;
+    vec3 sum = vec(0, 0, 0);
+    for (int i = 0; i < count * count && out > 0; i++) {
+        float u, v;
+        sample(&to, i, count, &u, &v);
+        const vec3 h = around(&f, sqrtf((1 - u) / (1 + (a2 - 1) * u)), v);
+        const float facing = vec_dot(viewer, h);
+        const vec3 d = vec_mad(vec_scale(viewer, -1), h, 2 * facing);
+        const float in = vec_dot(normal, d);
+        if (in <= 0 || bvh_hit_any(t->things, to.point, d, HUGE_VALF)) continue;
+        const float smith =
+            2 * in * out /
+            (in * sqrtf(a2 + (1 - a2) * out * out) + out * sqrtf(a2 + (1 - a2) * in * in));
+        const float fresnel = 0.04f + 0.96f * powf(1 - facing, 5);
+        sum = vec_mad(sum, met(t, to.point, d, room_lamp_radiance, room_sky_radiance),
+                      smith * fresnel * facing / (out * vec_dot(normal, h)));
+    }
+    return vec_scale(sum, 1 / (float)(count * count));
 }
 
 // ---- Making
@@ -256,6 +285,8 @@ void room_truth_free(room_truth *t)
 
 typedef struct picture_work {
     const room_truth *t;
+    vec3 eye;
+    float shine;
     view v;
     image *out;
     float *things;
@@ -277,17 +308,24 @@ static void trace_row(void *context, int y)
             if (s->object < r->wall_objects)
                 light = room_truth_irradiance(w->t, s->position, s->normal, wall, (unsigned)pixel);
             sum = vec_mad(sum, vec_mul(r->all.albedo[s->object], light), s->share / VEC_PI);
-            things += wall ? 0 : s->share;
+            if (wall) continue;
+            things += s->share;
+            if (w->shine > 0)
+                sum = vec_mad(sum,
+                              room_truth_shine(w->t, s->position, s->normal,
+                                               vec_unit(vec_sub(w->eye, s->position)), w->shine,
+                                               (unsigned)pixel),
+                              s->share);
         }
         image_set(w->out, x, y, sum);
         if (w->things) w->things[pixel] = things;
     }
 }
 
-bool room_truth_picture(const room_truth *t, const camera *eye, int width, int height, image *out,
-                        float *things, message *why)
+bool room_truth_picture(const room_truth *t, const camera *eye, float shine, int width, int height,
+                        image *out, float *things, message *why)
 {
-    picture_work w = {.t = t, .out = out, .things = things};
+    picture_work w = {.t = t, .eye = eye->position, .shine = shine, .out = out, .things = things};
     if (!image_create(out, width, height)) return fail(why, "no memory for a picture");
     if (!view_create(&w.v, &t->r->all, eye, width, height)) {
         image_free(out);
@@ -329,8 +367,8 @@ static bool put_beside(image *first, const image *second)
     return true;
 }
 
-bool room_truth_beside(const room *r, image *first, const image *second, double error[2],
-                       message *why)
+bool room_truth_beside(const room *r, float shine, image *first, const image *second,
+                       double error[2], message *why)
 {
     const int width = first->width, height = first->height;
     const camera eye = room_camera((float)width / (float)height);
@@ -338,7 +376,7 @@ bool room_truth_beside(const room *r, image *first, const image *second, double 
     float *things = malloc((size_t)width * (size_t)height * sizeof *things);
     image truth = {0, 0, NULL};
     bool done = t && (things || fail(why, "no memory for a picture")) &&
-                room_truth_picture(t, &eye, width, height, &truth, things, why);
+                room_truth_picture(t, &eye, shine, width, height, &truth, things, why);
     if (done) {
         error[0] = error_of(first, &truth, things);
         error[1] = error_of(second, &truth, things);

@@ -146,9 +146,18 @@ typedef struct trace_work {
     float (*out)[3];
 } trace_work;
 
+// What the varnish adds, where there is one.
 static void trace_one(void *context, int i)
 {
     const trace_work *w = context;
+    if (w->s->r.shine > 0) {
+        const vec3 eye = room_camera((float)WIDTH / HEIGHT).position;
+        const vec3 shine =
+            room_truth_shine(w->rays, w->s->point[i], w->s->normal[i],
+                             vec_unit(vec_sub(eye, w->s->point[i])), w->s->r.shine, (unsigned)i);
+        memcpy(w->out[i], &shine, sizeof w->out[i]);
+        return;
+    }
     const vec3 e =
         room_truth_irradiance(w->rays, w->s->point[i], w->s->normal[i], false, (unsigned)i);
     const vec3 color = vec_scale(vec_mul(e, w->s->albedo[i]), 1 / VEC_PI);
@@ -203,6 +212,24 @@ static void things_are_lit_as_by_rays(void)
     end(&s);
 }
 
+static void varnish_shines_as_by_rays(void)
+{
+    if (!begin(&s, LIGHTS)) return;
+    draw(&s, STILL, false, s.drawn[0]);
+    s.r.shine = 0.3f;
+    lightprobe_gl_restart(s.r.probe);
+    draw(&s, STILL, false, s.drawn[1]);
+    trace(&s, STILL, s.truth[0]);
+    for (int i = 0; i < 3 * s.receivers; i++) s.drawn[1][0][i] -= s.drawn[0][0][i];
+    const double all = mean(&s, s.truth[0]);
+    const double wrong = difference(&s, s.drawn[1], s.truth[0]) / all;
+    test_note("shine %.2f of all, mean of the rays' %.3f, rms difference %.3f of it",
+              all / mean(&s, s.drawn[0]), mean(&s, s.drawn[1]) / all, wrong);
+    CHECK(wrong < 0.8, "rms difference %.3f", wrong); // 1.44 without any shine
+    CHECK(mean(&s, s.drawn[1]) > 0.6 * all && mean(&s, s.drawn[1]) < all, "the mean is wrong");
+    end(&s);
+}
+
 // Frames of 1/480 of the loop, a 60th of a second of eight. The truth between its frames is
 // straight. What differs is less than what moves; most of it is where balls touch the table.
 static void nothing_flickers(void)
@@ -237,6 +264,7 @@ static void nothing_flickers(void)
 
 const test_case gl_room_tests[] = {
     {"room GL: things are lit as by rays", things_are_lit_as_by_rays},
+    {"room GL: varnish shines as by rays", varnish_shines_as_by_rays},
     {"room GL: nothing flickers that the truth does not", nothing_flickers},
     {0, 0},
 };
