@@ -106,8 +106,8 @@ format()
         *" version 14."*) ;;
         *) echo "skip  format: apt-get install clang-format (version 14, Debian 12)" && return ;;
     esac
-    wrong=$(find ./*.h examples tests -name '*.[ch]' | xargs -P 2 -n 8 sh -c \
-        'for f; do clang-format "$f" | cmp -s - "$f" || echo "$f"; done' sh)
+    wrong=$(find ./*.h examples tests -name '*.[ch]' | xargs -P 2 -n 32 clang-format --dry-run -Werror 2>&1 |
+        sed -n 's/:[0-9]*:.* error: .*//p' | sort -u)
     if [ -z "$wrong" ]; then
         echo "ok    all C code is as .clang-format says"
     else
@@ -146,10 +146,14 @@ claims()
     fi
 }
 
+# The longest measurements, whose functions other tests call.
+long="a walk shows|does not jump|halve the error|few lights cast|behind random edges|steady as the map"
+
 # Minutes under valgrind, for rivals and for code that other tests run too; the sanitizers see them.
 valgrind_suite()
 {
-    only="-GL|hostile driver|compared methods|irradiance of 32 lights"
+    only="-GL|hostile driver|compared methods|irradiance of 32 lights|shadow ratio|of its lobe|body alone|$long"
+    only="$only|weak lights go|come to rest|a fitted light|shafts are those"
     suite release env TEST_SCALE=200 \
         valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
 }
@@ -157,14 +161,13 @@ valgrind_suite()
 # What needs one core and takes minutes, run beside the sections before it. later NAME is its section.
 beside()
 {
-    for part in fuzz coverage valgrind viewer isa; do
-        # What goes on with programs that another section builds waits for it.
-        while [ $part = valgrind ] && [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done
+    for part in fuzz coverage valgrind; do
         case $part in
             fuzz) sh tests/fuzz.sh short ;;
             coverage) sh tests/coverage.sh ;;
-            valgrind) ! command -v valgrind || valgrind_suite ;;
-            *) sh tests/$part.sh ;;
+            valgrind) # of the program that another section builds
+                while [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done
+                ! command -v valgrind || valgrind_suite ;;
         esac >"$log.$part" 2>&1
         echo $? >"$log.$part.status"
     done
@@ -193,8 +196,7 @@ more()
     else
         echo "skip  native: the compiler knows no -march=native" && skipped=$((skipped + 1))
     fi
-    # Rivals and long measurements are left out: other tests call the same functions.
-    only="-compare: |a walk shows|does not jump|halve the error|few lights cast|behind random edges|steady as the map"
+    only="-compare: |$long" # rivals and their times
     if can -fsanitize=address,undefined; then
         section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=10
         [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
@@ -218,13 +220,13 @@ more()
         echo "skip  zink over lavapipe: apt-get install mesa-vulkan-drivers" && skipped=$((skipped + 1))
     fi
     only=
+    section "viewer" sh tests/viewer.sh
+    section "isa" sh tests/isa.sh
     if command -v valgrind >/dev/null; then
         section "tests, valgrind" later valgrind
     else
         echo "skip  valgrind: apt-get install valgrind" && skipped=$((skipped + 1))
     fi
-    section "viewer" later viewer
-    section "isa" later isa
     section "fuzz, short" later fuzz
     if command -v gcov >/dev/null && gcc --version >/dev/null 2>&1; then
         section "coverage" later coverage

@@ -178,14 +178,15 @@ static void trace(const stage *s, float time, float out[RECEIVERS][3])
 static double mean(const stage *s, float a[RECEIVERS][3])
 {
     double sum = 0;
-    for (int i = 0; i < 3 * s->receivers; i++) sum += (double)a[0][i];
+    for (int i = 0; i < 3 * s->receivers; i++) sum += (double)a[i / 3][i % 3];
     return sum / (3 * s->receivers);
 }
 
 static double difference(const stage *s, float a[RECEIVERS][3], float b[RECEIVERS][3])
 {
     double squares = 0;
-    for (int i = 0; i < 3 * s->receivers; i++) squares += pow((double)(a[0][i] - b[0][i]), 2);
+    for (int i = 0; i < 3 * s->receivers; i++)
+        squares += pow((double)(a[i / 3][i % 3] - b[i / 3][i % 3]), 2);
     return sqrt(squares / (3 * s->receivers));
 }
 
@@ -220,7 +221,7 @@ static void varnish_shines_as_by_rays(void)
     lightprobe_gl_restart(s.r.probe);
     draw(&s, STILL, false, s.drawn[1]);
     trace(&s, STILL, s.truth[0]);
-    for (int i = 0; i < 3 * s.receivers; i++) s.drawn[1][0][i] -= s.drawn[0][0][i];
+    for (int i = 0; i < 3 * s.receivers; i++) s.drawn[1][i / 3][i % 3] -= s.drawn[0][i / 3][i % 3];
     const double all = mean(&s, s.truth[0]);
     const double wrong = difference(&s, s.drawn[1], s.truth[0]) / all;
     test_note("shine %.2f of all, mean of the rays' %.3f, rms difference %.3f of it",
@@ -243,9 +244,10 @@ static void nothing_flickers(void)
     for (int i = 0; i + 1 < FRAMES; i++) {
         double squares = 0, own = 0;
         for (int j = 0; j < 3 * s.receivers; j++) {
-            const double is = (double)(s.drawn[i + 1][0][j] - s.drawn[i][0][j]);
+            const double is = (double)(s.drawn[i + 1][j / 3][j % 3] - s.drawn[i][j / 3][j % 3]);
             const double was =
-                (double)(s.truth[i / every + 1][0][j] - s.truth[i / every][0][j]) / every;
+                (double)(s.truth[i / every + 1][j / 3][j % 3] - s.truth[i / every][j / 3][j % 3]) /
+                every;
             squares += pow(is - was, 2);
             own += was * was;
         }

@@ -433,7 +433,7 @@ static void a_body_alone_keeps_its_light(void)
 {
     static const float least[3] = {0.90f, 0.94f,
                                    0.965f}; // of 8, 16, 32 lights; .92, .95 and .975 were measured
-    const int trials = test_trials(2000);
+    const int trials = test_trials(2000) < 500 ? 500 : 2000; // fewer have another mean
     const scene_frame f = scene_frame_at(vec(0, 1, 0), 0.3f, 0);
     for (int body = 0; body < 2; body++) {
         scene s = {0};
