@@ -574,8 +574,7 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;
     float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));
     float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;
-    float bright =
-        height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far
+    float bright = height > 0.0f && size > 1e-12f ? size : 0.0f; // 0: behind it, or too far
     seen.cos_alpha =
         sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
     float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));
@@ -2640,7 +2639,7 @@ static int lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c, const 
     memcpy(c->seed, stranger ? l->direction : l->state, sizeof c->seed);
     if (!(lightprobe_normalize(c->seed) > 0)) return 0;
     c->seed_tone = stranger ? lightprobe_tone(luminance, l->solid_angle, w->mean) : l->state[3];
-    c->seed_share = !stranger ? share : luminance >= 0 && luminance < total ? luminance / total : 1;
+    c->seed_share = !stranger ? share : luminance < total ? luminance / total : 1;
     c->lives = stranger || share > 0;
     c->id = l->id;
     c->distance = l->distance > 0 && l->distance <= 1e9f ? l->distance : 0;
@@ -4155,8 +4154,7 @@ static const char lightprobe__glsl_lights[] =
                     "    if (beyond <= 0.0f) facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
                     "    float inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
                     "    float size = sqrtf(facing * facing + inward * inward * aside2), sine2 = size * radius2;\n"
-                    "    float bright =\n"
-                    "        height > 0.0f && size > 1e-12f && size < 1e30f ? size : 0.0f; // 0: behind it, or too far\n"
+                    "    float bright = height > 0.0f && size > 1e-12f ? size : 0.0f; // 0: behind it, or too far\n"
                     "    seen.cos_alpha =\n"
                     "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
                     "    float part = bright * (1.0f + c) / (c * c * (1.0f + seen.cos_alpha));\n"
