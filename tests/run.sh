@@ -243,6 +243,7 @@ section "docs" sh tests/snippets.sh
 section "dialects" sh tests/dialects.sh ${all:-quick}
 if [ -z "$all" ]; then
     section "compile" sh tests/compile.sh quick
+    only="-compare: |a walk shows" # rivals in OpenGL and a long walk: half a minute
     section "tests" suite release env TEST_SCALE=10
     section "claims" claims
 else
