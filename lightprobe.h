@@ -245,8 +245,8 @@ LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta
 // A light at a finite distance for a receiver that stands (x, y, z) from the probe's centre: with
 // direction, irradiance and cos_alpha as seen from there, for lightprobe_disc_irradiance; the rest
 // stays. The emitter is taken for a disc that faces the probe: its vector irradiance is exact,
-// nothing comes from behind it. Lights at infinity or of half-angles from 90 degrees on stay as
-// they are.
+// nothing comes from behind it. Lights at infinity (distances up to 1e-30 count as that) or of
+// half-angles from 89.9 degrees on stay as they are. Finite numbers give finite ones, at least 0.
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y,
                                                     float z);
 // The same for emitters that shine to all sides alike, lamps without a shade say: the light is
@@ -557,8 +557,8 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
 lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)
 {
     lightprobe_light seen = light;
-    float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;
-    if (!(scale > 0.0f) || c <= 0.0f) return seen;
+    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
+    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;
     // In units of the distance: along the disc's axis, squared distance from it and squared radius.
     float a = scale * x, b = scale * y, d = scale * z;
     float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;
@@ -590,8 +590,8 @@ lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, 
 {
     lightprobe_light seen = light;
     float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);
-    float scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;
-    if (!(scale > 0.0f) || c <= 0.0f) return seen;
+    float scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
+    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;
     // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a
     // small one. In units of the centre's distance: the way there, its square, and the radius'
     // square.
@@ -1095,7 +1095,7 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);
     float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
     float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
-    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;
+    float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
     lightprobe_vec3 d, centre, axis, axis_u, axis_v, middle, half_u, half_v, flux;
     lightprobe_vec4 sum;
     u = most * u / sqrtf(1.0f + u * u);
@@ -4137,8 +4137,8 @@ static const char lightprobe__glsl_lights[] =
                     "lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)\n"
                     "{\n"
                     "    lightprobe_light seen = light;\n"
-                    "    float c = light.cos_alpha, scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
-                    "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
+                    "    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
+                    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
                     "    // In units of the distance: along the disc's axis, squared distance from it and squared radius.\n"
                     "    float a = scale * x, b = scale * y, d = scale * z;\n"
                     "    float along = light.direction[0] * a + light.direction[1] * b + light.direction[2] * d;\n"
@@ -4170,8 +4170,8 @@ static const char lightprobe__glsl_lights[] =
                     "{\n"
                     "    lightprobe_light seen = light;\n"
                     "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
-                    "    float scale = light.distance > 0.0f ? 1.0f / light.distance : 0.0f;\n"
-                    "    if (!(scale > 0.0f) || c <= 0.0f) return seen;\n"
+                    "    float scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
+                    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
                     "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a\n"
                     "    // small one. In units of the centre's distance: the way there, its square, and the radius'\n"
                     "    // square.\n"
@@ -6270,7 +6270,7 @@ const char *lightprobe_glsl_specular(void)
     "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);\n"
     "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
     "    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
-    "    float scale = c > 0.0f && light.distance > 1e-9f ? 1.0f / light.distance : 0.0f;\n"
+    "    float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
     "    lightprobe_vec3 d, centre, axis, axis_u, axis_v, middle, half_u, half_v, flux;\n"
     "    lightprobe_vec4 sum;\n"
     "    u = most * u / sqrtf(1.0f + u * u);\n"

@@ -138,16 +138,22 @@ static bool run(const options *o, message *why)
 {
     const camera eye = photograph_camera((float)WIDTH / HEIGHT);
     probe p;
-    image photo, picture, rays;
+    image photo = {0}, picture = {0}, rays = {0};
     char name[1024];
     if (o->probe ? !probe_load(&p, o->probe, 0, why) : !probe_default(&p, 128)) return false;
     if (!photograph_take(&p, &eye, WIDTH, HEIGHT, &photo)) return false; // yours, from a camera
     const float exposure = 1.5f * image_exposure(&photo);
     report_name(name, sizeof name, o->out, "-truth");
-    return create(&p, WIDTH, HEIGHT, why) && draw_shadows(why) &&
-           draw(&eye, &photo, &picture, why) && image_save(&picture, exposure, o->out, why) &&
-           (o->truth == TRUTH_NONE || (photograph_truth(&p, &eye, &photo, RAYS, &rays) &&
-                                       image_save(&rays, exposure, name, why)));
+    const bool done = create(&p, WIDTH, HEIGHT, why) && draw_shadows(why) &&
+                      draw(&eye, &photo, &picture, why) &&
+                      image_save(&picture, exposure, o->out, why) &&
+                      (o->truth == TRUTH_NONE || (photograph_truth(&p, &eye, &photo, RAYS, &rays) &&
+                                                  image_save(&rays, exposure, name, why)));
+    image_free(&photo);
+    image_free(&picture);
+    image_free(&rays);
+    probe_free(&p);
+    return done;
 }
 
 int main(int argc, char **argv)

@@ -8,8 +8,8 @@
 #include "common/gl_timer.h"
 #include "common/options.h"
 #include "common/report.h"
-#include "lightprobe.h"
-#include "mssm.h"
+#include "../lightprobe.h"
+#include "../mssm.h"
 
 #include <stdio.h>
 #include <string.h>

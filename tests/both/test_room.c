@@ -643,6 +643,58 @@ static void area_lights_cover_their_box(void)
     CHECK(!mssm_light_area(&l, null, good, good, 0, 0, 1, null, null), "a point for a box");
 }
 
+// Numbers of all sizes, those that matter among them.
+static float any_number(uint64_t *state, double most)
+{
+    static const float some[] = {0,     1,      -1,     0.5f,   1e-3f,       1e-7f,
+                                 1e-9f, 1e-20f, 1e-38f, 1e-42f, 0.99999994f, 3e38f};
+    const double kind = test_range(state, 0, 3);
+    const float x = kind < 1 ? some[(int)test_range(state, 0, 12)]
+                             : (float)(pow(10, test_range(state, -40, kind < 2 ? 0 : 38)) *
+                                       (test_range(state, 0, 2) < 1 ? -1 : 1));
+    return (float)fmax(-most, fmin(most, (double)x));
+}
+
+// Half-angles about 90 degrees are those of lamps that light half of the sphere, give or take
+// rounding.
+static void any_place_gives_a_light(void)
+{
+    uint64_t state = 9;
+    lightprobe_light l;
+    memset(&l, 0, sizeof l);
+    for (int i = 0; i < test_trials(300000); i++) {
+        const float p[3] = {any_number(&state, 3e38), any_number(&state, 3e38),
+                            any_number(&state, 3e38)};
+        double length = 0;
+        for (int c = 0; c < 3; c++) {
+            l.direction[c] = (float)test_range(&state, -1, 1);
+            l.irradiance[c] = fabsf(any_number(&state, 1e30));
+            length += (double)l.direction[c] * (double)l.direction[c];
+        }
+        for (int c = 0; c < 3; c++) l.direction[c] /= (float)sqrt(length);
+        l.cos_alpha = any_number(&state, 1);
+        l.distance = fabsf(any_number(&state, 3e38));
+        for (int k = 0; k < 2; k++) {
+            const lightprobe_light seen =
+                (k ? lightprobe_sphere_at : lightprobe_light_at)(l, p[0], p[1], p[2]);
+            int sound = seen.cos_alpha >= -1 && seen.cos_alpha <= 1;
+            for (int c = 0; c < 3; c++)
+                sound &= seen.irradiance[c] >= 0 && fabsf(seen.direction[c]) < 1.01f;
+            CHECK(sound, "%d: cos_alpha %g, distance %g, at %g %g %g", k, (double)l.cos_alpha,
+                  (double)l.distance, (double)p[0], (double)p[1], (double)p[2]);
+        }
+    }
+    l.direction[0] = l.direction[2] = 0;
+    l.direction[1] = l.irradiance[0] = l.distance = 1;
+    for (int k = 0; k < 2; k++) {
+        l.cos_alpha = k ? 2e-3f : 1e-7f;
+        const lightprobe_light seen = lightprobe_light_at(l, 0.3f, 0.2f, 0);
+        const float e =
+            seen.irradiance[0] * lightprobe_disc_irradiance(seen.cos_alpha, seen.direction[1]);
+        CHECK(fabsf(e - 0.5f) < 2e-3f, "half of the sphere: %g", (double)e);
+    }
+}
+
 const test_case room_tests[] = {
     {"lights at their places halve the error in a room", places_halve_the_error},
     {"lights tell what is near from what is far", near_is_told_from_far},
@@ -650,6 +702,7 @@ const test_case room_tests[] = {
     {"discs at finite places have the right vector irradiance", discs_at_places_are_exact},
     {"spheres at finite places shine to all sides alike", spheres_shine_to_all_sides},
     {"points at finite places shine by cosine over squared distance", points_at_places_are_exact},
+    {"places that are any numbers give lights", any_place_gives_a_light},
     {"area lights cover their casters' box", area_lights_cover_their_box},
     {NULL, NULL},
 };
