@@ -21,7 +21,7 @@
 #   make mutants       changes the headers' formulas one by one and reports what no test notices
 #   make clean
 #
-# config=debug | release | sanitize | coverage | native, e.g. make test-binary config=debug
+# config=debug | release | sanitize | coverage | native ..., e.g. make test-binary config=debug
 
 config ?= release
 out = build/$(config)
@@ -34,8 +34,9 @@ flags_sanitize = -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all -
 flags_coverage = -O0 -g --coverage -DNO_THREADS -Dalways_inline=unused
 flags_native = -O3 -march=native -ffp-contract=fast
 flags_vector = -O3 -march=native -fno-math-errno -fno-trapping-math
-# Numbers as the 8087 rounds them; the rivals want its successors' vectors.
-flags_m32 = -O2 -m32 -msse2 -mfpmath=387
+flags_m32 = -O2 -m32 -msse2 -mfpmath=sse
+# Numbers as the 8087 rounds them.
+flags_x87 = -O2 -mfpmath=387
 CFLAGS ?= $(flags_$(config))
 ALL_CFLAGS = -std=c99 $(WARNINGS) -I. $(CFLAGS)
 LIBS = -lm -lpthread -ldl

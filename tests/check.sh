@@ -15,3 +15,12 @@ check()
         : > "$work/failed"
     fi
 }
+
+# runner PROGRAM: what runs this program here: env, or QEMU where the kernel runs no programs of 32 bits.
+runner()
+{
+    for runner in env qemu-i386; do
+        $runner "$1" > /dev/null 2>&1 && echo $runner && return
+    done
+    return 1
+}

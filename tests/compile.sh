@@ -17,7 +17,7 @@ trap 'exit 1' HUP INT TERM
 
 warnings="-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror"
 
-silent=1
+silent=1 run=env
 . tests/check.sh
 
 have() { command -v "$1" > /dev/null 2>&1; }
@@ -25,7 +25,7 @@ have() { command -v "$1" > /dev/null 2>&1; }
 # builds COMPILER... -- SOURCES...: compiles, links and runs (unless the program is for elsewhere).
 builds()
 {
-    "$@" -o "$lane/program" -lm && "$lane/program"
+    "$@" -o "$lane/program" -lm && $run "$lane/program"
 }
 
 # two_units COMMAND-A COMMAND-B LINKER: one file is compiled by each command.
@@ -36,14 +36,14 @@ two_units()
     linker=$3
     $one -c tests/compile/two_units_a.c -o "$lane/a.o" &&
         $other -c tests/compile/two_units_b.c -o "$lane/b.o" &&
-        $linker "$lane/a.o" "$lane/b.o" -o "$lane/program" -lm && "$lane/program"
+        $linker "$lane/a.o" "$lane/b.o" -o "$lane/program" -lm && $run "$lane/program"
 }
 
 # static_units COMMAND LINKER: the headers twice in one program, and no function of theirs to be seen outside.
 static_units()
 {
     $1 -c tests/compile/static.c -o "$lane/a.o" && $1 -DSECOND -c tests/compile/static.c -o "$lane/b.o" &&
-        $2 "$lane/a.o" "$lane/b.o" -o "$lane/program" -lm && "$lane/program" || return 1
+        $2 "$lane/a.o" "$lane/b.o" -o "$lane/program" -lm && $run "$lane/program" || return 1
     ! have nm || ! nm -g --defined-only "$lane/a.o" | grep -E 'mssm_|lightprobe_'
 }
 
@@ -93,7 +93,7 @@ family()
     fi
 }
 
-# -m32 counts as present if it can link a program that includes <math.h>, and this machine can run it.
+# -m32 counts as present if it can link a program that includes <math.h>, and something here runs it.
 other_targets()
 {
     lane=$work/targets
@@ -103,11 +103,12 @@ other_targets()
         echo "skip 32 bits: no compiler, apt-get install gcc gcc-multilib"
     elif ! gcc -m32 "$lane/empty.c" -o "$lane/program" -lm > /dev/null 2>&1; then
         echo "skip 32 bits: gcc -m32 cannot link, apt-get install gcc-multilib"
-    elif ! "$lane/program" 2> /dev/null; then
-        echo "skip 32 bits: this machine's kernel runs no 32-bit programs"
+    elif ! run=$(runner "$lane/program"); then
+        echo "skip 32 bits: this kernel runs no programs of 32 bits, apt-get install qemu-user"
     else
         all_files "gcc -m32" "gcc -m32 -std=c99 -O2 $warnings -I." "gcc -m32"
     fi
+    run=env
     mingw=x86_64-w64-mingw32-gcc
     if have $mingw; then
         for file in alone_mssm alone_lightprobe together; do

@@ -5,9 +5,10 @@
 #     sh tests/run.sh all      also all trials, sanitizers, valgrind, 32 bits, other drivers ...: `make test-all`
 #
 # Each section ends with a line of its counts and seconds; the first prints only what is not ok, the second
-# all. What failed is repeated at the end. What this machine lacks is skipped, with the line that installs
-# it; TEST_REQUIRE_GL=1 turns the skip of the GL half into a failure, TEST_REQUIRE_ALL=1 every skip
-# (.ci/run sets both). Where there is EGL, the release and the sanitized tests run once more without it.
+# all. If something failed, that and what was skipped is repeated at the end. What this machine lacks is
+# skipped, with the line that installs it; TEST_REQUIRE_GL=1 turns the skip of the GL half into a failure,
+# TEST_REQUIRE_ALL=1 every skip (.ci/run sets both). Where there is EGL, the release and the sanitized tests
+# run once more without it.
 
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -16,7 +17,7 @@ all=$([ "${1-}" = all ] && echo 1)
 passed=0 failed=0 skipped=0 only= no_egl=
 log=$(mktemp) || exit 1
 trap 'rm -f "$log" "$log".*' EXIT
-: >"$log.failed"
+: >"$log.repeated"
 
 # section NAME COMMAND...: shows what the command prints and adds its counts: its last line
 # "N passed, N failed, N skipped", or else its lines that start with ok, FAIL or skip.
@@ -48,15 +49,23 @@ section()
         echo "FAIL  (exit code $status)" | tee -a "$log"
         failed=$((failed + 1))
     fi
-    sed -n "s/^FAIL */FAIL  $(echo "$name" | tr / .): /p" "$log" >>"$log.failed"
+    sed -n "s/^\(FAIL\|skip\) */\1  $(echo "$name" | tr / .): /p" "$log" >>"$log.repeated"
     echo "== $name: $1 passed, $2 failed, $3 skipped in $(($(date +%s) - start)) s"
 }
 
-# Whether the compiler can make, and this machine run, a program with these flags.
+# missing WHAT: a section that cannot run here, and the line that installs what it needs.
+missing()
+{
+    echo "skip  $1"
+    echo "skip  $1" >>"$log.repeated"
+    skipped=$((skipped + 1))
+}
+
+# Whether the compiler can make, and this machine run, a program with these flags; $runner is what runs it.
 can()
 {
     printf '#include <math.h>\n#include <stdio.h>\nint main(void) { return printf("%%g", sqrt(4.0)) != 1; }\n' |
-        ${CC:-cc} "$@" -x c - -o "$log.run" -lm 2>/dev/null && "$log.run" >/dev/null 2>&1
+        ${CC:-cc} "$@" -x c - -o "$log.run" -lm 2>/dev/null && runner=$(runner "$log.run")
 }
 
 # suite CONFIG [WRAPPER...]: the test program, built with that configuration; all of it, or what the
@@ -149,11 +158,15 @@ claims()
 # The longest measurements, whose functions other tests call.
 long="a walk shows|does not jump|halve the error|few lights cast|behind random edges|steady as the map"
 
-# Minutes under valgrind, for rivals and for code that other tests run too; the sanitizers see them.
+# Minutes where programs run in others, and code that other tests run too.
+slow="irradiance of 32 lights|shadow ratio|of its lobe|body alone|weak lights go|come to rest|a fitted light|shafts are those|$long"
+
+# All but these, OpenGL and rivals.
+on_cpu="-GL|gl_catcher|the shader is|hostile driver|compared methods|$slow"
+
 valgrind_suite()
 {
-    only="-GL|gl_catcher|the shader is|hostile driver|compared methods|irradiance of 32 lights|shadow ratio|of its lobe|body alone|$long"
-    only="$only|weak lights go|come to rest|a fitted light|shafts are those"
+    only=$on_cpu # the sanitizers see the rest
     suite release env TEST_SCALE=200 \
         valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
 }
@@ -195,20 +208,26 @@ more()
     if can -O3 -march=native; then
         section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=4
     else
-        echo "skip  native: the compiler knows no -march=native" && skipped=$((skipped + 1))
+        missing "native: the compiler knows no -march=native"
+    fi
+    only=$on_cpu
+    if can -mfpmath=387; then
+        section "tests, numbers as the 8087 rounds them" suite x87 env TEST_SCALE=20
+    else
+        missing "8087: the compiler is for another processor"
     fi
     only="-compare: |$long" # rivals and their times
     if can -fsanitize=address,undefined; then
         section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=10
         [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
     else
-        echo "skip  sanitizers: apt-get install libasan8 libubsan1" && skipped=$((skipped + 1))
+        missing "sanitizers: apt-get install libasan8 libubsan1"
     fi
-    only=
+    only="-compare: |compared methods|2000 lives|half floats|a convex caster|a finer map|normals help|panoramas|carry all energy|radiance is that of|$slow"
     if can -m32; then
-        section "tests, 32 bits" suite m32 env TEST_SCALE=10
+        section "tests, 32 bits" suite m32 env TEST_SCALE=100 "$runner"
     else
-        echo "skip  32 bits: apt-get install gcc-multilib, and a kernel that runs 32-bit programs" && skipped=$((skipped + 1))
+        missing "32 bits: apt-get install gcc-multilib qemu-user"
     fi
     # Contexts and drivers that engines have and the default is not: what differs there, in two minutes each.
     only="GL's tables|GL's spot lights|GL's visibility is|GL state|GL numbers|GL's transform|GL's names|GL works in two"
@@ -218,13 +237,13 @@ more()
         section "tests, zink over lavapipe" suite release env TEST_SCALE=100 TEST_RENDERER=zink \
             LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=zink
     else
-        echo "skip  zink over lavapipe: apt-get install mesa-vulkan-drivers" && skipped=$((skipped + 1))
+        missing "zink over lavapipe: apt-get install mesa-vulkan-drivers"
     fi
     only=
     if command -v valgrind >/dev/null; then
         section "tests, valgrind" later valgrind
     else
-        echo "skip  valgrind: apt-get install valgrind" && skipped=$((skipped + 1))
+        missing "valgrind: apt-get install valgrind"
     fi
     section "viewer" later viewer
     section "isa" later isa
@@ -232,7 +251,7 @@ more()
     if command -v gcov >/dev/null && gcc --version >/dev/null 2>&1; then
         section "coverage" later coverage
     else
-        echo "skip  coverage: apt-get install gcc" && skipped=$((skipped + 1))
+        missing "coverage: apt-get install gcc"
     fi
 }
 
@@ -258,6 +277,6 @@ if [ -n "${TEST_REQUIRE_ALL-}" ] && [ "$skipped" -gt 0 ]; then
     echo "FAIL  $skipped skipped where nothing may be"
     failed=$((failed + 1))
 fi
-cat "$log.failed"
+[ "$failed" -eq 0 ] || cat "$log.repeated"
 echo "$passed passed, $failed failed, $skipped skipped"
 [ "$failed" -eq 0 ]
