@@ -3754,6 +3754,7 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
 
 #ifndef MSSM_NO_GL
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -4724,12 +4725,22 @@ static unsigned mssm__living(int name, mssm__glboolean(MSSM__GLAPI *is)(unsigned
 
 // [plumbing end]
 
+// Tells the log, where a call fails why; returns its result.
+static mssm_result mssm__report(const mssm_gl *gl, mssm_result result, const char *format, ...)
+{
+    char line[200];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(line, sizeof line, format, list);
+    va_end(list);
+    mssm__log(gl, line, NULL);
+    return result;
+}
+
 static int mssm__in_range(const mssm_gl *gl, const char *name, int value, int low, int high)
 {
-    char line[120];
     if (value >= low && value <= high) return 1;
-    snprintf(line, sizeof line, "%s %d: %d to %d", name, value, low, high);
-    mssm__log(gl, line, NULL);
+    mssm__report(gl, MSSM_ERROR_ARGUMENT, "%s %d: %d to %d", name, value, low, high);
     return 0;
 }
 
@@ -4898,10 +4909,7 @@ static size_t mssm__print_shader(const mssm_gl *gl, const char *const own[5], ch
 static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[5])
 {
     gl->shader = (char *)MSSM_MALLOC(mssm__print_shader(gl, own, NULL) + 1);
-    if (!gl->shader) {
-        mssm__log(gl, "no memory", NULL);
-        return MSSM_ERROR_MEMORY;
-    }
+    if (!gl->shader) return mssm__report(gl, MSSM_ERROR_MEMORY, "no memory");
     mssm__print_shader(gl, own, gl->shader);
     return MSSM_OK;
 }
@@ -5064,10 +5072,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     if (r) return r;
     gl->lights = (mssm__gl_light *)MSSM_MALLOC(count * sizeof *gl->lights);
     gl->view = (mssm_view *)MSSM_MALLOC(count * sizeof *gl->view);
-    if (!gl->lights || !gl->view) {
-        mssm__log(gl, "no memory", NULL);
-        return MSSM_ERROR_MEMORY;
-    }
+    if (!gl->lights || !gl->view) return mssm__report(gl, MSSM_ERROR_MEMORY, "no memory");
     memset(gl->lights, 0, count * sizeof *gl->lights);
     memset(gl->view, 0, count * sizeof *gl->view);
     for (int i = 0; i < (gl->filtered ? 1 : 2) && !r; i++) r = mssm__create_depth(gl, i);
@@ -5086,9 +5091,9 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
 #endif
     const mssm__glenum error = mssm__take_error(gl);
     if (error || r) {
-        mssm__log(gl, "no storage for the moment maps: ",
-                  error == MSSM__GL_OUT_OF_MEMORY ? "out of memory" : "the driver refuses it");
-        return MSSM_ERROR_GL;
+        return mssm__report(gl, MSSM_ERROR_GL, "no storage for the moment maps: %s",
+                            error == MSSM__GL_OUT_OF_MEMORY ? "out of memory"
+                                                            : "the driver refuses it");
     }
     gl->drawing = gl->front_of = gl->ready = gl->unresolved = gl->last_changed = -1;
     gl->stale = 0;
@@ -5133,8 +5138,8 @@ static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
         mssm__get(gl, MSSM__GL_TRANSFORM_FEEDBACK_PAUSED)) {
         return MSSM_OK;
     }
-    mssm__log(gl, "transform feedback must be paused or ended before ", call);
-    return MSSM_ERROR_ORDER;
+    return mssm__report(gl, MSSM_ERROR_ORDER,
+                        "transform feedback must be paused or ended before %s", call);
 }
 
 // Leaves another unit active.
@@ -5431,12 +5436,10 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     if (gl->filtered && mssm__check_filtered(gl)) return MSSM_ERROR_ARGUMENT;
 #endif
     if (d->name && !mssm__is_name(d->name)) {
-        char line[160];
-        snprintf(line, sizeof line,
-                 "name %.64s: up to 64 letters, digits and single _, from a letter on, not gl_",
-                 d->name);
-        mssm__log(gl, line, NULL);
-        return MSSM_ERROR_ARGUMENT;
+        return mssm__report(
+            gl, MSSM_ERROR_ARGUMENT,
+            "name %.64s: up to 64 letters, digits and single _, from a letter on, not gl_",
+            d->name);
     }
     if (d->lights == 0) d->lights = 1;
     if (d->side == 0) d->side = 256;
@@ -5445,13 +5448,14 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     // Among those that every driver has, and that renderers take last.
     if (d->first_texture_unit == 0) d->first_texture_unit = MSSM__FIRST_UNIT;
     if (d->first_buffer_binding == 0) d->first_buffer_binding = MSSM__FIRST_BINDING;
-    const int good = mssm__in_range(gl, "lights", d->lights, 1, INT32_MAX) &&
-                     mssm__in_range(gl, "side", d->side, 1, 16384) &&
-                     mssm__in_range(gl, "samples", d->samples, 1, 64) &&
-                     mssm__in_range(gl, "moments", d->moments, 4, 6);
-    if (good && d->moments != 5) return MSSM_OK;
-    if (good) mssm__log(gl, "moments 5: 4 or 6", NULL);
-    return MSSM_ERROR_ARGUMENT;
+    if (!mssm__in_range(gl, "lights", d->lights, 1, INT32_MAX) ||
+        !mssm__in_range(gl, "side", d->side, 1, MSSM__SIDE) ||
+        !mssm__in_range(gl, "samples", d->samples, 1, 64) ||
+        !mssm__in_range(gl, "moments", d->moments, 4, 6)) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+    if (d->moments == 5) return mssm__report(gl, MSSM_ERROR_ARGUMENT, "moments 5: 4 or 6");
+    return MSSM_OK;
 }
 
 static mssm_result mssm__check_units(mssm_gl *gl)
@@ -5567,10 +5571,8 @@ void mssm_gl_destroy(mssm_gl *gl)
 mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0 || gl->framing) {
-        mssm__log(gl, "mssm_gl_resize within a frame or a pass", NULL);
-        return MSSM_ERROR_ORDER;
-    }
+    if (gl->drawing >= 0 || gl->framing)
+        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_resize within a frame or a pass");
     mssm_gl fresh = *gl;
     fresh.desc.lights = lights;
     fresh.desc.side = side;
@@ -5600,10 +5602,9 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
     if (!gl || !light || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) {
         return MSSM_ERROR_ARGUMENT;
     }
-    if (!mssm__is_light(light)) {
-        mssm__log(gl, "a light needs z_near < z_far and a finite world_to_shadow", NULL);
-        return MSSM_ERROR_ARGUMENT;
-    }
+    if (!mssm__is_light(light))
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT,
+                            "a light needs z_near < z_far and a finite world_to_shadow");
     if (!memcmp(&gl->lights[index].light, light, sizeof *light)) return MSSM_OK;
     gl->lights[index].light = *light;
     mssm__change(gl, index);
@@ -5637,10 +5638,8 @@ static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, 
 mssm_result mssm_gl_begin_frame(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0 || gl->framing) {
-        mssm__log(gl, "mssm_gl_begin_frame within a frame or a pass", NULL);
-        return MSSM_ERROR_ORDER;
-    }
+    if (gl->drawing >= 0 || gl->framing)
+        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_begin_frame within a frame or a pass");
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_frame");
     if (r) return r;
     mssm__save_bindings(gl, &gl->bindings);
@@ -5652,10 +5651,9 @@ mssm_result mssm_gl_begin_frame(mssm_gl *gl)
 mssm_result mssm_gl_end_frame(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0 || !gl->framing) {
-        mssm__log(gl, "mssm_gl_end_frame without mssm_gl_begin_frame, or within a pass", NULL);
-        return MSSM_ERROR_ORDER;
-    }
+    if (gl->drawing >= 0 || !gl->framing)
+        return mssm__report(gl, MSSM_ERROR_ORDER,
+                            "mssm_gl_end_frame without mssm_gl_begin_frame, or within a pass");
     gl->framing = 0;
     mssm__restore_state(gl);
     mssm__restore_bindings(gl, &gl->bindings);
@@ -5666,17 +5664,14 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
 {
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
         return MSSM_ERROR_ARGUMENT;
-    if (back_faces && gl->filtered) {
-        mssm__log(gl, "filtered maps have no back faces", NULL);
-        return MSSM_ERROR_ARGUMENT;
-    }
+    if (back_faces && gl->filtered)
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT, "filtered maps have no back faces");
     // Back faces are averaged with the front faces of the same light, which must have come before.
     if (gl->drawing >= 0 || (back_faces && gl->front_of != index)) {
-        mssm__log(gl,
-                  gl->drawing >= 0 ? "mssm_gl_begin_depth before mssm_gl_end_depth"
-                                   : "back faces must follow the front faces of their light",
-                  NULL);
-        return MSSM_ERROR_ORDER;
+        return mssm__report(gl, MSSM_ERROR_ORDER,
+                            gl->drawing >= 0
+                                ? "mssm_gl_begin_depth before mssm_gl_end_depth"
+                                : "back faces must follow the front faces of their light");
     }
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_depth");
     if (r) return r;
@@ -5695,10 +5690,8 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
 mssm_result mssm_gl_end_depth(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing < 0 || gl->translucent) {
-        mssm__log(gl, "mssm_gl_end_depth without mssm_gl_begin_depth", NULL);
-        return MSSM_ERROR_ORDER;
-    }
+    if (gl->drawing < 0 || gl->translucent)
+        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_end_depth without mssm_gl_begin_depth");
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_depth");
     if (r) return r;
     mssm__restore_state(gl);
@@ -5731,12 +5724,11 @@ static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const m
     const unsigned target = d->target ? d->target : (unsigned)MSSM__GL_TEXTURE_2D;
     const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
     int kind = 5;
-    char line[120];
     while (kind >= 0 && mssm__targets[kind].target != target) kind--;
     if (kind < 0) {
-        snprintf(line, sizeof line,
-                 "mssm_gl_depth: target 0x%04X: a 2D, cube map or multisampled texture", target);
-        mssm__log(gl, line, NULL);
+        mssm__report(gl, MSSM_ERROR_ARGUMENT,
+                     "mssm_gl_depth: target 0x%04X: a 2D, cube map or multisampled texture",
+                     target);
         return -1;
     }
     if (!mssm__in_range(gl, "mssm_gl_depth: stored", (int)d->stored, 0,
@@ -5752,10 +5744,10 @@ static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const m
     mssm__depth_ends(light, d, &low, &high); // NaN fails all of these
     if (low >= (hyperbolic ? FLT_MIN : -FLT_MAX) && high > low && (high <= FLT_MAX || hyperbolic))
         return kind;
-    snprintf(line, sizeof line, "mssm_gl_depth: z_near %g, z_far %g: %sz_near < z_far%s",
-             (double)low, (double)high, hyperbolic ? "0 < " : "",
-             hyperbolic ? ", which may be infinite" : ", both finite");
-    mssm__log(gl, line, NULL);
+    mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: z_near %g, z_far %g: %s", (double)low,
+                 (double)high,
+                 hyperbolic ? "0 < z_near < z_far, which may be infinite"
+                            : "z_near < z_far, both finite");
     return -1;
 }
 
@@ -5764,7 +5756,6 @@ static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int a
                             int all)
 {
     const int side = gl->desc.side;
-    char line[120];
     if (all < 0) all = 0; // a driver that lies
     if (!mssm__in_range(gl, names[0], at, 0, all - 1) ||
         !mssm__in_range(gl, names[1], size ? size : all - at, 1, all - at)) {
@@ -5772,9 +5763,8 @@ static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int a
     }
     if (!size) size = all - at;
     if (size % side == 0 && size / side <= 8) return size / side;
-    snprintf(line, sizeof line, "%s %d: once to 8 times the side of mssm_gl, %d", names[1], size,
-             side);
-    mssm__log(gl, line, NULL);
+    mssm__report(gl, MSSM_ERROR_ARGUMENT, "%s %d: once to 8 times the side of mssm_gl, %d",
+                 names[1], size, side);
     return 0;
 }
 
@@ -5878,10 +5868,7 @@ static mssm_result mssm__prepare_depth(mssm_gl *gl, int kind, int back)
     const int which = MSSM__GIVEN + 2 * kind + back;
     if (!gl->sampler) {
         gl->f.CreateSamplers(1, &gl->sampler);
-        if (!gl->sampler) {
-            mssm__log(gl, "no sampler object", NULL);
-            return MSSM_ERROR_GL;
-        }
+        if (!gl->sampler) return mssm__report(gl, MSSM_ERROR_GL, "no sampler object");
         gl->f.SamplerParameteri(gl->sampler, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_NEAREST);
         gl->f.SamplerParameteri(gl->sampler, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
         gl->f.ObjectLabel(MSSM__GL_SAMPLER, gl->sampler, -1, "mssm given depth");
@@ -5952,20 +5939,19 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
         return MSSM_ERROR_ARGUMENT;
     mssm__gl_light *light = &gl->lights[index];
-    if (!front || !(light->light.z_far > light->light.z_near)) {
-        mssm__log(gl,
-                  front ? "mssm_gl_set_depth before mssm_gl_set_light"
-                        : "mssm_gl_set_depth: front is null",
-                  NULL);
-        return front ? MSSM_ERROR_ORDER : MSSM_ERROR_ARGUMENT;
-    }
-    if (gl->drawing >= 0) mssm__log(gl, "mssm_gl_set_depth before mssm_gl_end_depth", NULL);
-    if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_depth")) return MSSM_ERROR_ORDER;
+    if (!front) return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_set_depth: front is null");
+    if (!(light->light.z_far > light->light.z_near))
+        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_set_depth before mssm_gl_set_light");
+    if (gl->drawing >= 0)
+        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_set_depth before mssm_gl_end_depth");
+    mssm_result r = mssm__check_feedback(gl, "mssm_gl_set_depth");
+    if (r) return r;
     const int kind = mssm__check_depth(gl, &light->light, front);
     const int other = back && kind >= 0 ? mssm__check_depth(gl, &light->light, back) : kind;
-    if (back && gl->filtered) mssm__log(gl, "filtered maps have no back faces", NULL);
-    if (kind < 0 || other < 0 || (back && gl->filtered)) return MSSM_ERROR_ARGUMENT;
-    const mssm_result r = mssm__prepare_depth(gl, kind, back != NULL);
+    if (kind < 0 || other < 0) return MSSM_ERROR_ARGUMENT;
+    if (back && gl->filtered)
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT, "filtered maps have no back faces");
+    r = mssm__prepare_depth(gl, kind, back != NULL);
     if (r) return r;
     mssm__settle(gl, -1);
 #ifndef MSSM_NO_FILTERED
@@ -6022,10 +6008,8 @@ static void mssm__build_tables(mssm_gl *gl, int levels)
 mssm_result mssm_gl_build(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0) {
-        mssm__log(gl, "mssm_gl_build before mssm_gl_end_depth", NULL);
-        return MSSM_ERROR_ORDER;
-    }
+    if (gl->drawing >= 0)
+        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_build before mssm_gl_end_depth");
     if (!gl->stale) return MSSM_OK;
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_build");
     if (r) return r;
@@ -6064,30 +6048,25 @@ static void mssm__log_displaced(const mssm_gl *gl)
 {
     const int unit = gl->desc.first_texture_unit, binding = gl->desc.first_buffer_binding;
     int buffer = 0;
-    char line[160];
     for (int i = 0; i < 3; i++) {
         gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + unit + i));
         const int flat = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D);
         const int array = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_ARRAY);
         if (!gl->table[i] || (!flat && !array)) continue;
-        snprintf(line, sizeof line, "first_texture_unit: unit %d has texture %d of someone else",
-                 unit + i, array ? array : flat);
-        mssm__log(gl, line, NULL);
+        mssm__report(gl, MSSM_OK, "first_texture_unit: unit %d has texture %d of someone else",
+                     unit + i, array ? array : flat);
     }
     gl->f.GetIntegeri_v(MSSM__GL_SHADER_STORAGE_BUFFER_BINDING, (unsigned)binding, &buffer);
     if (!buffer) return;
-    snprintf(line, sizeof line, "first_buffer_binding: binding %d has buffer %d of someone else",
-             binding, buffer);
-    mssm__log(gl, line, NULL);
+    mssm__report(gl, MSSM_OK, "first_buffer_binding: binding %d has buffer %d of someone else",
+                 binding, buffer);
 }
 
 mssm_result mssm_gl_bind(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->framing) {
-        mssm__log(gl, "mssm_gl_bind before mssm_gl_end_frame", NULL);
-        return MSSM_ERROR_ORDER;
-    }
+    if (gl->framing)
+        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_bind before mssm_gl_end_frame");
     const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     const int active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
     mssm__upload_views(gl);
@@ -6160,10 +6139,7 @@ static mssm_result mssm__prepare_show(mssm_gl *gl)
 {
     char defines[256];
     if (!gl->array) gl->f.CreateVertexArrays(1, &gl->array);
-    if (!gl->array) {
-        mssm__log(gl, "no vertex array object", NULL);
-        return MSSM_ERROR_GL;
-    }
+    if (!gl->array) return mssm__report(gl, MSSM_ERROR_GL, "no vertex array object");
     gl->f.ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->array, -1, "mssm show");
     if (gl->program[MSSM__SHOW]) return MSSM_OK;
     mssm__write_defines(gl, defines);
@@ -6212,11 +6188,10 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
         !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, gl->filtered ? 0 : 1)) {
         return MSSM_ERROR_ARGUMENT;
     }
-    if (gl->drawing >= 0 || gl->framing || !gl->lights[index].built) {
-        mssm__log(gl, "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build",
-                  NULL);
-        return MSSM_ERROR_ORDER;
-    }
+    if (gl->drawing >= 0 || gl->framing || !gl->lights[index].built)
+        return mssm__report(
+            gl, MSSM_ERROR_ORDER,
+            "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build");
     mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
     if (!r) r = mssm__prepare_show(gl);
     if (r) return r;
@@ -6225,10 +6200,9 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
     mssm__save_state(gl, &caller);
     if (gl->f.CheckNamedFramebufferStatus((unsigned)caller.framebuffer,
                                           MSSM__GL_DRAW_FRAMEBUFFER) !=
-        MSSM__GL_FRAMEBUFFER_COMPLETE) {
-        mssm__log(gl, "mssm_gl_show: the draw framebuffer is not complete", NULL);
-        return MSSM_ERROR_GL;
-    }
+        MSSM__GL_FRAMEBUFFER_COMPLETE)
+        return mssm__report(gl, MSSM_ERROR_GL,
+                            "mssm_gl_show: the draw framebuffer is not complete");
     mssm__draw_show(gl, &caller, show);
     return MSSM_OK;
 }
@@ -6577,13 +6551,10 @@ static void mssm__copy_depth(mssm_gl *gl)
 mssm_result mssm_gl_begin_translucent(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0 || gl->ready < 0 || gl->front_of != gl->ready) {
-        mssm__log(
-            gl,
-            "translucent casters must follow the depth pass of their light, of a filtered mssm_gl",
-            NULL);
-        return MSSM_ERROR_ORDER;
-    }
+    if (gl->drawing >= 0 || gl->ready < 0 || gl->front_of != gl->ready)
+        return mssm__report(
+            gl, MSSM_ERROR_ORDER,
+            "translucent casters must follow the depth pass of their light, of a filtered mssm_gl");
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_translucent");
     if (r) return r;
     mssm__pass_state(gl, gl->target, 0, 0);
@@ -6596,10 +6567,9 @@ mssm_result mssm_gl_begin_translucent(mssm_gl *gl)
 mssm_result mssm_gl_end_translucent(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (!gl->translucent) {
-        mssm__log(gl, "mssm_gl_end_translucent without mssm_gl_begin_translucent", NULL);
-        return MSSM_ERROR_ORDER;
-    }
+    if (!gl->translucent)
+        return mssm__report(gl, MSSM_ERROR_ORDER,
+                            "mssm_gl_end_translucent without mssm_gl_begin_translucent");
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_translucent");
     if (r) return r;
     mssm__restore_state(gl);
@@ -6649,17 +6619,15 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 {
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
         return MSSM_ERROR_ARGUMENT;
-    if (!texture || (!gl->framing && !gl->f.IsTexture(texture))) {
-        mssm__log(gl, "mssm_gl_set_moments: there is no such texture", NULL);
-        return MSSM_ERROR_ARGUMENT;
-    }
-    if (gl->drawing >= 0) mssm__log(gl, "mssm_gl_set_moments before mssm_gl_end_depth", NULL);
-    if (gl->drawing >= 0 || mssm__check_feedback(gl, "mssm_gl_set_moments"))
-        return MSSM_ERROR_ORDER;
-    if (gl->filtered) {
-        mssm__log(gl, "mssm_gl_set_moments is for soft shadows", NULL);
-        return MSSM_ERROR_ARGUMENT;
-    }
+    if (!texture || (!gl->framing && !gl->f.IsTexture(texture)))
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT,
+                            "mssm_gl_set_moments: there is no such texture");
+    if (gl->drawing >= 0)
+        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_set_moments before mssm_gl_end_depth");
+    mssm_result r = mssm__check_feedback(gl, "mssm_gl_set_moments");
+    if (r) return r;
+    if (gl->filtered)
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_set_moments is for soft shadows");
     unsigned *program = &gl->program[MSSM__STORE];
     if (!*program) { // made when first needed
         char defines[128];
@@ -6667,7 +6635,7 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
                  gl->desc.moments, MSSM_SCALE);
         const char *const text[] = {mssm__glsl_version, defines, "#define MSSM_EMPTY 0.99999\n",
                                     mssm__glsl_filter};
-        const mssm_result r = mssm__build_program(gl, MSSM__STORE, text, 4);
+        r = mssm__build_program(gl, MSSM__STORE, text, 4);
         if (r && *program) gl->f.DeleteProgram(*program);
         if (r) *program = 0;
         if (r) return r;
