@@ -4081,10 +4081,8 @@ struct mssm_gl {
 
 #ifndef MSSM_NO_FILTERED
 static mssm_result mssm__check_filtered(mssm_gl *gl);
-static mssm_result mssm__filtered_programs(mssm_gl *gl);
 static mssm_result mssm__filtered_targets(mssm_gl *gl);
 static void mssm__filtered_take(mssm_gl *gl, int index, unsigned program, int linear, int samples);
-static const char *mssm__filtered_resolve_text(void);
 static const char *mssm__glsl_filtered(void);
 static void mssm__filtered_resolve(mssm_gl *gl);
 static void mssm__filtered_build(mssm_gl *gl);
@@ -4593,6 +4591,202 @@ static const char mssm__glsl_texels[] =
     "    return least;\n"
     "}\n";
 
+// One triangle over the whole viewport, and where in it a fragment is.
+static const char mssm__glsl_place[] =
+    "layout(location = 0) out vec2 place;\n"
+    "void main()\n"
+    "{\n"
+    "    place = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0;\n"
+    "    gl_Position = vec4(place * 2.0 - 1.0, 0.0, 1.0);\n"
+    "}\n";
+// To look at a map.
+static const char mssm__glsl_show[] =
+    "#ifdef MSSM_FILTERED\n"
+    "layout(binding = MSSM_UNIT) uniform sampler2DArray map;\n"
+    "#else\n"
+    "layout(binding = MSSM_UNIT) uniform isampler2DArray sums;\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray depths;\n"
+    "#endif\n"
+    "layout(location = 0) uniform int show[3];  // light, what, side\n"
+    "layout(location = 0) in vec2 place;\n"
+    "layout(location = 0) out vec4 color;\n"
+    "#ifndef MSSM_FILTERED\n"
+    "int sum(ivec2 p)\n"
+    "{\n"
+    "    return p.x < 0 || p.y < 0 ? 0 : texelFetch(sums, ivec3(p, show[0]), 0).x;\n"
+    "}\n"
+    "#endif\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 p = clamp(ivec2(place * float(show[2])), ivec2(0), ivec2(show[2] - 1));\n"
+    "#ifdef MSSM_FILTERED\n"
+    "    float z = 2.0 * texelFetch(map, ivec3(p, show[0]), 0).x - 1.0;\n"
+    "#else\n"
+    "    int value = sum(p) - sum(p - ivec2(1, 0)) - sum(p - ivec2(0, 1)) + sum(p - 1);\n"
+    "    float z = float(value) / float(MSSM_SCALE), least = texelFetch(depths, ivec3(p / 2, show[0]), 0).x;\n"
+    "    z = show[1] == 0 ? z : least;\n"
+    "#endif\n"
+    "    color = vec4(vec3(0.5 + 0.5 * z), 1.0);\n"
+    "}\n";
+
+#ifndef MSSM_NO_FILTERED
+// Depth to encoded moments: 1 to 3 in one layer, 4 to 6 in the other, so that alpha is free for
+// blending.
+static const char mssm__glsl_filtered_resolve[] =
+    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
+    "layout(binding = 0, rgba32f) writeonly uniform image2DArray work;\n"
+    "layout(location = 1) uniform int samples;\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
+    "    if (any(greaterThanEqual(p, ivec2(MSSM_SIDE)))) return;\n"
+    "    vec3 low = vec3(0.0), high = vec3(0.0);\n"
+    "    for (int s = 0; s < samples; s++) {\n"
+    "        mssm_moments6 t = mssm_chebyshev(MSSM_DEPTH(front, 0, p, s));\n"
+    "        low += vec3(t.b[0], t.b[1], t.b[2]);\n"
+    "        high += vec3(t.b[3], t.b[4], t.b[5]);\n"
+    "    }\n"
+    "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * low / float(samples), 1.0));\n"
+    "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * high / float(samples), 1.0));\n"
+    "}\n";
+
+// Depth of one sample for translucent casters: the farthest, or an edge of an opaque caster would
+// cut a rim out of the smoke before it. Multisampled depth blits are where drivers fail, and take
+// any sample.
+static const char mssm__glsl_copy[] =
+    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "layout(location = 0) uniform int samples;\n"
+    "void main()\n"
+    "{\n"
+    "    float farthest = 0.0;\n"
+    "    for (int s = 0; s < samples; s++) {\n"
+    "        farthest = max(farthest, texelFetch(front, ivec2(gl_FragCoord.xy), s).x);\n"
+    "    }\n"
+    "    gl_FragDepth = farthest;\n"
+    "}\n";
+
+// Rows, columns and halves as in mssm__filter; each level is rounded into the map, from floats. The
+// outermost texels go on in the texels beyond.
+// With MSSM_STORE: encoded moments into the first level of the tables of mssm_gl.
+static const char mssm__glsl_filter[] =
+    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "layout(binding = 2, rgba32f) readonly uniform image2DArray source;\n"
+    "#ifdef MSSM_STORE\n"
+    "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray map0;\n"
+    "layout(binding = 1, rg32i) writeonly uniform iimage2DArray map1;\n"
+    "layout(binding = 3, rg32f) writeonly uniform image2DArray depths;\n"
+    "ivec4 stored(vec4 q)\n"
+    "{\n"
+    "    float one = float(MSSM_SCALE);\n"
+    "    precise vec4 scaled = (2.0 * clamp(q, 0.0, 1.0) - 1.0) * one + (one + 1.5);\n"
+    "    return ivec4(scaled) - (MSSM_SCALE + 1);\n"
+    "}\n"
+    "#else\n"
+    "layout(binding = 3, rgba32f) writeonly uniform image2DArray target;\n"
+    "layout(binding = 0, rgba16) writeonly uniform image2DArray map0;\n"
+    "layout(binding = 1, rg16) writeonly uniform image2DArray map1;\n"
+    "#define stored(q) q\n"
+    "#endif\n"
+    "// left, low, right, high, scale, layer of the map, side of the source\n"
+    "layout(location = 0) uniform int job[7];\n"
+    "void main()\n"
+    "{\n"
+    "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
+    "#ifdef MSSM_STORE\n"
+    "    // Least depth of two by two texels: where anything is, it may be as near as depth goes.\n"
+    "    bool empty = true;\n"
+    "    for (int i = 0; i < 4; i++) {\n"
+    "        ivec2 q = 2 * p + ivec2(i & 1, i >> 1);\n"
+    "        if (all(lessThan(q, ivec2(job[6]))) && imageLoad(source, ivec3(q, 0)).x < MSSM_EMPTY) empty = false;\n"
+    "    }\n"
+    "    imageStore(depths, ivec3(p, job[5]), vec4(empty ? 1.0 : -1.0, -1.0, 0.0, 0.0));\n"
+    "#endif\n"
+    "    if (any(greaterThanEqual(p, imageSize(map0).xy))) return;\n"
+    "    ivec2 last = ivec2(job[6] - 1), at = min(p, last / job[4]) * job[4];\n"
+    "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
+    "    float radius = float(job[2] + job[3]), falloff = 2.0 / max(radius * radius, 1.0);\n"
+    "    for (int y = job[1]; y <= job[3]; y++) {\n"
+    "        for (int x = job[0]; x <= job[2]; x++) {\n"
+    "            ivec2 q = clamp(at + ivec2(x, y), ivec2(0), last);\n"
+    "            float w = job[4] > 1 ? 1.0 : exp(-falloff * float(x * x + y * y));\n"
+    "            low += w * vec4(imageLoad(source, ivec3(q, 0)).xyz, 1.0);\n"
+    "            high += w * imageLoad(source, ivec3(q, 1));\n"
+    "        }\n"
+    "    }\n"
+    "    high /= low.w;  // the sum of weights\n"
+    "    low /= low.w;\n"
+    "#ifndef MSSM_STORE\n"
+    "    imageStore(target, ivec3(p, 0), low);\n"
+    "    imageStore(target, ivec3(p, 1), high);\n"
+    "#endif\n"
+    "    imageStore(map0, ivec3(p, job[5]), stored(vec4(low.xyz, high.x)));\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "    imageStore(map1, ivec3(p, job[5]), stored(vec4(high.yz, 1.0, 1.0)));\n"
+    "#endif\n"
+    "}\n";
+
+// Shading. The longer axis of the footprint is covered by taps of our own: moments are linear, and
+// llvmpipe hangs with anisotropic samplers.
+static const char mssm__glsl_filtered_entry[] =
+    "layout(binding = MSSM_UNIT) uniform sampler2DArray $map0;\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray $map1;\n"
+    "#endif\n"
+    "layout(std430, binding = MSSM_BINDING) readonly buffer $view_block { mssm_view $views[]; };\n"
+    "vec2 $ddx = vec2(1.0), $ddy = vec2(1.0); // of the place in the map, in texels\n"
+    "vec2 $axis(vec2 d, vec2 least, float most)\n"
+    "{\n"
+    "    float l = length(d);\n"
+    "    return l > 1.0 ? d * (min(l, most) / l) : least;\n"
+    "}\n"
+    "mssm_moments6 $sample(int light, float x, float y)\n"
+    "{\n"
+    "    vec2 scale = 1.0 / vec2(textureSize($map0, 0).xy), at = vec2(x, y) * scale;\n"
+    "    bool swap = length($ddx) < length($ddy);\n"
+    "    vec2 wide = (swap ? $ddy : $ddx) * scale, slim = (swap ? $ddx : $ddy) * scale;\n"
+    "    int taps = int(clamp(floor(length(wide) / length(slim) + 0.5), 1.0, float(MSSM_ANISOTROPY)));\n"
+    "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
+    "    wide /= float(taps);\n"
+    "    for (int i = 0; i < taps; i++) {\n"
+    "        vec3 p = vec3(at + (float(i) + 0.5 - 0.5 * float(taps)) * wide, float(light));\n"
+    "        low += (2.0 * textureGrad($map0, p, wide, slim) - 1.0) / float(taps);\n"
+    "#if MSSM_MOMENTS == 6\n"
+    "        high += (2.0 * textureGrad($map1, p, wide, slim) - 1.0) / float(taps);\n"
+    "#endif\n"
+    "    }\n"
+    "    mssm_moments6 t;\n"
+    "    t.b[0] = low.x;\n"
+    "    t.b[1] = low.y;\n"
+    "    t.b[2] = low.z;\n"
+    "    t.b[3] = low.w;\n"
+    "    t.b[4] = high.x;\n"
+    "    t.b[5] = high.y;\n"
+    "    return t;\n"
+    "}\n"
+    "mssm_bounds @_bounds(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
+    "{\n"
+    "    mssm_bounds lit = mssm_bounds(1.0, 1.0);\n"
+    "    if (uint(light) >= uint($views.length())) return lit;\n"
+    "    mssm_view v = $views[light];\n"
+    "    if (v.side == 0.0) return lit;\n"
+    "    vec3 p = world_position, px = p + ddx, py = p + ddy;\n"
+    "    mssm_receiver r = mssm_receive(v, $chosen, p.x, p.y, p.z);\n"
+    "    mssm_receiver rx = mssm_receive(v, $chosen, px.x, px.y, px.z);\n"
+    "    mssm_receiver ry = mssm_receive(v, $chosen, py.x, py.y, py.z);\n"
+    "    if (r.lit != 0 || mssm_beside(v, r) != 0) return lit;\n"
+    "    $ddx = $axis(vec2(rx.x - r.x, rx.y - r.y), vec2(1.0, 0.0), v.side);\n"
+    "    $ddy = $axis(vec2(ry.x - r.x, ry.y - r.y), vec2(0.0, 1.0), v.side);\n"
+    "    float width = min(length($ddx), length($ddy));\n"
+    "    mssm_moments6 t = $sample(light, r.x, r.y);\n"
+    "    return mssm_bounds_under(v, $chosen, r, t, width + MSSM_BLUR, MSSM_LACK);\n"
+    "}\n"
+    "float @(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
+    "{\n"
+    "    return @_bounds(light, world_position, ddx, ddy).upper;\n"
+    "}\n";
+#endif
+
 // ---- Loader, log, programs ---- >>plumbing
 
 static const char *const mssm__program_names[MSSM__GIVEN] = {
@@ -4914,41 +5108,68 @@ static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[5])
     return MSSM_OK;
 }
 
-static void mssm__write_defines(const mssm_gl *gl, char defines[256])
+// A program of the object's numbers, an option and texts up to a NULL: of a compute shader, or of
+// the fragments of a triangle. On failure none is left.
+static mssm_result mssm__make_program(mssm_gl *gl, int which, const char *option,
+                                      const char *const texts[6])
 {
-    snprintf(defines, 256,
+    char defines[256];
+    const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
+    const char *all[9] = {mssm__glsl_version, defines, option};
+    int count = 3;
+    mssm_result r;
+    snprintf(defines, sizeof defines,
              "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
              "#define MSSM_BATCH %d\n#define MSSM_SCALE %d\n",
              gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
              (int)MSSM__BATCH, MSSM_SCALE);
+    for (int i = 0; i < 6 && texts[i]; i++) all[count++] = texts[i];
+    if (which == MSSM__COPY || which == MSSM__SHOW) {
+        r = mssm__add_shader(gl, which, MSSM__GL_VERTEX_SHADER, vertex, 2);
+        if (!r) r = mssm__add_shader(gl, which, MSSM__GL_FRAGMENT_SHADER, all, count);
+        if (!r) r = mssm__link(gl, which);
+    } else {
+        r = mssm__build_program(gl, which, all, count);
+    }
+    if (!r) return MSSM_OK;
+    if (gl->program[which]) gl->f.DeleteProgram(gl->program[which]);
+    gl->program[which] = 0;
+    return r;
 }
+
+#ifndef MSSM_NO_FILTERED
+static mssm_result mssm__filtered_programs(mssm_gl *gl)
+{
+    static const char *const filter[6] = {mssm__glsl_filter}, *const copy[6] = {mssm__glsl_copy};
+    const char *const drawn[6] = {mssm_glsl_math(), mssm__glsl_linear_depth, mssm__glsl_drawn,
+                                  mssm__glsl_filtered_resolve};
+    const char *const shading[5] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered(),
+                                    mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n", ""};
+    mssm_result r = mssm__make_program(gl, MSSM__RESOLVE, "", drawn);
+    if (!r) r = mssm__make_program(gl, MSSM__FILTER, "", filter);
+    if (!r) r = mssm__make_program(gl, MSSM__COPY, "", copy);
+    return r ? r : mssm__write_shader(gl, shading);
+}
+#endif
 
 static mssm_result mssm__build_programs(mssm_gl *gl)
 {
 #ifndef MSSM_NO_FILTERED
     if (gl->filtered) return mssm__filtered_programs(gl);
 #endif
-    char defines[256];
-    mssm__write_defines(gl, defines);
-    const char *const resolve[] = {mssm__glsl_version,      defines,          mssm_glsl_math(),
-                                   mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_resolve};
-    const char *const average[] = {
-        mssm__glsl_version,      defines,          "#define MSSM_AVERAGE\n", mssm_glsl_math(),
-        mssm__glsl_linear_depth, mssm__glsl_drawn, mssm__glsl_resolve};
-    const char *const rows[] = {mssm__glsl_version, defines, mssm__glsl_tables, mssm__glsl_rows};
-    const char *const halve[] = {mssm__glsl_version, defines, "#define MSSM_HALVE\n",
-                                 mssm__glsl_tables, mssm__glsl_rows};
-    const char *const columns[] = {mssm__glsl_version, defines, mssm__glsl_tables,
-                                   mssm__glsl_columns};
-    const char *const least[] = {mssm__glsl_version, defines, mssm__glsl_least};
+    static const char *const rows[6] = {mssm__glsl_tables, mssm__glsl_rows};
+    static const char *const columns[6] = {mssm__glsl_tables, mssm__glsl_columns};
+    static const char *const least[6] = {mssm__glsl_least};
     static const char *const shading[5] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_bound,
                                            mssm__glsl_entry, mssm__glsl_texels};
-    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
-    if (!r) r = mssm__build_program(gl, MSSM__AVERAGE, average, 7);
-    if (!r) r = mssm__build_program(gl, MSSM__ROWS, rows, 4);
-    if (!r) r = mssm__build_program(gl, MSSM__HALVE, halve, 5);
-    if (!r) r = mssm__build_program(gl, MSSM__COLUMNS, columns, 4);
-    if (!r) r = mssm__build_program(gl, MSSM__LEAST, least, 3);
+    const char *const drawn[6] = {mssm_glsl_math(), mssm__glsl_linear_depth, mssm__glsl_drawn,
+                                  mssm__glsl_resolve};
+    mssm_result r = mssm__make_program(gl, MSSM__RESOLVE, "", drawn);
+    if (!r) r = mssm__make_program(gl, MSSM__AVERAGE, "#define MSSM_AVERAGE\n", drawn);
+    if (!r) r = mssm__make_program(gl, MSSM__ROWS, "", rows);
+    if (!r) r = mssm__make_program(gl, MSSM__HALVE, "#define MSSM_HALVE\n", rows);
+    if (!r) r = mssm__make_program(gl, MSSM__COLUMNS, "", columns);
+    if (!r) r = mssm__make_program(gl, MSSM__LEAST, "", least);
     return r ? r : mssm__write_shader(gl, shading);
 }
 
@@ -5432,7 +5653,7 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
 {
     mssm_gl_desc *d = &gl->desc;
 #ifndef MSSM_NO_FILTERED
-    gl->filtered = d->filtered;
+    gl->filtered = d->filtered != 0;
     if (gl->filtered && mssm__check_filtered(gl)) return MSSM_ERROR_ARGUMENT;
 #endif
     if (d->name && !mssm__is_name(d->name)) {
@@ -5874,20 +6095,13 @@ static mssm_result mssm__prepare_depth(mssm_gl *gl, int kind, int back)
         gl->f.ObjectLabel(MSSM__GL_SAMPLER, gl->sampler, -1, "mssm given depth");
     }
     if (gl->program[which]) return MSSM_OK;
-    char defines[256];
-    mssm__write_defines(gl, defines);
     const char *resolve = mssm__glsl_resolve;
 #ifndef MSSM_NO_FILTERED
-    if (gl->filtered) resolve = mssm__filtered_resolve_text();
+    if (gl->filtered) resolve = mssm__glsl_filtered_resolve;
 #endif
-    const char *const text[] = {
-        mssm__glsl_version,       defines,          back ? "#define MSSM_AVERAGE\n" : "",
-        mssm__targets[kind].text, mssm_glsl_math(), mssm__glsl_linear_depth,
-        mssm__glsl_given,         resolve};
-    const mssm_result r = mssm__build_program(gl, which, text, 8);
-    if (r && gl->program[which]) gl->f.DeleteProgram(gl->program[which]);
-    if (r) gl->program[which] = 0;
-    return r;
+    const char *const texts[6] = {mssm__targets[kind].text, mssm_glsl_math(),
+                                  mssm__glsl_linear_depth, mssm__glsl_given, resolve};
+    return mssm__make_program(gl, which, back ? "#define MSSM_AVERAGE\n" : "", texts);
 }
 
 // Depth maps that are bound, as moments into the map of a light.
@@ -6098,60 +6312,15 @@ int mssm_gl_stale(const mssm_gl *gl, int index)
     return (moved ? MSSM_STALE_MAP : 0) | (ready || coarse ? MSSM_STALE_TABLES : 0);
 }
 
-static const char mssm__glsl_place[] =
-    "layout(location = 0) out vec2 place;\n"
-    "void main()\n"
-    "{\n"
-    "    place = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0;\n"
-    "    gl_Position = vec4(place * 2.0 - 1.0, 0.0, 1.0);\n"
-    "}\n";
-static const char mssm__glsl_show[] =
-    "#ifdef MSSM_FILTERED\n"
-    "layout(binding = MSSM_UNIT) uniform sampler2DArray map;\n"
-    "#else\n"
-    "layout(binding = MSSM_UNIT) uniform isampler2DArray sums;\n"
-    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray depths;\n"
-    "#endif\n"
-    "layout(location = 0) uniform int show[3];  // light, what, side\n"
-    "layout(location = 0) in vec2 place;\n"
-    "layout(location = 0) out vec4 color;\n"
-    "#ifndef MSSM_FILTERED\n"
-    "int sum(ivec2 p)\n"
-    "{\n"
-    "    return p.x < 0 || p.y < 0 ? 0 : texelFetch(sums, ivec3(p, show[0]), 0).x;\n"
-    "}\n"
-    "#endif\n"
-    "void main()\n"
-    "{\n"
-    "    ivec2 p = clamp(ivec2(place * float(show[2])), ivec2(0), ivec2(show[2] - 1));\n"
-    "#ifdef MSSM_FILTERED\n"
-    "    float z = 2.0 * texelFetch(map, ivec3(p, show[0]), 0).x - 1.0;\n"
-    "#else\n"
-    "    int value = sum(p) - sum(p - ivec2(1, 0)) - sum(p - ivec2(0, 1)) + sum(p - 1);\n"
-    "    float z = float(value) / float(MSSM_SCALE), least = texelFetch(depths, ivec3(p / 2, show[0]), 0).x;\n"
-    "    z = show[1] == 0 ? z : least;\n"
-    "#endif\n"
-    "    color = vec4(vec3(0.5 + 0.5 * z), 1.0);\n"
-    "}\n";
-
 // Made when first needed.
 static mssm_result mssm__prepare_show(mssm_gl *gl)
 {
-    char defines[256];
+    static const char *const texts[6] = {mssm__glsl_show};
     if (!gl->array) gl->f.CreateVertexArrays(1, &gl->array);
     if (!gl->array) return mssm__report(gl, MSSM_ERROR_GL, "no vertex array object");
     gl->f.ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->array, -1, "mssm show");
     if (gl->program[MSSM__SHOW]) return MSSM_OK;
-    mssm__write_defines(gl, defines);
-    const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
-    const char *const fragment[] = {mssm__glsl_version, defines,
-                                    gl->filtered ? "#define MSSM_FILTERED\n" : "", mssm__glsl_show};
-    mssm_result r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_VERTEX_SHADER, vertex, 2);
-    if (!r) r = mssm__add_shader(gl, MSSM__SHOW, MSSM__GL_FRAGMENT_SHADER, fragment, 4);
-    if (!r) r = mssm__link(gl, MSSM__SHOW);
-    if (r && gl->program[MSSM__SHOW]) gl->f.DeleteProgram(gl->program[MSSM__SHOW]);
-    if (r) gl->program[MSSM__SHOW] = 0;
-    return r;
+    return mssm__make_program(gl, MSSM__SHOW, gl->filtered ? "#define MSSM_FILTERED\n" : "", texts);
 }
 
 // caller: the state that is put back.
@@ -6254,167 +6423,6 @@ const char *mssm_glsl_translucent(void)
     return mssm__glsl_translucent;
 }
 
-// Depth to encoded moments: 1 to 3 in one layer, 4 to 6 in the other, so that alpha is free for
-// blending.
-static const char mssm__glsl_filtered_resolve[] =
-    "layout(local_size_x = 8, local_size_y = 8) in;\n"
-    "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
-    "layout(binding = 0, rgba32f) writeonly uniform image2DArray work;\n"
-    "layout(location = 1) uniform int samples;\n"
-    "void main()\n"
-    "{\n"
-    "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    if (any(greaterThanEqual(p, ivec2(MSSM_SIDE)))) return;\n"
-    "    vec3 low = vec3(0.0), high = vec3(0.0);\n"
-    "    for (int s = 0; s < samples; s++) {\n"
-    "        mssm_moments6 t = mssm_chebyshev(MSSM_DEPTH(front, 0, p, s));\n"
-    "        low += vec3(t.b[0], t.b[1], t.b[2]);\n"
-    "        high += vec3(t.b[3], t.b[4], t.b[5]);\n"
-    "    }\n"
-    "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * low / float(samples), 1.0));\n"
-    "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * high / float(samples), 1.0));\n"
-    "}\n";
-
-// Depth of one sample for translucent casters: the farthest, or an edge of an opaque caster would
-// cut a rim out of the smoke before it. Multisampled depth blits are where drivers fail, and take
-// any sample.
-static const char mssm__glsl_triangle[] =
-    "void main()\n"
-    "{\n"
-    "    gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);\n"
-    "}\n";
-static const char mssm__glsl_copy[] =
-    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
-    "layout(location = 0) uniform int samples;\n"
-    "void main()\n"
-    "{\n"
-    "    float farthest = 0.0;\n"
-    "    for (int s = 0; s < samples; s++) {\n"
-    "        farthest = max(farthest, texelFetch(front, ivec2(gl_FragCoord.xy), s).x);\n"
-    "    }\n"
-    "    gl_FragDepth = farthest;\n"
-    "}\n";
-
-// Rows, columns and halves as in mssm__filter; each level is rounded into the map, from floats. The
-// outermost texels go on in the texels beyond.
-// With MSSM_SCALE: encoded moments into the first level of the tables of mssm_gl.
-static const char mssm__glsl_filter[] =
-    "layout(local_size_x = 8, local_size_y = 8) in;\n"
-    "layout(binding = 2, rgba32f) readonly uniform image2DArray source;\n"
-    "#ifdef MSSM_SCALE\n"
-    "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray map0;\n"
-    "layout(binding = 1, rg32i) writeonly uniform iimage2DArray map1;\n"
-    "layout(binding = 3, rg32f) writeonly uniform image2DArray depths;\n"
-    "ivec4 stored(vec4 q)\n"
-    "{\n"
-    "    float one = float(MSSM_SCALE);\n"
-    "    precise vec4 scaled = (2.0 * clamp(q, 0.0, 1.0) - 1.0) * one + (one + 1.5);\n"
-    "    return ivec4(scaled) - (MSSM_SCALE + 1);\n"
-    "}\n"
-    "#else\n"
-    "layout(binding = 3, rgba32f) writeonly uniform image2DArray target;\n"
-    "layout(binding = 0, rgba16) writeonly uniform image2DArray map0;\n"
-    "layout(binding = 1, rg16) writeonly uniform image2DArray map1;\n"
-    "#define stored(q) q\n"
-    "#endif\n"
-    "// left, low, right, high, scale, layer of the map, side of the source\n"
-    "layout(location = 0) uniform int job[7];\n"
-    "void main()\n"
-    "{\n"
-    "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "#ifdef MSSM_SCALE\n"
-    "    // Least depth of two by two texels: where anything is, it may be as near as depth goes.\n"
-    "    bool empty = true;\n"
-    "    for (int i = 0; i < 4; i++) {\n"
-    "        ivec2 q = 2 * p + ivec2(i & 1, i >> 1);\n"
-    "        if (all(lessThan(q, ivec2(job[6]))) && imageLoad(source, ivec3(q, 0)).x < MSSM_EMPTY) empty = false;\n"
-    "    }\n"
-    "    imageStore(depths, ivec3(p, job[5]), vec4(empty ? 1.0 : -1.0, -1.0, 0.0, 0.0));\n"
-    "#endif\n"
-    "    if (any(greaterThanEqual(p, imageSize(map0).xy))) return;\n"
-    "    ivec2 last = ivec2(job[6] - 1), at = min(p, last / job[4]) * job[4];\n"
-    "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
-    "    float radius = float(job[2] + job[3]), falloff = 2.0 / max(radius * radius, 1.0);\n"
-    "    for (int y = job[1]; y <= job[3]; y++) {\n"
-    "        for (int x = job[0]; x <= job[2]; x++) {\n"
-    "            ivec2 q = clamp(at + ivec2(x, y), ivec2(0), last);\n"
-    "            float w = job[4] > 1 ? 1.0 : exp(-falloff * float(x * x + y * y));\n"
-    "            low += w * vec4(imageLoad(source, ivec3(q, 0)).xyz, 1.0);\n"
-    "            high += w * imageLoad(source, ivec3(q, 1));\n"
-    "        }\n"
-    "    }\n"
-    "    high /= low.w;  // the sum of weights\n"
-    "    low /= low.w;\n"
-    "#ifndef MSSM_SCALE\n"
-    "    imageStore(target, ivec3(p, 0), low);\n"
-    "    imageStore(target, ivec3(p, 1), high);\n"
-    "#endif\n"
-    "    imageStore(map0, ivec3(p, job[5]), stored(vec4(low.xyz, high.x)));\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "    imageStore(map1, ivec3(p, job[5]), stored(vec4(high.yz, 1.0, 1.0)));\n"
-    "#endif\n"
-    "}\n";
-
-// Shading. The longer axis of the footprint is covered by taps of our own: moments are linear, and
-// llvmpipe hangs with anisotropic samplers.
-static const char mssm__glsl_filtered_entry[] =
-    "layout(binding = MSSM_UNIT) uniform sampler2DArray $map0;\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "layout(binding = MSSM_NEXT_UNIT) uniform sampler2DArray $map1;\n"
-    "#endif\n"
-    "layout(std430, binding = MSSM_BINDING) readonly buffer $view_block { mssm_view $views[]; };\n"
-    "vec2 $ddx = vec2(1.0), $ddy = vec2(1.0); // of the place in the map, in texels\n"
-    "vec2 $axis(vec2 d, vec2 least, float most)\n"
-    "{\n"
-    "    float l = length(d);\n"
-    "    return l > 1.0 ? d * (min(l, most) / l) : least;\n"
-    "}\n"
-    "mssm_moments6 $sample(int light, float x, float y)\n"
-    "{\n"
-    "    vec2 scale = 1.0 / vec2(textureSize($map0, 0).xy), at = vec2(x, y) * scale;\n"
-    "    bool swap = length($ddx) < length($ddy);\n"
-    "    vec2 wide = (swap ? $ddy : $ddx) * scale, slim = (swap ? $ddx : $ddy) * scale;\n"
-    "    int taps = int(clamp(floor(length(wide) / length(slim) + 0.5), 1.0, float(MSSM_ANISOTROPY)));\n"
-    "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
-    "    wide /= float(taps);\n"
-    "    for (int i = 0; i < taps; i++) {\n"
-    "        vec3 p = vec3(at + (float(i) + 0.5 - 0.5 * float(taps)) * wide, float(light));\n"
-    "        low += (2.0 * textureGrad($map0, p, wide, slim) - 1.0) / float(taps);\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "        high += (2.0 * textureGrad($map1, p, wide, slim) - 1.0) / float(taps);\n"
-    "#endif\n"
-    "    }\n"
-    "    mssm_moments6 t;\n"
-    "    t.b[0] = low.x;\n"
-    "    t.b[1] = low.y;\n"
-    "    t.b[2] = low.z;\n"
-    "    t.b[3] = low.w;\n"
-    "    t.b[4] = high.x;\n"
-    "    t.b[5] = high.y;\n"
-    "    return t;\n"
-    "}\n"
-    "mssm_bounds @_bounds(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
-    "{\n"
-    "    mssm_bounds lit = mssm_bounds(1.0, 1.0);\n"
-    "    if (uint(light) >= uint($views.length())) return lit;\n"
-    "    mssm_view v = $views[light];\n"
-    "    if (v.side == 0.0) return lit;\n"
-    "    vec3 p = world_position, px = p + ddx, py = p + ddy;\n"
-    "    mssm_receiver r = mssm_receive(v, $chosen, p.x, p.y, p.z);\n"
-    "    mssm_receiver rx = mssm_receive(v, $chosen, px.x, px.y, px.z);\n"
-    "    mssm_receiver ry = mssm_receive(v, $chosen, py.x, py.y, py.z);\n"
-    "    if (r.lit != 0 || mssm_beside(v, r) != 0) return lit;\n"
-    "    $ddx = $axis(vec2(rx.x - r.x, rx.y - r.y), vec2(1.0, 0.0), v.side);\n"
-    "    $ddy = $axis(vec2(ry.x - r.x, ry.y - r.y), vec2(0.0, 1.0), v.side);\n"
-    "    float width = min(length($ddx), length($ddy));\n"
-    "    mssm_moments6 t = $sample(light, r.x, r.y);\n"
-    "    return mssm_bounds_under(v, $chosen, r, t, width + MSSM_BLUR, MSSM_LACK);\n"
-    "}\n"
-    "float @(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
-    "{\n"
-    "    return @_bounds(light, world_position, ddx, ddy).upper;\n"
-    "}\n";
-
 static mssm_result mssm__filtered_targets(mssm_gl *gl)
 {
     static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
@@ -6449,32 +6457,6 @@ static mssm_result mssm__filtered_targets(mssm_gl *gl)
                    MSSM__GL_FRAMEBUFFER_COMPLETE
                ? MSSM_OK
                : MSSM_ERROR_GL;
-}
-
-static const char *mssm__filtered_resolve_text(void)
-{
-    return mssm__glsl_filtered_resolve;
-}
-
-static mssm_result mssm__filtered_programs(mssm_gl *gl)
-{
-    char defines[128];
-    snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n",
-             gl->desc.moments, gl->desc.first_texture_unit);
-    const char *const resolve[] = {mssm__glsl_version, defines,
-                                   mssm_glsl_math(),   mssm__glsl_linear_depth,
-                                   mssm__glsl_drawn,   mssm__glsl_filtered_resolve};
-    const char *const filter[] = {mssm__glsl_version, defines, mssm__glsl_filter};
-    const char *const triangle[] = {mssm__glsl_version, mssm__glsl_triangle};
-    const char *const copy[] = {mssm__glsl_version, defines, mssm__glsl_copy};
-    const char *const shading[5] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered(),
-                                    mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n", ""};
-    mssm_result r = mssm__build_program(gl, MSSM__RESOLVE, resolve, 6);
-    if (!r) r = mssm__build_program(gl, MSSM__FILTER, filter, 3);
-    if (!r) r = mssm__add_shader(gl, MSSM__COPY, MSSM__GL_VERTEX_SHADER, triangle, 2);
-    if (!r) r = mssm__add_shader(gl, MSSM__COPY, MSSM__GL_FRAGMENT_SHADER, copy, 3);
-    if (!r) r = mssm__link(gl, MSSM__COPY);
-    return r ? r : mssm__write_shader(gl, shading);
 }
 
 // Defaults filled in where they are not those of soft shadows.
@@ -6628,16 +6610,10 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     if (r) return r;
     if (gl->filtered)
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_set_moments is for soft shadows");
-    unsigned *program = &gl->program[MSSM__STORE];
-    if (!*program) { // made when first needed
-        char defines[128];
-        snprintf(defines, sizeof defines, "#define MSSM_MOMENTS %d\n#define MSSM_SCALE %d\n",
-                 gl->desc.moments, MSSM_SCALE);
-        const char *const text[] = {mssm__glsl_version, defines, "#define MSSM_EMPTY 0.99999\n",
-                                    mssm__glsl_filter};
-        r = mssm__build_program(gl, MSSM__STORE, text, 4);
-        if (r && *program) gl->f.DeleteProgram(*program);
-        if (r) *program = 0;
+    if (!gl->program[MSSM__STORE]) { // made when first needed
+        static const char *const texts[6] = {mssm__glsl_filter};
+        r = mssm__make_program(gl, MSSM__STORE, "#define MSSM_STORE\n#define MSSM_EMPTY 0.99999\n",
+                               texts);
         if (r) return r;
     }
     const unsigned groups = (unsigned)(gl->padded + 7) / 8;
@@ -6649,8 +6625,8 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
     gl->f.BindImageTexture(2, texture, 0, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
     gl->f.BindImageTexture(3, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RG32F);
-    gl->f.ProgramUniform1iv(*program, 0, 7, pass);
-    gl->f.UseProgram(*program);
+    gl->f.ProgramUniform1iv(gl->program[MSSM__STORE], 0, 7, pass);
+    gl->f.UseProgram(gl->program[MSSM__STORE]);
     gl->f.DispatchCompute(groups, groups, 1);
     (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
     mssm__restore_bindings(gl, &saved);
