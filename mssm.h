@@ -3980,6 +3980,17 @@ enum {
     MSSM__GL_INFO_LOG_LENGTH = 0x8B84,
     MSSM__GL_BARRIERS = 0x20 | 0x8, // image access, texture fetch
     MSSM__GL_BLEND = 0x0BE2,
+    MSSM__GL_COLOR_ATTACHMENT0 = 0x8CE0,
+    MSSM__GL_ALWAYS = 0x0207,
+    MSSM__GL_RGBA32F = 0x8814,
+    MSSM__GL_RGBA16 = 0x805B,
+    MSSM__GL_RG16 = 0x822C,
+    MSSM__GL_LINEAR = 0x2601,
+    MSSM__GL_LINEAR_MIPMAP_LINEAR = 0x2703,
+    MSSM__GL_TEXTURE_WRAP_S = 0x2802,
+    MSSM__GL_TEXTURE_WRAP_T = 0x2803,
+    MSSM__GL_CLAMP_TO_EDGE = 0x812F,
+    MSSM__GL_ALL_BARRIERS = MSSM__GL_BARRIERS | 0x400, // framebuffer, too
     MSSM__GL_TRIANGLES = 0x0004,
     MSSM__GL_VERTEX_ARRAY = 0x8074,
     MSSM__GL_BUFFER = 0x82E0,
@@ -4010,6 +4021,10 @@ enum {
     MSSM__GIVEN,
     MSSM__PROGRAMS = MSSM__GIVEN + 12
 }; // a given depth map: for each target, without and with back faces
+// Textures of an mssm_gl after the three that shading reads, and the framebuffer after those of
+// front and back faces: of filtered maps, to work in.
+enum { MSSM__LEAST_DEPTHS = 2, MSSM__WORK, MSSM__BLURRED_ROWS, MSSM__FARTHEST, MSSM__TABLES };
+enum { MSSM__TRANSLUCENT = 2, MSSM__FRAMEBUFFERS };
 enum { MSSM__FIRST_UNIT = 80, MSSM__FIRST_BINDING = 7 };
 enum { MSSM__BATCH = 256 };       // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 23 }; // at most
@@ -4061,8 +4076,9 @@ struct mssm_gl {
     int stale;                       // something has changed since the last build
     int first_changed, last_changed; // lights whose views the buffer does not have
     int bound;                       // by mssm_gl_bind, at least once
-    mssm__glenum format[3];          // of the tables, and of least depths
-    unsigned depth[2], framebuffer[2], table[3], views, program[MSSM__PROGRAMS];
+    const mssm__glenum *format;      // of the tables, 0: this kind has none
+    unsigned depth[2], framebuffer[MSSM__FRAMEBUFFERS], table[MSSM__TABLES], views,
+        program[MSSM__PROGRAMS];
     unsigned sampler; // that of given depth maps
     unsigned array;   // without attributes
     int targets;      // that textures have come with, as bits
@@ -4076,7 +4092,6 @@ struct mssm_gl {
     int ready;       // filtered: light whose moments are in work, not built yet, or -1
     int translucent; // the pass under way is one of translucent casters
     int unbound;     // only the text of mssm_glsl_shader is wanted
-    unsigned work, rows, farthest, target, triangle;
 };
 
 #ifndef MSSM_NO_FILTERED
@@ -4977,7 +4992,7 @@ static int mssm__print_float(char *to, size_t size, const char *before, float x)
     return snprintf(to, size, "%suintBitsToFloat(0x%08xu)", before, (unsigned)bits);
 }
 
-// Whether shading reads this of the three textures.
+// Whether it has this of the textures.
 static int mssm__has_texture(const mssm_gl *gl, int i)
 {
     return i == 1 ? gl->desc.moments == 6 : gl->format[i] != 0;
@@ -5176,15 +5191,9 @@ static mssm_result mssm__build_programs(mssm_gl *gl)
 static void mssm__delete_storage(mssm_gl *gl)
 {
     const mssm__gl_functions *f = &gl->f;
-    for (int i = 0; i < 2; i++) {
-        if (gl->framebuffer[i]) f->DeleteFramebuffers(1, &gl->framebuffer[i]);
-        if (gl->depth[i]) f->DeleteTextures(1, &gl->depth[i]);
-        gl->framebuffer[i] = gl->depth[i] = 0;
-    }
-    for (int i = 0; i < 3; i++) {
-        if (gl->table[i]) f->DeleteTextures(1, &gl->table[i]);
-        gl->table[i] = 0;
-    }
+    f->DeleteFramebuffers(MSSM__FRAMEBUFFERS, gl->framebuffer); // GL passes over names that are 0
+    f->DeleteTextures(2, gl->depth);
+    f->DeleteTextures(MSSM__TABLES, gl->table);
     if (gl->views) {
         // Mesa forgets the generic binding too when a buffer with an indexed binding is deleted.
         const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
@@ -5193,17 +5202,24 @@ static void mssm__delete_storage(mssm_gl *gl)
             f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
         }
     }
-    gl->views = 0;
-#ifndef MSSM_NO_FILTERED
-    const unsigned textures[3] = {gl->work, gl->rows, gl->farthest}; // or 0
-    if (gl->target) f->DeleteFramebuffers(1, &gl->target);
-    if (gl->triangle) f->DeleteVertexArrays(1, &gl->triangle);
-    if (gl->filtered) f->DeleteTextures(3, textures);
-#endif
     MSSM_FREE(gl->lights);
     MSSM_FREE(gl->view);
-    gl->lights = NULL;
-    gl->view = NULL;
+}
+
+static int mssm__is_complete(const mssm_gl *gl, unsigned framebuffer)
+{
+    return gl->f.CheckNamedFramebufferStatus(framebuffer, MSSM__GL_DRAW_FRAMEBUFFER) ==
+           MSSM__GL_FRAMEBUFFER_COMPLETE;
+}
+
+// A vertex array without attributes, made when first needed.
+static mssm_result mssm__prepare_array(mssm_gl *gl)
+{
+    if (gl->array) return MSSM_OK;
+    gl->f.CreateVertexArrays(1, &gl->array);
+    if (!gl->array) return mssm__report(gl, MSSM_ERROR_GL, "no vertex array object");
+    gl->f.ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->array, -1, "mssm triangle");
+    return MSSM_OK;
 }
 
 static mssm_result mssm__create_depth(mssm_gl *gl, int i)
@@ -5226,24 +5242,40 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
     f->NamedFramebufferDrawBuffer(gl->framebuffer[i], 0);
     f->NamedFramebufferReadBuffer(gl->framebuffer[i], 0);
     f->ObjectLabel(MSSM__GL_FRAMEBUFFER, gl->framebuffer[i], -1, names[i]);
-    return f->CheckNamedFramebufferStatus(gl->framebuffer[i], MSSM__GL_DRAW_FRAMEBUFFER) ==
-                   MSSM__GL_FRAMEBUFFER_COMPLETE
-               ? MSSM_OK
-               : MSSM_ERROR_GL;
+    return mssm__is_complete(gl, gl->framebuffer[i]) ? MSSM_OK : MSSM_ERROR_GL;
 }
 
-// A 2D array; integer textures are complete with these filters only.
-static unsigned mssm__create_array(const mssm_gl *gl, int levels, int side, int layers,
-                                   mssm__glenum format, const char *label)
+// The 2D arrays.
+static mssm_result mssm__create_arrays(mssm_gl *gl)
 {
-    unsigned texture = 0;
-    gl->f.CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &texture);
-    if (!texture) return 0;
-    gl->f.TextureStorage3D(texture, levels, format, side, side, layers);
-    gl->f.TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_NEAREST_MIPMAP_NEAREST);
-    gl->f.TextureParameteri(texture, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
-    gl->f.ObjectLabel(MSSM__GL_TEXTURE, texture, -1, label);
-    return texture;
+    static const char *const labels[MSSM__TABLES] = {
+        "mssm tables, moments 1 to 4", "mssm tables, moments 5 and 6",
+        "mssm least depths",           "mssm moments",
+        "mssm blurred rows",           "mssm depth, one sample"};
+    const mssm__gl_functions *f = &gl->f;
+    for (int i = 0; i < MSSM__TABLES; i++) {
+        // Least depths begin with half the side, and halve without rest.
+        const int least = i == MSSM__LEAST_DEPTHS, smooth = gl->filtered && i < MSSM__LEAST_DEPTHS;
+        const int levels = least ? gl->depth_levels : i > MSSM__WORK ? 1 : gl->levels;
+        const int side = least ? 1 << (levels - 1) : gl->padded;
+        const int layers = i < MSSM__WORK ? gl->desc.lights : i == MSSM__FARTHEST ? 1 : 2;
+        if (!mssm__has_texture(gl, i)) continue;
+        f->CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &gl->table[i]);
+        if (!gl->table[i]) return MSSM_ERROR_GL;
+        const unsigned texture = gl->table[i];
+        f->TextureStorage3D(texture, levels, gl->format[i], side, side, layers);
+        // Integer textures are complete with the nearest texel only.
+        f->TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER,
+                             smooth ? MSSM__GL_LINEAR_MIPMAP_LINEAR
+                                    : MSSM__GL_NEAREST_MIPMAP_NEAREST);
+        f->TextureParameteri(texture, MSSM__GL_TEXTURE_MAG_FILTER,
+                             smooth ? MSSM__GL_LINEAR : MSSM__GL_NEAREST);
+        // Beyond the edges of filtered maps the outermost texels go on.
+        if (smooth) f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_EDGE);
+        if (smooth) f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_EDGE);
+        f->ObjectLabel(MSSM__GL_TEXTURE, texture, -1, labels[i]);
+    }
+    return MSSM_OK;
 }
 
 static void mssm__set_sizes(mssm_gl *gl)
@@ -5285,8 +5317,6 @@ static mssm_result mssm__create_views(mssm_gl *gl)
 
 static mssm_result mssm__create_storage(mssm_gl *gl)
 {
-    static const char *const names[] = {"mssm tables, moments 1 to 4",
-                                        "mssm tables, moments 5 and 6", "mssm least depths"};
     const size_t count = (size_t)gl->desc.lights;
     mssm__set_sizes(gl);
     mssm_result r = mssm__check_limits(gl);
@@ -5297,15 +5327,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     memset(gl->lights, 0, count * sizeof *gl->lights);
     memset(gl->view, 0, count * sizeof *gl->view);
     for (int i = 0; i < (gl->filtered ? 1 : 2) && !r; i++) r = mssm__create_depth(gl, i);
-    for (int i = 0; i < 3 && !r; i++) {
-        if (!mssm__has_texture(gl, i)) continue;
-        // Least depths begin with half the side, and halve without rest.
-        const int levels = i < 2 ? gl->levels : gl->depth_levels,
-                  side = i < 2 ? gl->padded : 1 << (levels - 1);
-        gl->table[i] =
-            mssm__create_array(gl, levels, side, gl->desc.lights, gl->format[i], names[i]);
-        if (!gl->table[i]) r = MSSM_ERROR_GL;
-    }
+    if (!r) r = mssm__create_arrays(gl);
     if (!r) r = mssm__create_views(gl);
 #ifndef MSSM_NO_FILTERED
     if (!r && gl->filtered) r = mssm__filtered_targets(gl);
@@ -5651,11 +5673,16 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
 // Defaults filled in, or MSSM_ERROR_ARGUMENT.
 static mssm_result mssm__check_desc(mssm_gl *gl)
 {
+    static const mssm__glenum formats[2][MSSM__TABLES] = {
+        {MSSM__GL_RGBA32I, MSSM__GL_RG32I, MSSM__GL_RG32F},
+        {MSSM__GL_RGBA16, MSSM__GL_RG16, 0, MSSM__GL_RGBA32F, MSSM__GL_RGBA32F,
+         MSSM__GL_DEPTH_COMPONENT32F}};
     mssm_gl_desc *d = &gl->desc;
 #ifndef MSSM_NO_FILTERED
     gl->filtered = d->filtered != 0;
     if (gl->filtered && mssm__check_filtered(gl)) return MSSM_ERROR_ARGUMENT;
 #endif
+    gl->format = formats[gl->filtered];
     if (d->name && !mssm__is_name(d->name)) {
         return mssm__report(
             gl, MSSM_ERROR_ARGUMENT,
@@ -5706,9 +5733,6 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     memset(g, 0, sizeof *g);
     g->desc = *desc;
     g->drawing = -1;
-    g->format[0] = MSSM__GL_RGBA32I;
-    g->format[1] = MSSM__GL_RG32I;
-    g->format[2] = MSSM__GL_RG32F;
     mssm_result r = mssm__check_desc(g);
     if (!r) r = mssm__load(g);
     if (!r) mssm__find_capabilities(g);
@@ -5780,11 +5804,9 @@ void mssm_gl_destroy(mssm_gl *gl)
     if (framing || gl->drawing >= 0) mssm__restore_state(gl);
     if (framing) mssm__restore_bindings(gl, &gl->bindings);
     mssm__delete_storage(gl);
-    for (int i = 0; i < MSSM__PROGRAMS; i++) {
-        if (gl->program[i]) gl->f.DeleteProgram(gl->program[i]);
-    }
-    if (gl->sampler) gl->f.DeleteSamplers(1, &gl->sampler);
-    if (gl->array) gl->f.DeleteVertexArrays(1, &gl->array);
+    for (int i = 0; i < MSSM__PROGRAMS; i++) gl->f.DeleteProgram(gl->program[i]);
+    gl->f.DeleteSamplers(1, &gl->sampler);
+    gl->f.DeleteVertexArrays(1, &gl->array);
     MSSM_FREE(gl->shader);
     MSSM_FREE(gl);
 }
@@ -5799,9 +5821,10 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
     fresh.desc.side = side;
     mssm_result r = mssm__check_desc(&fresh);
     if (r) return r;
-    for (int i = 0; i < 2; i++) fresh.depth[i] = fresh.framebuffer[i] = 0;
-    for (int i = 0; i < 3; i++) fresh.table[i] = 0;
-    fresh.views = fresh.work = fresh.rows = fresh.farthest = fresh.target = fresh.triangle = 0;
+    memset(fresh.depth, 0, sizeof fresh.depth);
+    memset(fresh.framebuffer, 0, sizeof fresh.framebuffer);
+    memset(fresh.table, 0, sizeof fresh.table);
+    fresh.views = 0;
     fresh.lights = NULL;
     fresh.view = NULL;
     if (mssm__take_error(gl)) mssm__log(gl, "a GL error was pending before mssm_gl_resize", NULL);
@@ -6316,9 +6339,8 @@ int mssm_gl_stale(const mssm_gl *gl, int index)
 static mssm_result mssm__prepare_show(mssm_gl *gl)
 {
     static const char *const texts[6] = {mssm__glsl_show};
-    if (!gl->array) gl->f.CreateVertexArrays(1, &gl->array);
-    if (!gl->array) return mssm__report(gl, MSSM_ERROR_GL, "no vertex array object");
-    gl->f.ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->array, -1, "mssm show");
+    const mssm_result r = mssm__prepare_array(gl);
+    if (r) return r;
     if (gl->program[MSSM__SHOW]) return MSSM_OK;
     return mssm__make_program(gl, MSSM__SHOW, gl->filtered ? "#define MSSM_FILTERED\n" : "", texts);
 }
@@ -6367,9 +6389,7 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
     const int show[3] = {index, (int)what, gl->desc.side};
     mssm__gl_state caller;
     mssm__save_state(gl, &caller);
-    if (gl->f.CheckNamedFramebufferStatus((unsigned)caller.framebuffer,
-                                          MSSM__GL_DRAW_FRAMEBUFFER) !=
-        MSSM__GL_FRAMEBUFFER_COMPLETE)
+    if (!mssm__is_complete(gl, (unsigned)caller.framebuffer))
         return mssm__report(gl, MSSM_ERROR_GL,
                             "mssm_gl_show: the draw framebuffer is not complete");
     mssm__draw_show(gl, &caller, show);
@@ -6383,25 +6403,11 @@ const char *mssm_gl_shader(const mssm_gl *gl)
 
 unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 {
-    return gl && which >= 0 && which < 3 ? gl->table[which] : gl && which == 3 ? gl->work : 0;
+    return gl && which >= 0 && which <= MSSM__WORK ? gl->table[which] : 0;
 }
 
 #ifndef MSSM_NO_FILTERED
 // ---- Filtered hard shadows in OpenGL ---- >>filtered gl
-
-enum {
-    MSSM__GL_COLOR_ATTACHMENT0 = 0x8CE0,
-    MSSM__GL_ALWAYS = 0x0207,
-    MSSM__GL_RGBA32F = 0x8814,
-    MSSM__GL_RGBA16 = 0x805B,
-    MSSM__GL_RG16 = 0x822C,
-    MSSM__GL_LINEAR = 0x2601,
-    MSSM__GL_LINEAR_MIPMAP_LINEAR = 0x2703,
-    MSSM__GL_TEXTURE_WRAP_S = 0x2802,
-    MSSM__GL_TEXTURE_WRAP_T = 0x2803,
-    MSSM__GL_CLAMP_TO_EDGE = 0x812F,
-    MSSM__GL_ALL_BARRIERS = 0x20 | 0x8 | 0x400 // image access, texture fetch, framebuffer
-};
 
 static const char mssm__glsl_translucent[] =
     "#ifndef MSSM_GLSL_TRANSLUCENT\n"
@@ -6428,35 +6434,16 @@ static mssm_result mssm__filtered_targets(mssm_gl *gl)
     static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
                                             MSSM__GL_COLOR_ATTACHMENT0 + 1};
     const mssm__gl_functions *f = &gl->f;
-    // The maps are read trilinearly; beyond their edges the outermost texels go on.
-    static const mssm__glenum sampling[4][2] = {
-        {MSSM__GL_TEXTURE_MIN_FILTER, MSSM__GL_LINEAR_MIPMAP_LINEAR},
-        {MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_LINEAR},
-        {MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_EDGE},
-        {MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_EDGE}};
-    const int side = gl->padded;
-    gl->work = mssm__create_array(gl, gl->levels, side, 2, MSSM__GL_RGBA32F, "mssm moments");
-    gl->rows = mssm__create_array(gl, 1, side, 2, MSSM__GL_RGBA32F, "mssm blurred rows");
-    gl->farthest =
-        mssm__create_array(gl, 1, side, 1, MSSM__GL_DEPTH_COMPONENT32F, "mssm depth, one sample");
-    f->CreateFramebuffers(1, &gl->target);
-    f->CreateVertexArrays(1, &gl->triangle);
-    if (!gl->work || !gl->rows || !gl->farthest || !gl->target || !gl->triangle)
-        return MSSM_ERROR_GL;
-    f->ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->triangle, -1, "mssm triangle");
-    for (int i = 0; i < 2; i++) {
-        for (int k = 0; k < 4 && gl->table[i]; k++) {
-            f->TextureParameteri(gl->table[i], sampling[k][0], (int)sampling[k][1]);
-        }
-        f->NamedFramebufferTextureLayer(gl->target, buffers[i], gl->work, 0, i);
-    }
-    f->NamedFramebufferTextureLayer(gl->target, MSSM__GL_DEPTH_ATTACHMENT, gl->farthest, 0, 0);
-    f->NamedFramebufferDrawBuffers(gl->target, 2, buffers);
-    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, gl->target, -1, "mssm translucent casters");
-    return f->CheckNamedFramebufferStatus(gl->target, MSSM__GL_DRAW_FRAMEBUFFER) ==
-                   MSSM__GL_FRAMEBUFFER_COMPLETE
-               ? MSSM_OK
-               : MSSM_ERROR_GL;
+    unsigned *target = &gl->framebuffer[MSSM__TRANSLUCENT];
+    f->CreateFramebuffers(1, target);
+    if (!*target || mssm__prepare_array(gl)) return MSSM_ERROR_GL;
+    for (int i = 0; i < 2; i++)
+        f->NamedFramebufferTextureLayer(*target, buffers[i], gl->table[MSSM__WORK], 0, i);
+    f->NamedFramebufferTextureLayer(*target, MSSM__GL_DEPTH_ATTACHMENT, gl->table[MSSM__FARTHEST],
+                                    0, 0);
+    f->NamedFramebufferDrawBuffers(*target, 2, buffers);
+    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, *target, -1, "mssm translucent casters");
+    return mssm__is_complete(gl, *target) ? MSSM_OK : MSSM_ERROR_GL;
 }
 
 // Defaults filled in where they are not those of soft shadows.
@@ -6469,9 +6456,6 @@ static mssm_result mssm__check_filtered(mssm_gl *gl)
     if (d->first_buffer_binding == 0) d->first_buffer_binding = MSSM__FIRST_BINDING - 1;
     gl->radius = d->radius == -1 ? 0 : d->radius ? d->radius : 2;
     gl->anisotropy = d->anisotropy ? d->anisotropy : 4;
-    gl->format[0] = MSSM__GL_RGBA16;
-    gl->format[1] = MSSM__GL_RG16;
-    gl->format[2] = 0;
     return mssm__in_range(gl, "radius", d->radius, -1, MSSM__RADIUS) &&
                    mssm__in_range(gl, "anisotropy", gl->anisotropy, 1, 16)
                ? MSSM_OK
@@ -6484,7 +6468,8 @@ static void mssm__filtered_take(mssm_gl *gl, int index, unsigned program, int li
     const unsigned groups = (unsigned)(gl->padded + 7) / 8;
     mssm__gl_light *light = &gl->lights[index];
     light->drawn = light->light;
-    gl->f.BindImageTexture(0, gl->work, 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
+    gl->f.BindImageTexture(0, gl->table[MSSM__WORK], 0, 1, 0, MSSM__GL_READ_WRITE,
+                           MSSM__GL_RGBA32F);
     gl->f.ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->drawn.z_near,
                            light->drawn.z_far, 0);
     gl->f.ProgramUniform1i(program, 1, samples);
@@ -6519,7 +6504,7 @@ static void mssm__copy_depth(mssm_gl *gl)
                        gl->depth[0]);
     f->ProgramUniform1i(gl->program[MSSM__COPY], 0, gl->samples);
     f->UseProgram(gl->program[MSSM__COPY]);
-    f->BindVertexArray(gl->triangle);
+    f->BindVertexArray(gl->array);
     f->DepthFunc(MSSM__GL_ALWAYS);
     f->DepthMask(1);
     for (unsigned i = 0; i < 2; i++) f->ColorMaski(i, 0, 0, 0, 0);
@@ -6539,7 +6524,7 @@ mssm_result mssm_gl_begin_translucent(mssm_gl *gl)
             "translucent casters must follow the depth pass of their light, of a filtered mssm_gl");
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_translucent");
     if (r) return r;
-    mssm__pass_state(gl, gl->target, 0, 0);
+    mssm__pass_state(gl, gl->framebuffer[MSSM__TRANSLUCENT], 0, 0);
     mssm__copy_depth(gl);
     gl->drawing = gl->ready;
     gl->translucent = 1;
@@ -6585,10 +6570,10 @@ static void mssm__filtered_build(mssm_gl *gl)
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
     mssm__save_bindings(gl, &saved);
     gl->f.UseProgram(gl->program[MSSM__FILTER]);
-    mssm__filter_level(gl, gl->work, 0, gl->rows, 0, rows);
-    mssm__filter_level(gl, gl->rows, 0, gl->work, 0, columns);
+    mssm__filter_level(gl, gl->table[MSSM__WORK], 0, gl->table[MSSM__BLURRED_ROWS], 0, rows);
+    mssm__filter_level(gl, gl->table[MSSM__BLURRED_ROWS], 0, gl->table[MSSM__WORK], 0, columns);
     for (int i = 1; i < gl->levels; i++, halve[6] = (halve[6] + 1) / 2) {
-        mssm__filter_level(gl, gl->work, i - 1, gl->work, i, halve);
+        mssm__filter_level(gl, gl->table[MSSM__WORK], i - 1, gl->table[MSSM__WORK], i, halve);
     }
     mssm__restore_bindings(gl, &saved);
     light->filled = light->averaged = 1;
