@@ -4095,11 +4095,7 @@ struct mssm_gl {
 };
 
 #ifndef MSSM_NO_FILTERED
-static mssm_result mssm__check_filtered(mssm_gl *gl);
-static mssm_result mssm__filtered_targets(mssm_gl *gl);
-static void mssm__filtered_take(mssm_gl *gl, int index, unsigned program, int linear, int samples);
 static const char *mssm__glsl_filtered(void);
-static void mssm__filtered_resolve(mssm_gl *gl);
 static void mssm__filtered_build(mssm_gl *gl);
 #endif
 
@@ -5315,6 +5311,25 @@ static mssm_result mssm__create_views(mssm_gl *gl)
     return MSSM_OK;
 }
 
+#ifndef MSSM_NO_FILTERED
+static mssm_result mssm__filtered_targets(mssm_gl *gl)
+{
+    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
+                                            MSSM__GL_COLOR_ATTACHMENT0 + 1};
+    const mssm__gl_functions *f = &gl->f;
+    unsigned *target = &gl->framebuffer[MSSM__TRANSLUCENT];
+    f->CreateFramebuffers(1, target);
+    if (!*target || mssm__prepare_array(gl)) return MSSM_ERROR_GL;
+    for (int i = 0; i < 2; i++)
+        f->NamedFramebufferTextureLayer(*target, buffers[i], gl->table[MSSM__WORK], 0, i);
+    f->NamedFramebufferTextureLayer(*target, MSSM__GL_DEPTH_ATTACHMENT, gl->table[MSSM__FARTHEST],
+                                    0, 0);
+    f->NamedFramebufferDrawBuffers(*target, 2, buffers);
+    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, *target, -1, "mssm translucent casters");
+    return mssm__is_complete(gl, *target) ? MSSM_OK : MSSM_ERROR_GL;
+}
+#endif
+
 static mssm_result mssm__create_storage(mssm_gl *gl)
 {
     const size_t count = (size_t)gl->desc.lights;
@@ -5464,7 +5479,7 @@ static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, 
 
 // ---- Passes and calls ---- >>passes
 
-// Depth that is bound, as moments into the map of a light.
+// Depth that is bound, as moments: into the map of a light, or into the work of filtered ones.
 static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linear, int samples)
 {
     const mssm__gl_functions *f = &gl->f;
@@ -5472,13 +5487,19 @@ static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linea
     // All of the least depths too, which are filled up to a power of two.
     const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
     const unsigned side = padded > all ? padded : all;
-    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
-    if (gl->table[2]) {
-        f->BindImageTexture(2, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RG32F);
-    }
     f->ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->z_near, light->z_far, 0);
     f->ProgramUniform1i(program, 1, samples);
     f->UseProgram(program);
+    if (gl->filtered) {
+        f->BindImageTexture(0, gl->table[MSSM__WORK], 0, 1, 0, MSSM__GL_READ_WRITE,
+                            MSSM__GL_RGBA32F);
+        f->DispatchCompute((padded + 7) / 8, (padded + 7) / 8, 1);
+        (f->MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+        return;
+    }
+    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
+    f->BindImageTexture(2, gl->table[MSSM__LEAST_DEPTHS], 0, 1, 0, MSSM__GL_READ_WRITE,
+                        MSSM__GL_RG32F);
     // After shading, or an earlier resolve of this layer; what follows has the barrier of the
     // build.
     (f->MemoryBarrier)(MSSM__GL_BARRIERS);
@@ -5487,7 +5508,7 @@ static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linea
 
 static void mssm__resolve(mssm_gl *gl, int index)
 {
-    const int average = gl->lights[index].averaged;
+    const int average = gl->lights[index].averaged && !gl->filtered;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
     for (int i = 0; i <= average; i++) {
@@ -5495,17 +5516,20 @@ static void mssm__resolve(mssm_gl *gl, int index)
                            gl->depth[i]);
     }
     const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
-    gl->f.ProgramUniform1i(program, 2, index);
+    if (!gl->filtered) gl->f.ProgramUniform1i(program, 2, index);
     mssm__take_depth(gl, index, program, !gl->lights[index].drawn.perspective, gl->samples);
     mssm__restore_bindings(gl, &saved);
 }
 
-// Front faces wait for the back faces that may follow. Anything else that is done next comes here
-// first: they become moments, unless light `instead` is given others.
+// Front faces wait for the back faces that may follow, filtered maps for translucent casters.
+// Anything else that is done next comes here first, unless light `instead` is given others.
 static void mssm__settle(mssm_gl *gl, int instead)
 {
     if (gl->unresolved >= 0 && gl->unresolved != instead) mssm__resolve(gl, gl->unresolved);
     gl->unresolved = -1;
+#ifndef MSSM_NO_FILTERED
+    if (gl->ready != instead) mssm__filtered_build(gl);
+#endif
 }
 
 static void mssm__change(mssm_gl *gl, int index)
@@ -5515,11 +5539,16 @@ static void mssm__change(mssm_gl *gl, int index)
     if (index > gl->last_changed) gl->last_changed = index;
 }
 
-// The light's map is new, its tables are not.
+// The light's map is new, its tables are not. Of filtered maps one is in work.
 static void mssm__filled(mssm_gl *gl, int index, int averaged)
 {
     mssm__gl_light *light = &gl->lights[index];
     light->drawn = light->light;
+    if (gl->filtered) {
+        gl->ready = index;
+        gl->stale = 1;
+        return;
+    }
     light->averaged = averaged;
     light->filled = 1;
     light->built = 0;
@@ -5669,6 +5698,24 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
         (f->MemoryBarrier)(MSSM__GL_BARRIERS);
     }
 }
+
+#ifndef MSSM_NO_FILTERED
+// Defaults filled in where they are not those of soft shadows.
+static mssm_result mssm__check_filtered(mssm_gl *gl)
+{
+    mssm_gl_desc *d = &gl->desc;
+    if (d->side == 0) d->side = 1024;
+    if (d->moments == 0) d->moments = 4;
+    if (d->first_texture_unit == 0) d->first_texture_unit = MSSM__FIRST_UNIT + 3;
+    if (d->first_buffer_binding == 0) d->first_buffer_binding = MSSM__FIRST_BINDING - 1;
+    gl->radius = d->radius == -1 ? 0 : d->radius ? d->radius : 2;
+    gl->anisotropy = d->anisotropy ? d->anisotropy : 4;
+    return mssm__in_range(gl, "radius", d->radius, -1, MSSM__RADIUS) &&
+                   mssm__in_range(gl, "anisotropy", gl->anisotropy, 1, 16)
+               ? MSSM_OK
+               : MSSM_ERROR_ARGUMENT;
+}
+#endif
 
 // Defaults filled in, or MSSM_ERROR_ARGUMENT.
 static mssm_result mssm__check_desc(mssm_gl *gl)
@@ -5919,9 +5966,6 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
     }
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_depth");
     if (r) return r;
-#ifndef MSSM_NO_FILTERED
-    if (gl->ready != index) mssm__filtered_build(gl);
-#endif
     const float farthest = 1;
     if (!back_faces) mssm__settle(gl, index);
     gl->drawing = index;
@@ -5939,15 +5983,11 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_depth");
     if (r) return r;
     mssm__restore_state(gl);
-#ifndef MSSM_NO_FILTERED
-    if (gl->filtered) {
-        mssm__filtered_resolve(gl);
-        return MSSM_OK;
-    }
-#endif
-    mssm__filled(gl, gl->drawing, gl->back);
-    if (gl->back) mssm__resolve(gl, gl->drawing);
-    gl->front_of = gl->unresolved = gl->back ? -1 : gl->drawing;
+    const int index = gl->drawing, waits = !gl->back && !gl->filtered;
+    mssm__filled(gl, index, gl->back);
+    if (!waits) mssm__resolve(gl, index);
+    gl->front_of = gl->back ? -1 : index;
+    gl->unresolved = waits ? index : -1;
     gl->drawing = -1;
     return MSSM_OK;
 }
@@ -6152,12 +6192,6 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
         gl->f.ProgramUniform4f(program, 3, high, low - high, 1, 0);
     gl->f.ProgramUniform4f(program, 4, straight, 0, 0, 0);
     gl->f.ProgramUniform1iv(program, 5, back ? 11 : 8, from);
-#ifndef MSSM_NO_FILTERED
-    if (gl->filtered) {
-        mssm__filtered_take(gl, index, program, linear, samples);
-        return;
-    }
-#endif
     mssm__filled(gl, index, back);
     mssm__take_depth(gl, index, program, linear, samples);
 }
@@ -6190,10 +6224,7 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "filtered maps have no back faces");
     r = mssm__prepare_depth(gl, kind, back != NULL);
     if (r) return r;
-    mssm__settle(gl, -1);
-#ifndef MSSM_NO_FILTERED
-    if (gl->ready != index) mssm__filtered_build(gl);
-#endif
+    mssm__settle(gl, gl->filtered ? index : -1);
     gl->targets |= 1 << kind;
     mssm__gl_bindings saved;
     mssm__save_bindings(gl, &saved);
@@ -6250,13 +6281,11 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     if (!gl->stale) return MSSM_OK;
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_build");
     if (r) return r;
-#ifndef MSSM_NO_FILTERED
     if (gl->filtered) {
-        mssm__filtered_build(gl);
+        mssm__settle(gl, -1);
         gl->stale = 0;
         return MSSM_OK;
     }
-#endif
     const int levels = mssm__make_views(gl), framing = gl->framing;
     int work = gl->unresolved >= 0;
     for (int i = 0; i < gl->desc.lights; i++)
@@ -6427,71 +6456,6 @@ static const char mssm__glsl_translucent[] =
 const char *mssm_glsl_translucent(void)
 {
     return mssm__glsl_translucent;
-}
-
-static mssm_result mssm__filtered_targets(mssm_gl *gl)
-{
-    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
-                                            MSSM__GL_COLOR_ATTACHMENT0 + 1};
-    const mssm__gl_functions *f = &gl->f;
-    unsigned *target = &gl->framebuffer[MSSM__TRANSLUCENT];
-    f->CreateFramebuffers(1, target);
-    if (!*target || mssm__prepare_array(gl)) return MSSM_ERROR_GL;
-    for (int i = 0; i < 2; i++)
-        f->NamedFramebufferTextureLayer(*target, buffers[i], gl->table[MSSM__WORK], 0, i);
-    f->NamedFramebufferTextureLayer(*target, MSSM__GL_DEPTH_ATTACHMENT, gl->table[MSSM__FARTHEST],
-                                    0, 0);
-    f->NamedFramebufferDrawBuffers(*target, 2, buffers);
-    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, *target, -1, "mssm translucent casters");
-    return mssm__is_complete(gl, *target) ? MSSM_OK : MSSM_ERROR_GL;
-}
-
-// Defaults filled in where they are not those of soft shadows.
-static mssm_result mssm__check_filtered(mssm_gl *gl)
-{
-    mssm_gl_desc *d = &gl->desc;
-    if (d->side == 0) d->side = 1024;
-    if (d->moments == 0) d->moments = 4;
-    if (d->first_texture_unit == 0) d->first_texture_unit = MSSM__FIRST_UNIT + 3;
-    if (d->first_buffer_binding == 0) d->first_buffer_binding = MSSM__FIRST_BINDING - 1;
-    gl->radius = d->radius == -1 ? 0 : d->radius ? d->radius : 2;
-    gl->anisotropy = d->anisotropy ? d->anisotropy : 4;
-    return mssm__in_range(gl, "radius", d->radius, -1, MSSM__RADIUS) &&
-                   mssm__in_range(gl, "anisotropy", gl->anisotropy, 1, 16)
-               ? MSSM_OK
-               : MSSM_ERROR_ARGUMENT;
-}
-
-// Depth that is bound, as moments of a light to be built.
-static void mssm__filtered_take(mssm_gl *gl, int index, unsigned program, int linear, int samples)
-{
-    const unsigned groups = (unsigned)(gl->padded + 7) / 8;
-    mssm__gl_light *light = &gl->lights[index];
-    light->drawn = light->light;
-    gl->f.BindImageTexture(0, gl->table[MSSM__WORK], 0, 1, 0, MSSM__GL_READ_WRITE,
-                           MSSM__GL_RGBA32F);
-    gl->f.ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->drawn.z_near,
-                           light->drawn.z_far, 0);
-    gl->f.ProgramUniform1i(program, 1, samples);
-    gl->f.UseProgram(program);
-    gl->f.DispatchCompute(groups, groups, 1);
-    (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
-    gl->ready = index;
-    gl->stale = 1;
-}
-
-static void mssm__filtered_resolve(mssm_gl *gl)
-{
-    const int index = gl->drawing;
-    mssm__gl_bindings saved;
-    mssm__save_bindings(gl, &saved);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
-                       gl->depth[0]);
-    mssm__filtered_take(gl, index, gl->program[MSSM__RESOLVE], !gl->lights[index].light.perspective,
-                        gl->samples);
-    mssm__restore_bindings(gl, &saved);
-    gl->front_of = index;
-    gl->drawing = -1;
 }
 
 // Into the target whose pass has begun.
