@@ -3774,17 +3774,9 @@ typedef unsigned int mssm__glenum;
 typedef unsigned char mssm__glboolean;
 
 // X(result, name without "gl", parameters)
-#ifndef MSSM_NO_FILTERED
-#define MSSM__GL_FILTERED_FUNCTIONS(X)                                                  \
-    X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int)) \
-    X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))
-#else
-#define MSSM__GL_FILTERED_FUNCTIONS(X)
-#endif
 // Not those by name that Intel's driver for Windows takes without a word and does not carry out:
 // clears, buffers, glBindTextureUnit, queries.
 #define MSSM__GL_FUNCTIONS(X)                                                                      \
-    MSSM__GL_FILTERED_FUNCTIONS(X)                                                                 \
     X(void, GetIntegerv, (mssm__glenum, int *))                                                    \
     X(const unsigned char *, GetString, (mssm__glenum))                                            \
     X(mssm__glenum, GetError, (void))                                                              \
@@ -3820,6 +3812,8 @@ typedef unsigned char mssm__glboolean;
     X(void, CreateFramebuffers, (int, unsigned *))                                                 \
     X(void, DeleteFramebuffers, (int, const unsigned *))                                           \
     X(void, NamedFramebufferTexture, (unsigned, mssm__glenum, unsigned, int))                      \
+    X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int))            \
+    X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))                    \
     X(void, NamedFramebufferDrawBuffer, (unsigned, mssm__glenum))                                  \
     X(void, NamedFramebufferReadBuffer, (unsigned, mssm__glenum))                                  \
     X(mssm__glenum, CheckNamedFramebufferStatus, (unsigned, mssm__glenum))                         \
@@ -5228,16 +5222,23 @@ static void mssm__set_sizes(mssm_gl *gl)
 
 static mssm_result mssm__check_limits(mssm_gl *gl)
 {
-    const int texels = mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE);
+    const int units = mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS);
+    const int bindings = mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS);
     const int layers = mssm__get(gl, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS);
-    if (!mssm__in_range(gl, "this driver: lights", gl->desc.lights, 1, layers))
+    const int texels = mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE);
+    const int samples = mssm__get(gl, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES);
+    const int own = gl->filtered ? 2 : 3;
+    if (!mssm__in_range(gl, "first_texture_unit", gl->desc.first_texture_unit, 0,
+                        units < own ? -1 : units - own) ||
+        !mssm__in_range(gl, "first_buffer_binding", gl->desc.first_buffer_binding, 0,
+                        bindings < 1 ? -1 : bindings - 1) ||
+        !mssm__in_range(gl, "this driver: lights", gl->desc.lights, 1, layers)) {
         return MSSM_ERROR_ARGUMENT;
-    if (!mssm__in_range(gl, "this driver: side", gl->padded, 1, texels) ||
-        !mssm__in_range(gl, "this driver: samples", gl->desc.samples, 1,
-                        mssm__get(gl, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES))) {
-        return MSSM_ERROR_GL;
     }
-    return MSSM_OK;
+    return mssm__in_range(gl, "this driver: side", gl->padded, 1, texels) &&
+                   mssm__in_range(gl, "this driver: samples", gl->desc.samples, 1, samples)
+               ? MSSM_OK
+               : MSSM_ERROR_GL;
 }
 
 static mssm_result mssm__create_views(mssm_gl *gl)
@@ -5277,9 +5278,7 @@ static mssm_result mssm__filtered_targets(mssm_gl *gl)
 static mssm_result mssm__create_storage(mssm_gl *gl)
 {
     const size_t count = (size_t)gl->desc.lights;
-    mssm__set_sizes(gl);
-    mssm_result r = mssm__check_limits(gl);
-    if (r) return r;
+    mssm_result r = MSSM_OK;
     gl->lights = (mssm__gl_light *)MSSM_MALLOC(count * sizeof *gl->lights);
     gl->view = (mssm_view *)MSSM_MALLOC(count * sizeof *gl->view);
     if (!gl->lights || !gl->view) return mssm__report(gl, MSSM_ERROR_MEMORY, "no memory");
@@ -5697,19 +5696,6 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     return MSSM_OK;
 }
 
-static mssm_result mssm__check_units(mssm_gl *gl)
-{
-    const int units = mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS);
-    const int bindings = mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS);
-    const int own = gl->format[2] ? 3 : 2;
-    return mssm__in_range(gl, "first_texture_unit", gl->desc.first_texture_unit, 0,
-                          units < own ? -1 : units - own) &&
-                   mssm__in_range(gl, "first_buffer_binding", gl->desc.first_buffer_binding, 0,
-                                  bindings < 1 ? -1 : bindings - 1)
-               ? MSSM_OK
-               : MSSM_ERROR_ARGUMENT;
-}
-
 mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 {
     if (!gl || !desc || !desc->load) {
@@ -5732,7 +5718,8 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
         return r;
     }
     if (mssm__take_error(g)) mssm__log(g, "a GL error was pending before mssm_gl_create", NULL);
-    r = mssm__check_units(g);
+    mssm__set_sizes(g);
+    r = mssm__check_limits(g);
     if (!r) r = mssm__build_programs(g);
     if (!r) r = mssm__create_storage(g);
     if (r) {
@@ -5819,7 +5806,9 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
     fresh.lights = NULL;
     fresh.view = NULL;
     if (mssm__take_error(gl)) mssm__log(gl, "a GL error was pending before mssm_gl_resize", NULL);
-    r = mssm__create_storage(&fresh);
+    mssm__set_sizes(&fresh);
+    r = mssm__check_limits(&fresh);
+    if (!r) r = mssm__create_storage(&fresh);
     if (r) {
         mssm__delete_storage(&fresh);
         return r;
@@ -6453,14 +6442,16 @@ mssm_result mssm_gl_end_translucent(mssm_gl *gl)
     return MSSM_OK;
 }
 
-static void mssm__filter_level(const mssm_gl *gl, unsigned source, int source_level,
-                               unsigned target, int level, const int pass[7])
+// One dispatch of the program in use: from a level of source into one of target and of the maps.
+static void mssm__filter_level(const mssm_gl *gl, int which, unsigned source, int source_level,
+                               int target, int level, const int job[7])
 {
     const unsigned groups = ((unsigned)(gl->padded >> level) + 7) / 8;
     mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
-    gl->f.BindImageTexture(2, source, source_level, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
-    gl->f.BindImageTexture(3, target, level, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RGBA32F);
-    gl->f.ProgramUniform1iv(gl->program[MSSM__FILTER], 0, 7, pass);
+    gl->f.BindImageTexture(2, source, source_level, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
+    gl->f.BindImageTexture(3, gl->table[target], level, 1, 0, MSSM__GL_READ_WRITE,
+                           gl->format[target]);
+    gl->f.ProgramUniform1iv(gl->program[which], 0, 7, job);
     gl->f.DispatchCompute(groups, groups, 1);
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
 }
@@ -6473,15 +6464,16 @@ static void mssm__filtered_build(mssm_gl *gl)
     const int side = gl->desc.side, rows[7] = {-r, 0, r, 0, 1, index, side};
     const int columns[7] = {0, -r, 0, r, 1, index, side};
     int halve[7] = {0, 0, 1, 1, 2, index, side};
+    const unsigned work = gl->table[MSSM__WORK];
     mssm__gl_light *light = &gl->lights[index];
     mssm__gl_bindings saved;
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
     mssm__save_bindings(gl, &saved);
     gl->f.UseProgram(gl->program[MSSM__FILTER]);
-    mssm__filter_level(gl, gl->table[MSSM__WORK], 0, gl->table[MSSM__BLURRED_ROWS], 0, rows);
-    mssm__filter_level(gl, gl->table[MSSM__BLURRED_ROWS], 0, gl->table[MSSM__WORK], 0, columns);
+    mssm__filter_level(gl, MSSM__FILTER, work, 0, MSSM__BLURRED_ROWS, 0, rows);
+    mssm__filter_level(gl, MSSM__FILTER, gl->table[MSSM__BLURRED_ROWS], 0, MSSM__WORK, 0, columns);
     for (int i = 1; i < gl->levels; i++, halve[6] = (halve[6] + 1) / 2) {
-        mssm__filter_level(gl, gl->table[MSSM__WORK], i - 1, gl->table[MSSM__WORK], i, halve);
+        mssm__filter_level(gl, MSSM__FILTER, work, i - 1, MSSM__WORK, i, halve);
     }
     mssm__restore_bindings(gl, &saved);
     light->filled = light->averaged = 1;
@@ -6509,19 +6501,13 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
                                texts);
         if (r) return r;
     }
-    const unsigned groups = (unsigned)(gl->padded + 7) / 8;
-    const int pass[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
+    const int job[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
     mssm__gl_bindings saved;
     mssm__settle(gl, index);
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
     mssm__save_bindings(gl, &saved);
-    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
-    gl->f.BindImageTexture(2, texture, 0, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
-    gl->f.BindImageTexture(3, gl->table[2], 0, 1, 0, MSSM__GL_READ_WRITE, MSSM__GL_RG32F);
-    gl->f.ProgramUniform1iv(gl->program[MSSM__STORE], 0, 7, pass);
     gl->f.UseProgram(gl->program[MSSM__STORE]);
-    gl->f.DispatchCompute(groups, groups, 1);
-    (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
+    mssm__filter_level(gl, MSSM__STORE, texture, 0, MSSM__LEAST_DEPTHS, 0, job);
     mssm__restore_bindings(gl, &saved);
     mssm__filled(gl, index, 0);
     gl->front_of = -1;
