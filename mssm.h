@@ -51,7 +51,7 @@
 //   >>text calls        GLSL for your own pipeline    >>texts
 //   >>gl calls          the OpenGL 4.5 half           >>gl >>shaders >>plumbing >>state >>passes
 //                                                     >>filtered gl
-//   >>licence           references, changelog, licence
+//   >>licence           references, licence
 //   >>generated         quoted GLSL: nothing to read, nothing to edit
 //
 // GLSL TEXTS, after #version; each counts once in a shader
@@ -491,15 +491,11 @@ typedef struct mssm_scattering {
 // Where a row is over the map: from r = first on (extent 0: nowhere); shadow-space x, y for each r.
 // clang-format off
 typedef struct mssm_epipolar { float first, extent, fade, x, y; } mssm_epipolar;
-// clang-format on
 
 // A view ray: texture coordinates of its row and its last column's end, depth, share of its light
 // that comes from over the map, weight of the upper bound.
-// clang-format off
 typedef struct mssm_view_ray { float row, column, depth, share, upper, balance; } mssm_view_ray;
-// clang-format on
 
-// clang-format off
 typedef struct mssm_points2 { float z[2], w[2]; } mssm_points2;
 // clang-format on
 // [glsl end]
@@ -1671,17 +1667,16 @@ const char *mssm_result_string(mssm_result r)
 // By bit pattern: -ffast-math may fold comparisons with NaN away.
 static int mssm__is_finite(float x)
 {
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return (bits & 0x7f800000u) != 0x7f800000u;
+    return (mssm_bits(x) & 0x7f800000) != 0x7f800000;
 }
 
+// Whether there are numbers, and all finite.
 static int mssm__all_finite(const float *x, int count)
 {
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; x && i < count; i++) {
         if (!mssm__is_finite(x[i])) return 0;
     }
-    return 1;
+    return x != NULL;
 }
 
 static double mssm__dot(const double a[3], const double b[3])
@@ -1763,8 +1758,7 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
                                    const float box_min[3], const float box_max[3])
 {
     double frame[3][3], centre[3], half[3];
-    if (!light || !direction || !axis_u || !box_min || !box_max ||
-        !mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3) ||
+    if (!light || !mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3) ||
         !mssm__all_finite(box_min, 3) || !mssm__all_finite(box_max, 3) ||
         !mssm__is_finite(tan_half_u) || !mssm__is_finite(tan_half_v) || tan_half_u < 0 ||
         tan_half_v < 0 || !mssm__frame(direction, axis_u, frame) ||
@@ -1803,10 +1797,9 @@ mssm_result mssm_light_spot(mssm_light *light, const float position[3], const fl
                             float half_width_u, float half_width_v)
 {
     double frame[3][3], eye[3];
-    if (!light || !position || !direction || !axis_u || !mssm__all_finite(position, 3) ||
-        !mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3) ||
-        !mssm__is_finite(tan_half_fov) || !mssm__is_finite(z_near) || !mssm__is_finite(z_far) ||
-        !mssm__is_finite(half_width_u) || !mssm__is_finite(half_width_v) || tan_half_fov <= 0 ||
+    const float sizes[5] = {tan_half_fov, z_near, z_far, half_width_u, half_width_v};
+    if (!light || !mssm__all_finite(position, 3) || !mssm__all_finite(direction, 3) ||
+        !mssm__all_finite(axis_u, 3) || !mssm__all_finite(sizes, 5) || tan_half_fov <= 0 ||
         z_near <= 0 || z_far <= z_near || half_width_u < 0 || half_width_v < 0 ||
         !mssm__frame(direction, axis_u, frame)) {
         return MSSM_ERROR_ARGUMENT;
@@ -1842,7 +1835,7 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
                                        largest = 0;
     mssm_result result =
         mssm_light_directional(&r, direction, axis_u, tan_half_u, tan_half_v, box_min, box_max);
-    if (result || !light || !probe || !mssm__all_finite(probe, 3) ||
+    if (result || !light || !mssm__all_finite(probe, 3) ||
         (mssm_bits(distance) & 0x7fffffff) > 0x7f800000 || distance < 0) {
         return MSSM_ERROR_ARGUMENT;
     }
@@ -3457,7 +3450,7 @@ mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *lig
                                  const mssm_filter *filter, const float point[3], float width)
 {
     const mssm_bounds lit = {1, 1};
-    if (!map || !light || !point || !mssm__all_finite(point, 3)) return lit;
+    if (!map || !light || !mssm__all_finite(point, 3)) return lit;
     const mssm_settings s = mssm__filter_settings(filter, map->moments);
     const mssm_view v = mssm__view(light, &s, map->side, map->levels, 1);
     const struct mssm_options o = mssm__options(&s, map->moments);
@@ -3642,7 +3635,7 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     double frame[3][3], scale[3], c[4][3], middle[3] = {0, 0, 0};
     double range[2], turn[2];
     mssm_scattering r;
-    if (!s || !light || !eye || !corners || light->perspective || !mssm__all_finite(corners, 12) ||
+    if (!s || !light || !eye || light->perspective || !mssm__all_finite(corners, 12) ||
         !mssm__is_finite(extinction) || extinction < 0 || !mssm_light_project(light, eye, r.eye) ||
         !mssm__light_axes(light, frame, scale)) {
         return MSSM_ERROR_ARGUMENT;
@@ -4921,9 +4914,7 @@ static void mssm__find_capabilities(mssm_gl *gl)
 // A float constant as GLSL reads it in any locale.
 static int mssm__print_float(char *to, size_t size, const char *before, float x)
 {
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return snprintf(to, size, "%suintBitsToFloat(0x%08xu)", before, (unsigned)bits);
+    return snprintf(to, size, "%suintBitsToFloat(0x%08xu)", before, (unsigned)mssm_bits(x));
 }
 
 // Whether it has this of the textures.
@@ -6518,7 +6509,7 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 #endif // MSSM_NO_GL
 
 // ================================================================================================
-// References, changelog, licence >>licence
+// References, licence >>licence
 //
 //   Peters, Klein: Moment Shadow Mapping, I3D 2015. Bounds from four moments.
 //   Peters, Muenstermann, Wetzstein, Klein: Beyond Hard Shadows: Moment Shadow Maps for Single
@@ -6531,10 +6522,6 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 //   Akhiezer: The Classical Moment Problem, 1965. Christoffel numbers, canonical representations.
 //   New here, explained in docs/moments.md: bounds without the roots, pivots in the Chebyshev basis from
 //       signed integer tables, the table pyramid, the layered estimator.
-//
-// Changelog
-//
-//   0.1  first version
 //
 // Licence: choose whichever of the two you prefer.
 //
@@ -8109,15 +8096,11 @@ const char *mssm_glsl_scattering(void)
     "// Where a row is over the map: from r = first on (extent 0: nowhere); shadow-space x, y for each r.\n"
     "// clang-format off\n"
     "struct mssm_epipolar { float first, extent, fade, x, y; };\n"
-    "// clang-format on\n"
     "\n"
     "// A view ray: texture coordinates of its row and its last column's end, depth, share of its light\n"
     "// that comes from over the map, weight of the upper bound.\n"
-    "// clang-format off\n"
     "struct mssm_view_ray { float row, column, depth, share, upper, balance; };\n"
-    "// clang-format on\n"
     "\n"
-    "// clang-format off\n"
     "struct mssm_points2 { float z[2], w[2]; };\n"
     "// clang-format on\n"
     "\n"
