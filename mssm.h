@@ -4201,14 +4201,11 @@ static const char mssm__glsl_tables[] =
     "layout(binding = 1, rg32i) uniform iimage2DArray table1;\n"
     "#endif\n"
     "struct entry { ivec4 a; ivec2 b; };\n"
-    "entry load(ivec3 p)\n"
-    "{\n"
     "#if MSSM_MOMENTS == 6\n"
-    "    return entry(imageLoad(table0, p), imageLoad(table1, p).xy);\n"
+    "#define entry_of(image0, image1, p) entry(imageLoad(image0, p), imageLoad(image1, p).xy)\n"
     "#else\n"
-    "    return entry(imageLoad(table0, p), ivec2(0));\n"
+    "#define entry_of(image0, image1, p) entry(imageLoad(image0, p), ivec2(0))\n"
     "#endif\n"
-    "}\n"
     "void store(ivec3 p, entry e)\n"
     "{\n"
     "    imageStore(table0, p, e.a);\n"
@@ -4236,11 +4233,7 @@ static const char mssm__glsl_rows[] =
     "entry finer(ivec3 p)\n"
     "{\n"
     "    if (p.x < 0 || p.y < 0) return entry(ivec4(0), ivec2(0));\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "    return entry(imageLoad(finer0, p), imageLoad(finer1, p).xy);\n"
-    "#else\n"
-    "    return entry(imageLoad(finer0, p), ivec2(0));\n"
-    "#endif\n"
+    "    return entry_of(finer0, finer1, p);\n"
     "}\n"
     "// What two rows of the level below hold up to column x.\n"
     "entry pair(int x, int y, int layer)\n"
@@ -4282,7 +4275,7 @@ static const char mssm__glsl_rows[] =
     "                left = right;\n"
     "            }\n"
     "#else\n"
-    "            if (i < count) e[i] = load(p);\n"
+    "            if (i < count) e[i] = entry_of(table0, table1, p);\n"
     "#endif\n"
     "            sum = e[i] = add(sum, e[i]);\n"
     "        }\n"
@@ -4319,7 +4312,7 @@ static const char mssm__glsl_columns[] =
     "    for (int y = 0; y < size.y; y += 8) {\n"
     "        for (int i = 0; i < 8; i++) {\n"
     "            p.y = min(y + i, size.y - 1);\n"
-    "            e[i] = load(p);\n"
+    "            e[i] = entry_of(table0, table1, p);\n"
     "        }\n"
     "        for (int i = 0; i < 8; i++) {\n"
     "            p.y = y + i;\n"
@@ -4934,15 +4927,11 @@ static mssm_settings mssm__settings(const mssm_gl *gl)
 // Whether GLSL takes it, and what is made of it: gl_ and double underscores are its own.
 static int mssm__is_name(const char *name)
 {
-    int i = 0;
-    for (; name[i]; i++) {
-        const char c = name[i];
-        const int letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
-        const int between =
-            (c >= '0' && c <= '9') || (c == '_' && name[i + 1] && name[i + 1] != '_');
-        if (i == 64 || (!letter && (i == 0 || !between))) return 0;
-    }
-    return i > 0 && strncmp(name, "gl_", 3);
+    static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";
+    const size_t length = strlen(name);
+    return length > 0 && length <= 64 && strspn(name, letters) == length &&
+           strcspn(name, letters + 52) > 0 && name[length - 1] != '_' && !strstr(name, "__") &&
+           strncmp(name, "gl_", 3) != 0;
 }
 
 // Two texts of a shader that take the same name, binding or unit say so.
@@ -5929,6 +5918,10 @@ static int mssm__depth_ends(const mssm_light *light, const mssm_gl_depth *d, flo
 // What can be said of a given depth map without GL; its kind, or -1 after a word.
 static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const mssm_gl_depth *d)
 {
+    static const char *const names[6] = {"mssm_gl_depth: stored", "mssm_gl_depth: layer",
+                                         "mssm_gl_depth: x",      "mssm_gl_depth: y",
+                                         "mssm_gl_depth: width",  "mssm_gl_depth: height"};
+    const int numbers[6] = {(int)d->stored, d->layer, d->x, d->y, d->width, d->height};
     const unsigned target = d->target ? d->target : (unsigned)MSSM__GL_TEXTURE_2D;
     const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
     int kind = 5;
@@ -5939,14 +5932,9 @@ static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const m
                      target);
         return -1;
     }
-    if (!mssm__in_range(gl, "mssm_gl_depth: stored", (int)d->stored, 0,
-                        light->perspective ? 2 : 1) ||
-        !mssm__in_range(gl, "mssm_gl_depth: layer", d->layer, 0, INT32_MAX) ||
-        !mssm__in_range(gl, "mssm_gl_depth: x", d->x, 0, INT32_MAX) ||
-        !mssm__in_range(gl, "mssm_gl_depth: y", d->y, 0, INT32_MAX) ||
-        !mssm__in_range(gl, "mssm_gl_depth: width", d->width, 0, INT32_MAX) ||
-        !mssm__in_range(gl, "mssm_gl_depth: height", d->height, 0, INT32_MAX)) {
-        return -1;
+    for (int i = 0; i < 6; i++) {
+        const int most = i ? INT32_MAX : light->perspective ? 2 : 1;
+        if (!mssm__in_range(gl, names[i], numbers[i], 0, most)) return -1;
     }
     float low, high;
     mssm__depth_ends(light, d, &low, &high); // NaN fails all of these
@@ -6027,10 +6015,8 @@ static void mssm__set_texture_state(const mssm_gl *gl, mssm__gl_source *s, int a
     static const int wanted[3] = {MSSM__GL_DEPTH_COMPONENT, MSSM__GL_RED, MSSM__GL_RED};
     const mssm__glenum target = mssm__targets[s->kind].target;
     for (int i = 0; i < (gl->compatible ? 3 : 2); i++) {
-        if (ask) {
-            s->state[i] = wanted[i]; // a lost context writes nothing
-            gl->f.GetTexParameteriv(target, names[i], &s->state[i]);
-        }
+        if (ask) s->state[i] = wanted[i]; // a lost context writes nothing
+        if (ask) gl->f.GetTexParameteriv(target, names[i], &s->state[i]);
         if (s->state[i] != wanted[i])
             gl->f.TexParameteri(target, names[i], set ? wanted[i] : s->state[i]);
     }
