@@ -3956,7 +3956,6 @@ enum {
 // front and back faces: of filtered maps, to work in.
 enum { MSSM__LEAST_DEPTHS = 2, MSSM__WORK, MSSM__BLURRED_ROWS, MSSM__FARTHEST, MSSM__TABLES };
 enum { MSSM__TRANSLUCENT = 2, MSSM__FRAMEBUFFERS };
-enum { MSSM__FIRST_UNIT = 80, MSSM__FIRST_BINDING = 7 };
 enum { MSSM__BATCH = 256 };       // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 23 }; // at most
 
@@ -4019,7 +4018,7 @@ struct mssm_gl {
     mssm__gl_light *lights;
     mssm_view *view;
     char *shader;
-    int filtered, radius, anisotropy;
+    int filtered;
     int ready;       // filtered: light whose moments are in work, not built yet, or -1
     int translucent; // the pass under way is one of translucent casters
     int unbound;     // only the text of mssm_glsl_shader is wanted
@@ -4108,9 +4107,7 @@ static const char mssm__glsl_resolve[] =
     "layout(binding = MSSM_NEXT_UNIT) uniform MSSM_SAMPLER back;\n"
     "#endif\n"
     "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray table0;\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "layout(binding = 1, rg32i) writeonly uniform iimage2DArray table1;\n"
-    "#endif\n"
+    "layout(binding = 1, rg32i) writeonly uniform iimage2DArray table1; // of six moments\n"
     "layout(binding = 2, rg32f) writeonly uniform image2DArray depths;\n"
     "layout(location = 1) uniform int samples;\n"
     "#ifndef MSSM_FETCH\n"
@@ -4196,10 +4193,8 @@ static const char mssm__glsl_least[] =
 // there for 6 moments only.
 static const char mssm__glsl_tables[] =
     "layout(binding = 0, rgba32i) uniform iimage2DArray table0;\n"
+    "layout(binding = 1, rg32i) uniform iimage2DArray table1; // of six moments\n"
     "layout(location = 0) uniform int layers[MSSM_BATCH];\n"
-    "#if MSSM_MOMENTS == 6\n"
-    "layout(binding = 1, rg32i) uniform iimage2DArray table1;\n"
-    "#endif\n"
     "struct entry { ivec4 a; ivec2 b; };\n"
     "#if MSSM_MOMENTS == 6\n"
     "#define entry_of(image0, image1, p) entry(imageLoad(image0, p), imageLoad(image1, p).xy)\n"
@@ -4226,9 +4221,7 @@ static const char mssm__glsl_rows[] =
     "layout(local_size_x = 64) in;\n"
     "#ifdef MSSM_HALVE\n"
     "layout(binding = 2, rgba32i) readonly uniform iimage2DArray finer0;\n"
-    "#if MSSM_MOMENTS == 6\n"
     "layout(binding = 3, rg32i) readonly uniform iimage2DArray finer1;\n"
-    "#endif\n"
     "layout(location = MSSM_BATCH) uniform int finer_size;\n"
     "entry finer(ivec3 p)\n"
     "{\n"
@@ -4983,7 +4976,7 @@ static void mssm__print_defines(const mssm_gl *gl, char *to, size_t size)
     at += snprintf(to + at, size - (size_t)at,
                    "#undef MSSM_ANISOTROPY\n#define MSSM_ANISOTROPY %d\n#undef MSSM_BLUR\n"
                    "#define MSSM_BLUR %d.0\n#undef MSSM_LACK\n",
-                   gl->anisotropy, 2 * gl->radius);
+                   gl->desc.anisotropy, gl->desc.radius > 0 ? 2 * gl->desc.radius : 0);
     at += mssm__print_float(to + at, size - (size_t)at, "#define MSSM_LACK ",
                             mssm__filter_lack(&gl->desc.filter));
     snprintf(to + at, size - (size_t)at, "\n");
@@ -5159,7 +5152,17 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
     return mssm__is_complete(gl, gl->framebuffer[i]) ? MSSM_OK : MSSM_ERROR_GL;
 }
 
-// The 2D arrays.
+// Mip levels, side and layers of one of the 2D arrays; 0: it has none.
+static int mssm__array_size(const mssm_gl *gl, int i, int *side, int *layers)
+{
+    // Least depths begin with half the side, and halve without rest.
+    const int least = i == MSSM__LEAST_DEPTHS;
+    *side = least ? 1 << (gl->depth_levels - 1) : gl->padded;
+    *layers = i < MSSM__WORK ? gl->desc.lights : i == MSSM__FARTHEST ? 1 : 2;
+    if (!mssm__has_texture(gl, i)) return 0;
+    return least ? gl->depth_levels : i > MSSM__WORK ? 1 : gl->levels;
+}
+
 static mssm_result mssm__create_arrays(mssm_gl *gl)
 {
     static const char *const labels[MSSM__TABLES] = {
@@ -5168,12 +5171,10 @@ static mssm_result mssm__create_arrays(mssm_gl *gl)
         "mssm blurred rows",           "mssm depth, one sample"};
     const mssm__gl_functions *f = &gl->f;
     for (int i = 0; i < MSSM__TABLES; i++) {
-        // Least depths begin with half the side, and halve without rest.
-        const int least = i == MSSM__LEAST_DEPTHS, smooth = gl->filtered && i < MSSM__LEAST_DEPTHS;
-        const int levels = least ? gl->depth_levels : i > MSSM__WORK ? 1 : gl->levels;
-        const int side = least ? 1 << (levels - 1) : gl->padded;
-        const int layers = i < MSSM__WORK ? gl->desc.lights : i == MSSM__FARTHEST ? 1 : 2;
-        if (!mssm__has_texture(gl, i)) continue;
+        int side, layers;
+        const int levels = mssm__array_size(gl, i, &side, &layers);
+        const int smooth = gl->filtered && i < MSSM__LEAST_DEPTHS;
+        if (!levels) continue;
         f->CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &gl->table[i]);
         if (!gl->table[i]) return MSSM_ERROR_GL;
         const unsigned texture = gl->table[i];
@@ -5622,24 +5623,6 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
     }
 }
 
-#ifndef MSSM_NO_FILTERED
-// Defaults filled in where they are not those of soft shadows.
-static mssm_result mssm__check_filtered(mssm_gl *gl)
-{
-    mssm_gl_desc *d = &gl->desc;
-    if (d->side == 0) d->side = 1024;
-    if (d->moments == 0) d->moments = 4;
-    if (d->first_texture_unit == 0) d->first_texture_unit = MSSM__FIRST_UNIT + 3;
-    if (d->first_buffer_binding == 0) d->first_buffer_binding = MSSM__FIRST_BINDING - 1;
-    gl->radius = d->radius == -1 ? 0 : d->radius ? d->radius : 2;
-    gl->anisotropy = d->anisotropy ? d->anisotropy : 4;
-    return mssm__in_range(gl, "radius", d->radius, -1, MSSM__RADIUS) &&
-                   mssm__in_range(gl, "anisotropy", gl->anisotropy, 1, 16)
-               ? MSSM_OK
-               : MSSM_ERROR_ARGUMENT;
-}
-#endif
-
 // Defaults filled in, or MSSM_ERROR_ARGUMENT.
 static mssm_result mssm__check_desc(mssm_gl *gl)
 {
@@ -5650,7 +5633,12 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     mssm_gl_desc *d = &gl->desc;
 #ifndef MSSM_NO_FILTERED
     gl->filtered = d->filtered != 0;
-    if (gl->filtered && mssm__check_filtered(gl)) return MSSM_ERROR_ARGUMENT;
+    if (d->radius == 0) d->radius = 2;
+    if (d->anisotropy == 0) d->anisotropy = 4;
+    if (gl->filtered && (!mssm__in_range(gl, "radius", d->radius, -1, MSSM__RADIUS) ||
+                         !mssm__in_range(gl, "anisotropy", d->anisotropy, 1, 16))) {
+        return MSSM_ERROR_ARGUMENT;
+    }
 #endif
     gl->format = formats[gl->filtered];
     if (d->name && !mssm__is_name(d->name)) {
@@ -5660,12 +5648,12 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
             d->name);
     }
     if (d->lights == 0) d->lights = 1;
-    if (d->side == 0) d->side = 256;
+    if (d->side == 0) d->side = gl->filtered ? 1024 : 256;
     if (d->samples == 0) d->samples = 4;
-    if (d->moments == 0) d->moments = 6;
+    if (d->moments == 0) d->moments = gl->filtered ? 4 : 6;
     // Among those that every driver has, and that renderers take last.
-    if (d->first_texture_unit == 0) d->first_texture_unit = MSSM__FIRST_UNIT;
-    if (d->first_buffer_binding == 0) d->first_buffer_binding = MSSM__FIRST_BINDING;
+    if (d->first_texture_unit == 0) d->first_texture_unit = gl->filtered ? 83 : 80;
+    if (d->first_buffer_binding == 0) d->first_buffer_binding = gl->filtered ? 6 : 7;
     if (!mssm__in_range(gl, "lights", d->lights, 1, INT32_MAX) ||
         !mssm__in_range(gl, "side", d->side, 1, MSSM__SIDE) ||
         !mssm__in_range(gl, "samples", d->samples, 1, 64) ||
@@ -5713,22 +5701,26 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 
 size_t mssm_gl_bytes(const mssm_gl_desc *desc)
 {
+    static const uint64_t texel[2][MSSM__TABLES] = {{16, 8, 8}, {8, 4, 0, 16, 16, 4}}; // bytes
     mssm_gl g;
     if (!desc) return 0;
     memset(&g, 0, sizeof g);
     g.desc = *desc;
     if (mssm__check_desc(&g)) return 0;
     mssm__set_sizes(&g);
-    const uint64_t side = (uint64_t)g.desc.side, texel = g.desc.moments == 6 ? 24 : 16;
-    uint64_t light = sizeof(mssm_view);
-    uint64_t texels = 0, targets = 8 * side * side * (uint64_t)g.desc.samples;
-    for (int i = 0; i < g.levels; i++)
-        texels += (uint64_t)(g.padded >> i) * (uint64_t)(g.padded >> i);
-    light += (g.filtered ? texel / 2 : texel) * texels;
-    for (int i = 0; i < g.depth_levels && !g.filtered; i++) light += (uint64_t)8 << (2 * i);
-    if (g.filtered)
-        targets =
-            targets / 2 + 32 * texels + 36 * (uint64_t)g.padded * (uint64_t)g.padded; // to work in
+    const uint64_t samples = (uint64_t)(g.filtered ? 1 : 2) * (uint64_t)g.desc.samples;
+    uint64_t light = sizeof(mssm_view),
+             targets = 4 * samples * (uint64_t)g.desc.side * (uint64_t)g.desc.side;
+    for (int i = 0; i < MSSM__TABLES; i++) {
+        int side, layers;
+        for (int level = mssm__array_size(&g, i, &side, &layers); level-- > 0; side /= 2) {
+            const uint64_t bytes = texel[g.filtered][i] * (uint64_t)side * (uint64_t)side;
+            if (i < MSSM__WORK)
+                light += bytes;
+            else
+                targets += bytes * (uint64_t)layers;
+        }
+    }
     if (targets > SIZE_MAX || light > (SIZE_MAX - targets) / (uint64_t)g.desc.lights) {
         mssm__log(&g, "more bytes than a size_t holds", NULL);
         return 0;
@@ -6437,7 +6429,7 @@ static void mssm__filter_level(const mssm_gl *gl, int which, unsigned source, in
 static void mssm__filtered_build(mssm_gl *gl)
 {
     if (gl->ready < 0) return;
-    const int r = gl->radius, index = gl->ready;
+    const int r = gl->desc.radius > 0 ? gl->desc.radius : 0, index = gl->ready;
     const int side = gl->desc.side, rows[7] = {-r, 0, r, 0, 1, index, side};
     const int columns[7] = {0, -r, 0, r, 1, index, side};
     int halve[7] = {0, 0, 1, 1, 2, index, side};
