@@ -4014,7 +4014,7 @@ struct mssm_gl {
     int targets;      // that textures have come with, as bits
     int framing;      // between mssm_gl_begin_frame and its end: nothing is saved or put back
     mssm__gl_state saved;
-    mssm__gl_bindings bindings; // of the caller, for the end of the frame
+    mssm__gl_bindings bindings; // of the caller
     mssm__gl_light *lights;
     mssm_view *view;
     char *shader;
@@ -5031,10 +5031,11 @@ static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[5])
 }
 
 // A program of the object's numbers, an option and texts up to a NULL: of a compute shader, or of
-// the fragments of a triangle. On failure none is left.
+// the fragments of a triangle; made when first needed. On failure none is left.
 static mssm_result mssm__make_program(mssm_gl *gl, int which, const char *option,
                                       const char *const texts[6])
 {
+    if (gl->program[which]) return MSSM_OK;
     char defines[256];
     const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
     const char *all[9] = {mssm__glsl_version, defines, option};
@@ -5325,8 +5326,10 @@ static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
 }
 
 // Leaves another unit active.
-static void mssm__save_target(const mssm_gl *gl, mssm__gl_bindings *b, int kind)
+static void mssm__save_target(mssm_gl *gl, int kind)
 {
+    mssm__gl_bindings *b = &gl->bindings;
+    if (b->targets >> kind & 1) return;
     for (int i = 0; i < 2; i++) {
         gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
         b->texture[i][kind] = mssm__get(gl, mssm__targets[kind].binding);
@@ -5334,8 +5337,9 @@ static void mssm__save_target(const mssm_gl *gl, mssm__gl_bindings *b, int kind)
     b->targets |= 1 << kind;
 }
 
-static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
+static void mssm__save_bindings(mssm_gl *gl)
 {
+    mssm__gl_bindings *b = &gl->bindings;
     static const mssm__glenum names[6] = {
         MSSM__GL_IMAGE_BINDING_NAME,  MSSM__GL_IMAGE_BINDING_LEVEL,  MSSM__GL_IMAGE_BINDING_LAYERED,
         MSSM__GL_IMAGE_BINDING_LAYER, MSSM__GL_IMAGE_BINDING_ACCESS, MSSM__GL_IMAGE_BINDING_FORMAT};
@@ -5350,7 +5354,7 @@ static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
         b->sampler[i] = mssm__get(gl, MSSM__GL_SAMPLER_BINDING);
     }
     for (int kind = 0; kind < 6; kind++) {
-        if (!kind || gl->targets >> kind & 1) mssm__save_target(gl, b, kind);
+        if (!kind || gl->targets >> kind & 1) mssm__save_target(gl, kind);
     }
     gl->f.ActiveTexture((mssm__glenum)b->active);
     for (unsigned i = 0; i < 4; i++) {
@@ -5358,8 +5362,9 @@ static void mssm__save_bindings(const mssm_gl *gl, mssm__gl_bindings *b)
     }
 }
 
-static void mssm__restore_bindings(const mssm_gl *gl, const mssm__gl_bindings *b)
+static void mssm__restore_bindings(const mssm_gl *gl)
 {
+    const mssm__gl_bindings *b = &gl->bindings;
     if (gl->framing) return;
     for (int i = 0; i < 2; i++) {
         const unsigned unit = (unsigned)(gl->desc.first_texture_unit + i);
@@ -5433,8 +5438,7 @@ static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linea
 static void mssm__resolve(mssm_gl *gl, int index)
 {
     const int average = gl->lights[index].averaged && !gl->filtered;
-    mssm__gl_bindings saved;
-    mssm__save_bindings(gl, &saved);
+    mssm__save_bindings(gl);
     for (int i = 0; i <= average; i++) {
         mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
                            gl->depth[i]);
@@ -5442,7 +5446,7 @@ static void mssm__resolve(mssm_gl *gl, int index)
     const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
     if (!gl->filtered) gl->f.ProgramUniform1i(program, 2, index);
     mssm__take_depth(gl, index, program, !gl->lights[index].drawn.perspective, gl->samples);
-    mssm__restore_bindings(gl, &saved);
+    mssm__restore_bindings(gl);
 }
 
 // Front faces wait for the back faces that may follow, filtered maps for translucent casters.
@@ -5479,8 +5483,9 @@ static void mssm__filled(mssm_gl *gl, int index, int averaged)
     mssm__change(gl, index);
 }
 
-static void mssm__save_state(const mssm_gl *gl, mssm__gl_state *s)
+static void mssm__save_state(mssm_gl *gl)
 {
+    mssm__gl_state *s = &gl->saved;
     const mssm__gl_functions *f = &gl->f;
     s->framebuffer = mssm__get(gl, MSSM__GL_DRAW_FRAMEBUFFER_BINDING);
     s->depth_func = mssm__get(gl, MSSM__GL_DEPTH_FUNC);
@@ -5752,7 +5757,7 @@ void mssm_gl_destroy(mssm_gl *gl)
     const int framing = gl->framing;
     gl->framing = 0;
     if (framing || gl->drawing >= 0) mssm__restore_state(gl);
-    if (framing) mssm__restore_bindings(gl, &gl->bindings);
+    if (framing) mssm__restore_bindings(gl);
     mssm__delete_storage(gl);
     for (int i = 0; i < MSSM__PROGRAMS; i++) gl->f.DeleteProgram(gl->program[i]);
     gl->f.DeleteSamplers(1, &gl->sampler);
@@ -5811,7 +5816,7 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
 static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, int back_faces)
 {
     mssm__gl_state s;
-    if (!gl->framing) mssm__save_state(gl, &gl->saved);
+    if (!gl->framing) mssm__save_state(gl);
     memset(&s, 0, sizeof s);
     s.framebuffer = (int)framebuffer;
     s.depth_func = MSSM__GL_LESS;
@@ -5838,7 +5843,7 @@ mssm_result mssm_gl_begin_frame(mssm_gl *gl)
         return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_begin_frame within a frame or a pass");
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_frame");
     if (r) return r;
-    mssm__save_bindings(gl, &gl->bindings);
+    mssm__save_bindings(gl);
     mssm__pass_state(gl, gl->framebuffer[0], 1, 0);
     gl->framing = 1;
     return MSSM_OK;
@@ -5852,7 +5857,7 @@ mssm_result mssm_gl_end_frame(mssm_gl *gl)
                             "mssm_gl_end_frame without mssm_gl_begin_frame, or within a pass");
     gl->framing = 0;
     mssm__restore_state(gl);
-    mssm__restore_bindings(gl, &gl->bindings);
+    mssm__restore_bindings(gl);
     return MSSM_OK;
 }
 
@@ -6059,7 +6064,6 @@ static mssm_result mssm__prepare_depth(mssm_gl *gl, int kind, int back)
         gl->f.SamplerParameteri(gl->sampler, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
         gl->f.ObjectLabel(MSSM__GL_SAMPLER, gl->sampler, -1, "mssm given depth");
     }
-    if (gl->program[which]) return MSSM_OK;
     const char *resolve = mssm__glsl_resolve;
 #ifndef MSSM_NO_FILTERED
     if (gl->filtered) resolve = mssm__glsl_filtered_resolve;
@@ -6128,10 +6132,8 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
     if (r) return r;
     mssm__settle(gl, gl->filtered ? index : -1);
     gl->targets |= 1 << kind;
-    mssm__gl_bindings saved;
-    mssm__save_bindings(gl, &saved);
-    if (gl->framing && !(gl->bindings.targets >> kind & 1))
-        mssm__save_target(gl, &gl->bindings, kind);
+    mssm__save_bindings(gl);
+    mssm__save_target(gl, kind);
     int bound = mssm__bind_depth(gl, light, 0, front, kind);
     int good = bound;
     if (good && back) {
@@ -6150,7 +6152,7 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
             (mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + bound));
         mssm__set_texture_state(gl, &light->source[bound], 0, 0);
     }
-    mssm__restore_bindings(gl, &saved);
+    mssm__restore_bindings(gl);
     if (good) gl->front_of = -1;
     return good ? MSSM_OK : MSSM_ERROR_ARGUMENT;
 }
@@ -6192,11 +6194,10 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     int work = gl->unresolved >= 0;
     for (int i = 0; i < gl->desc.lights; i++)
         work |= gl->lights[i].filled && gl->lights[i].built < levels;
-    mssm__gl_bindings saved;
     if (work)
-        mssm__save_bindings(gl, &saved);
+        mssm__save_bindings(gl);
     else if (!framing)
-        saved.buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+        gl->bindings.buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     gl->framing = 1; // what follows need not save it again
     mssm__settle(gl, -1);
     if (work) mssm__build_tables(gl, levels);
@@ -6205,9 +6206,9 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     gl->front_of = -1; // its texels have become sums
     gl->stale = 0;
     if (work)
-        mssm__restore_bindings(gl, &saved);
+        mssm__restore_bindings(gl);
     else if (!framing)
-        gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)saved.buffer);
+        gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)gl->bindings.buffer);
     return MSSM_OK;
 }
 
@@ -6266,25 +6267,13 @@ int mssm_gl_stale(const mssm_gl *gl, int index)
     return (moved ? MSSM_STALE_MAP : 0) | (ready || coarse ? MSSM_STALE_TABLES : 0);
 }
 
-// Made when first needed.
-static mssm_result mssm__prepare_show(mssm_gl *gl)
-{
-    static const char *const texts[6] = {mssm__glsl_show};
-    const mssm_result r = mssm__prepare_array(gl);
-    if (r) return r;
-    if (gl->program[MSSM__SHOW]) return MSSM_OK;
-    return mssm__make_program(gl, MSSM__SHOW, gl->filtered ? "#define MSSM_FILTERED\n" : "", texts);
-}
-
-// caller: the state that is put back.
-static void mssm__draw_show(mssm_gl *gl, const mssm__gl_state *caller, const int show[3])
+static void mssm__draw_show(mssm_gl *gl, const int show[3])
 {
     const mssm__gl_functions *f = &gl->f;
     const int blend = f->IsEnabledi(MSSM__GL_BLEND, 0);
-    mssm__gl_bindings saved;
-    mssm__gl_state s = *caller;
+    mssm__gl_state s = gl->saved;
     gl->targets |= 1 << 2; // 2D arrays
-    mssm__save_bindings(gl, &saved);
+    mssm__save_bindings(gl);
     memset(s.enabled, 0, sizeof s.enabled);
     memset(s.mask, 1, sizeof s.mask);
     s.enabled[2] = 1;
@@ -6300,12 +6289,13 @@ static void mssm__draw_show(mssm_gl *gl, const mssm__gl_state *caller, const int
     f->BindVertexArray(gl->array);
     f->DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
     if (blend) f->Enablei(MSSM__GL_BLEND, 0);
-    mssm__set_state(gl, caller);
-    mssm__restore_bindings(gl, &saved);
+    mssm__set_state(gl, &gl->saved);
+    mssm__restore_bindings(gl);
 }
 
 mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
 {
+    static const char *const texts[6] = {mssm__glsl_show};
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1) ||
         !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, gl->filtered ? 0 : 1)) {
         return MSSM_ERROR_ARGUMENT;
@@ -6315,15 +6305,17 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
             gl, MSSM_ERROR_ORDER,
             "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build");
     mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
-    if (!r) r = mssm__prepare_show(gl);
+    if (!r) r = mssm__prepare_array(gl);
+    if (!r)
+        r = mssm__make_program(gl, MSSM__SHOW, gl->filtered ? "#define MSSM_FILTERED\n" : "",
+                               texts);
     if (r) return r;
     const int show[3] = {index, (int)what, gl->desc.side};
-    mssm__gl_state caller;
-    mssm__save_state(gl, &caller);
-    if (!mssm__is_complete(gl, (unsigned)caller.framebuffer))
+    mssm__save_state(gl);
+    if (!mssm__is_complete(gl, (unsigned)gl->saved.framebuffer))
         return mssm__report(gl, MSSM_ERROR_GL,
                             "mssm_gl_show: the draw framebuffer is not complete");
-    mssm__draw_show(gl, &caller, show);
+    mssm__draw_show(gl, show);
     return MSSM_OK;
 }
 
@@ -6364,8 +6356,7 @@ const char *mssm_glsl_translucent(void)
 static void mssm__copy_depth(mssm_gl *gl)
 {
     const mssm__gl_functions *f = &gl->f;
-    mssm__gl_bindings saved;
-    mssm__save_bindings(gl, &saved);
+    mssm__save_bindings(gl);
     mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
                        gl->depth[0]);
     f->ProgramUniform1i(gl->program[MSSM__COPY], 0, gl->samples);
@@ -6378,7 +6369,7 @@ static void mssm__copy_depth(mssm_gl *gl)
     for (unsigned i = 0; i < 2; i++) f->ColorMaski(i, 1, 1, 1, 1);
     f->DepthMask(0);
     f->DepthFunc(MSSM__GL_LESS);
-    mssm__restore_bindings(gl, &saved);
+    mssm__restore_bindings(gl);
 }
 
 mssm_result mssm_gl_begin_translucent(mssm_gl *gl)
@@ -6435,16 +6426,15 @@ static void mssm__filtered_build(mssm_gl *gl)
     int halve[7] = {0, 0, 1, 1, 2, index, side};
     const unsigned work = gl->table[MSSM__WORK];
     mssm__gl_light *light = &gl->lights[index];
-    mssm__gl_bindings saved;
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
-    mssm__save_bindings(gl, &saved);
+    mssm__save_bindings(gl);
     gl->f.UseProgram(gl->program[MSSM__FILTER]);
     mssm__filter_level(gl, MSSM__FILTER, work, 0, MSSM__BLURRED_ROWS, 0, rows);
     mssm__filter_level(gl, MSSM__FILTER, gl->table[MSSM__BLURRED_ROWS], 0, MSSM__WORK, 0, columns);
     for (int i = 1; i < gl->levels; i++, halve[6] = (halve[6] + 1) / 2) {
         mssm__filter_level(gl, MSSM__FILTER, work, i - 1, MSSM__WORK, i, halve);
     }
-    mssm__restore_bindings(gl, &saved);
+    mssm__restore_bindings(gl);
     light->filled = light->averaged = 1;
     light->built = gl->levels;
     mssm__change(gl, index);
@@ -6453,6 +6443,7 @@ static void mssm__filtered_build(mssm_gl *gl)
 
 mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 {
+    static const char *const texts[6] = {mssm__glsl_filter};
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
         return MSSM_ERROR_ARGUMENT;
     if (!texture || (!gl->framing && !gl->f.IsTexture(texture)))
@@ -6464,20 +6455,16 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     if (r) return r;
     if (gl->filtered)
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_set_moments is for soft shadows");
-    if (!gl->program[MSSM__STORE]) { // made when first needed
-        static const char *const texts[6] = {mssm__glsl_filter};
-        r = mssm__make_program(gl, MSSM__STORE, "#define MSSM_STORE\n#define MSSM_EMPTY 0.99999\n",
-                               texts);
-        if (r) return r;
-    }
+    r = mssm__make_program(gl, MSSM__STORE, "#define MSSM_STORE\n#define MSSM_EMPTY 0.99999\n",
+                           texts);
+    if (r) return r;
     const int job[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
-    mssm__gl_bindings saved;
     mssm__settle(gl, index);
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
-    mssm__save_bindings(gl, &saved);
+    mssm__save_bindings(gl);
     gl->f.UseProgram(gl->program[MSSM__STORE]);
     mssm__filter_level(gl, MSSM__STORE, texture, 0, MSSM__LEAST_DEPTHS, 0, job);
-    mssm__restore_bindings(gl, &saved);
+    mssm__restore_bindings(gl);
     mssm__filled(gl, index, 0);
     gl->front_of = -1;
     return MSSM_OK;
