@@ -2059,39 +2059,38 @@ struct mssm_map {
     float (*depth[MSSM__DEPTHS])[2]; // the least depth, and the least of -depth
 };
 
-// Levels of least depth, from half the side down to 1, and in *words the texels of all.
-static int mssm__layout_depths(int side, uint64_t *words)
+// The number of levels, each half of the one before, until one is at most so wide.
+static int mssm__levels(int side, int least)
 {
-    int levels = 0;
-    *words = 0;
-    do {
-        side = (side + 1) / 2;
-        *words += (uint64_t)side * (uint64_t)side;
-        levels++;
-    } while (side > 1);
+    int levels = 1;
+    for (; side > least; side = (side + 1) / 2) levels++;
     return levels;
 }
 
-// The number of levels, and in *words the number of table entries; 0 for arguments out of range.
-static int mssm__layout(int side, int moments, uint64_t *words)
+// The texels of all levels, each with a border more texels across and up.
+static uint64_t mssm__texels(int side, int levels, int border)
 {
-    *words = 0;
+    uint64_t texels = 0;
+    for (; levels > 0; levels--, side = (side + 1) / 2)
+        texels += (uint64_t)(side + border) * (uint64_t)(side + border);
+    return texels;
+}
+
+// Entries of all tables; 0 for arguments out of range.
+static uint64_t mssm__entries(int side, int moments)
+{
     if (side < 1 || side > MSSM__SIDE || (moments != 4 && moments != 6)) return 0;
-    int levels = 0, size = side;
-    for (;;) {
-        *words += (uint64_t)(size + 1) * (uint64_t)(size + 1) * (uint64_t)moments;
-        levels++;
-        if (size <= (int)MSSM_KERNEL) return levels;
-        size = (size + 1) / 2;
-    }
+    return (uint64_t)moments * mssm__texels(side, mssm__levels(side, (int)MSSM_KERNEL), 1);
 }
 
 size_t mssm_map_bytes(int side, int moments)
 {
-    uint64_t words, depths;
-    if (!mssm__layout(side, moments, &words)) return 0;
-    mssm__layout_depths(side, &depths);
-    uint64_t bytes = words * sizeof(uint32_t) + 2 * depths * sizeof(float) + sizeof(mssm_map) + 63;
+    const uint64_t entries = mssm__entries(side, moments);
+    if (!entries) return 0;
+    const int half = (side + 1) / 2;
+    const uint64_t depths = mssm__texels(half, mssm__levels(half, 1), 0);
+    const uint64_t bytes =
+        entries * sizeof(uint32_t) + 2 * depths * sizeof(float) + sizeof(mssm_map) + 63;
     return bytes <= SIZE_MAX ? (size_t)bytes : 0;
 }
 
@@ -2255,9 +2254,7 @@ static void mssm__fill(mssm_map *map, const float *front, const float *back, int
 
 mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, int moments)
 {
-    uint64_t words;
     const size_t needed = mssm_map_bytes(side, moments);
-    const int levels = mssm__layout(side, moments, &words);
     if (!map || !memory || !needed) return MSSM_ERROR_ARGUMENT;
     if (bytes < needed) return MSSM_ERROR_MEMORY;
     const size_t misfit = (size_t)((uintptr_t)memory % 16);
@@ -2265,15 +2262,15 @@ mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, 
     memset(m, 0, sizeof *m);
     m->side = side;
     m->moments = moments;
-    m->levels = levels;
+    m->levels = mssm__levels(side, (int)MSSM_KERNEL);
     uint32_t *table = (uint32_t *)(void *)(m + 1);
-    memset(table, 0, (size_t)words * sizeof *table);
-    for (int level = 0, size = side; level < levels; level++, size = (size + 1) / 2) {
+    memset(table, 0, (size_t)mssm__entries(side, moments) * sizeof *table);
+    for (int level = 0, size = side; level < m->levels; level++, size = (size + 1) / 2) {
         m->size[level] = size;
         m->table[level] = table;
         table += (size_t)(size + 1) * (size_t)(size + 1) * (size_t)moments;
     }
-    m->depths = mssm__layout_depths(side, &words);
+    m->depths = mssm__levels((side + 1) / 2, 1);
     float(*depth)[2] = (float(*)[2])(void *)table;
     for (int level = 0, size = (side + 1) / 2; level < m->depths; level++, size = (size + 1) / 2) {
         m->depth[level] = depth;
@@ -3225,8 +3222,8 @@ MSSM_CALLED mssm_bounds mssm_bounds_under(mssm_view v, struct mssm_options o,
 
 size_t mssm_filtered_bytes(int side, int moments)
 {
-    uint64_t words;
-    if (!mssm__layout(side, moments, &words)) return 0;
+    const uint64_t words = mssm__entries(side, moments);
+    if (!words) return 0;
     const uint64_t floats = 2 * ((uint64_t)side * (uint64_t)side * (uint64_t)moments + 8);
     const uint64_t bytes =
         floats * sizeof(float) + words * sizeof(uint16_t) + sizeof(mssm_filtered) + 63;
@@ -3315,7 +3312,6 @@ static void mssm__filter(mssm_filtered *map, int radius)
 mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, int side,
                                int moments)
 {
-    uint64_t words;
     const size_t needed = mssm_filtered_bytes(side, moments);
     if (!map || !memory || !needed) return MSSM_ERROR_ARGUMENT;
     if (bytes < needed) return MSSM_ERROR_MEMORY;
@@ -3325,7 +3321,7 @@ mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, 
     memset(m, 0, sizeof *m);
     m->side = side;
     m->moments = moments;
-    m->levels = mssm__layout(side, moments, &words);
+    m->levels = mssm__levels(side, (int)MSSM_KERNEL);
     const size_t count = (size_t)side * (size_t)side * (size_t)moments + 8;
     m->work = (float *)(void *)(m + 1);
     m->rows = m->work + count;
@@ -5196,9 +5192,8 @@ static mssm_result mssm__create_arrays(mssm_gl *gl)
 
 static void mssm__set_sizes(mssm_gl *gl)
 {
-    uint64_t words;
-    gl->levels = mssm__layout(gl->desc.side, gl->desc.moments, &words);
-    gl->depth_levels = mssm__layout_depths(gl->desc.side, &words);
+    gl->levels = mssm__levels(gl->desc.side, (int)MSSM_KERNEL);
+    gl->depth_levels = mssm__levels((gl->desc.side + 1) / 2, 1);
     gl->padded = mssm__padded(gl->desc.side, gl->levels);
 }
 
