@@ -4905,14 +4905,6 @@ static int mssm__has_texture(const mssm_gl *gl, int i)
     return i == 1 ? gl->desc.moments == 6 : gl->format[i] != 0;
 }
 
-static mssm_settings mssm__settings(const mssm_gl *gl)
-{
-#ifndef MSSM_NO_FILTERED
-    if (gl->filtered) return mssm__filter_settings(&gl->desc.filter, gl->desc.moments);
-#endif
-    return gl->desc.settings;
-}
-
 // Whether GLSL takes it, and what is made of it: gl_ and double underscores are its own.
 static int mssm__is_name(const char *name)
 {
@@ -4949,8 +4941,7 @@ static void mssm__print_collisions(const mssm_gl *gl, char *to, size_t size)
 
 static void mssm__print_defines(const mssm_gl *gl, char *to, size_t size)
 {
-    const mssm_settings s = mssm__settings(gl);
-    const struct mssm_options o = mssm__options(&s, gl->desc.moments);
+    const struct mssm_options o = mssm__options(&gl->desc.settings, gl->desc.moments);
     const char *const names[] = {"MOMENTS",   "SCALE",      gl->unbound ? "LIGHTS" : "UNIT",
                                  "NEXT_UNIT", "DEPTH_UNIT", "BINDING"};
     const int unit = gl->desc.first_texture_unit, third = gl->unbound ? gl->desc.lights : unit;
@@ -5110,6 +5101,14 @@ static void mssm__delete_storage(mssm_gl *gl)
     MSSM_FREE(gl->view);
 }
 
+// Of the texture that is bound.
+static int mssm__ask_texture(const mssm_gl *gl, mssm__glenum target, int level, mssm__glenum what)
+{
+    int value = 0; // a lost context writes nothing
+    gl->f.GetTexLevelParameteriv(target, level, what, &value);
+    return value;
+}
+
 static int mssm__is_complete(const mssm_gl *gl, unsigned framebuffer)
 {
     return gl->f.CheckNamedFramebufferStatus(framebuffer, MSSM__GL_DRAW_FRAMEBUFFER) ==
@@ -5137,9 +5136,8 @@ static mssm_result mssm__create_depth(mssm_gl *gl, int i)
                                    gl->desc.side, gl->desc.side, 1);
     const int bound = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
     f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[i]);
-    gl->samples = gl->desc.samples;
-    f->GetTexLevelParameteriv(MSSM__GL_TEXTURE_2D_MULTISAMPLE, 0, MSSM__GL_TEXTURE_SAMPLES,
-                              &gl->samples);
+    gl->samples =
+        mssm__ask_texture(gl, MSSM__GL_TEXTURE_2D_MULTISAMPLE, 0, MSSM__GL_TEXTURE_SAMPLES);
     f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, (unsigned)bound);
     f->ObjectLabel(MSSM__GL_TEXTURE, gl->depth[i], -1, names[i]);
     f->NamedFramebufferTexture(gl->framebuffer[i], MSSM__GL_DEPTH_ATTACHMENT, gl->depth[i], 0);
@@ -5540,8 +5538,7 @@ static void mssm__make_view(const mssm_gl *gl, mssm__gl_light *l, mssm_view *v)
     l->changed = 0;
     l->widest = 0;
     if (!l->filled || !(l->light.z_far > l->light.z_near)) return;
-    const mssm_settings settings = mssm__settings(gl);
-    *v = mssm__view(&l->light, &settings, gl->desc.side, l->built, l->averaged);
+    *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
     // For receivers down to depth 17, eight times as deep as all casters: further ones see
     // wider kernels than the tables hold, and get the widest.
     const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
@@ -5633,12 +5630,6 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     mssm_gl_desc *d = &gl->desc;
 #ifndef MSSM_NO_FILTERED
     gl->filtered = d->filtered != 0;
-    if (d->radius == 0) d->radius = 2;
-    if (d->anisotropy == 0) d->anisotropy = 4;
-    if (gl->filtered && (!mssm__in_range(gl, "radius", d->radius, -1, MSSM__RADIUS) ||
-                         !mssm__in_range(gl, "anisotropy", d->anisotropy, 1, 16))) {
-        return MSSM_ERROR_ARGUMENT;
-    }
 #endif
     gl->format = formats[gl->filtered];
     if (d->name && !mssm__is_name(d->name)) {
@@ -5660,6 +5651,15 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
         !mssm__in_range(gl, "moments", d->moments, 4, 6)) {
         return MSSM_ERROR_ARGUMENT;
     }
+#ifndef MSSM_NO_FILTERED
+    if (d->radius == 0) d->radius = 2;
+    if (d->anisotropy == 0) d->anisotropy = 4;
+    if (gl->filtered) d->settings = mssm__filter_settings(&d->filter, d->moments);
+    if (gl->filtered && (!mssm__in_range(gl, "radius", d->radius, -1, MSSM__RADIUS) ||
+                         !mssm__in_range(gl, "anisotropy", d->anisotropy, 1, 16))) {
+        return MSSM_ERROR_ARGUMENT;
+    }
+#endif
     if (d->moments == 5) return mssm__report(gl, MSSM_ERROR_ARGUMENT, "moments 5: 4 or 6");
     return MSSM_OK;
 }
@@ -5961,38 +5961,34 @@ static int mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s)
 {
     static const char *const names[2][2] = {{"mssm_gl_depth: x", "mssm_gl_depth: width"},
                                             {"mssm_gl_depth: y", "mssm_gl_depth: height"}};
-    enum { WIDTH, HEIGHT, DEPTH, SAMPLES, DEPTH_SIZE, RED_TYPE };
-    static const mssm__glenum questions[6] = {
-        MSSM__GL_TEXTURE_WIDTH,   MSSM__GL_TEXTURE_HEIGHT,     MSSM__GL_TEXTURE_DEPTH,
-        MSSM__GL_TEXTURE_SAMPLES, MSSM__GL_TEXTURE_DEPTH_SIZE, MSSM__GL_TEXTURE_RED_TYPE};
     const mssm__glenum target = mssm__targets[s->kind].target;
-    const int cube = target == MSSM__GL_TEXTURE_CUBE_MAP,
-              multisampled = s->kind == 0 || s->kind == 5;
-    int level = 0, answers[6] = {0};
+    const int cube = target == MSSM__GL_TEXTURE_CUBE_MAP;
+    const int flat = target == MSSM__GL_TEXTURE_2D || target == MSSM__GL_TEXTURE_2D_MULTISAMPLE;
+    const int multisampled = s->kind == 0 || s->kind == 5;
+    const mssm__glenum image = cube ? (mssm__glenum)MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X : target;
+    int level = 0;
     if (!multisampled) gl->f.GetTexParameteriv(target, MSSM__GL_TEXTURE_BASE_LEVEL, &level);
-    for (int i = 0; i < 6; i++) {
-        gl->f.GetTexLevelParameteriv(cube ? (mssm__glenum)MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X
-                                          : target,
-                                     level, questions[i], &answers[i]);
-    }
-    const int type = answers[RED_TYPE];
-    if (!answers[DEPTH_SIZE] && type != MSSM__GL_FLOAT && type != MSSM__GL_UNSIGNED_NORMALIZED &&
+    const int width = mssm__ask_texture(gl, image, level, MSSM__GL_TEXTURE_WIDTH);
+    const int height = mssm__ask_texture(gl, image, level, MSSM__GL_TEXTURE_HEIGHT);
+    const int layers = mssm__ask_texture(gl, image, level, MSSM__GL_TEXTURE_DEPTH);
+    const int samples = mssm__ask_texture(gl, image, level, MSSM__GL_TEXTURE_SAMPLES);
+    const int depth = mssm__ask_texture(gl, image, level, MSSM__GL_TEXTURE_DEPTH_SIZE);
+    const int type = mssm__ask_texture(gl, image, level, MSSM__GL_TEXTURE_RED_TYPE);
+    if (!depth && type != MSSM__GL_FLOAT && type != MSSM__GL_UNSIGNED_NORMALIZED &&
         type != MSSM__GL_SIGNED_NORMALIZED) {
-        mssm__log(
-            gl, "mssm_gl_depth: the texture has no storage, or neither depth nor red as fractions",
-            NULL);
+        mssm__report(
+            gl, MSSM_ERROR_ARGUMENT,
+            "mssm_gl_depth: the texture has no storage, or neither depth nor red as fractions");
         return 0;
     }
-    const int flat = target == MSSM__GL_TEXTURE_2D || target == MSSM__GL_TEXTURE_2D_MULTISAMPLE;
-    s->each = multisampled && answers[SAMPLES] > 0 ? answers[SAMPLES] : 1;
+    s->each = multisampled && samples > 0 ? samples : 1;
     if (!mssm__in_range(gl, "mssm_gl_depth: layer", s->is.layer, 0,
                         cube   ? 5
                         : flat ? 0
-                               : answers[DEPTH] - (answers[DEPTH] > 0))) {
+                               : layers - (layers > 0)))
         return 0;
-    }
-    s->across = mssm__check_axis(gl, names[0], s->is.x, s->is.width, answers[WIDTH]);
-    s->up = s->across ? mssm__check_axis(gl, names[1], s->is.y, s->is.height, answers[HEIGHT]) : 0;
+    s->across = mssm__check_axis(gl, names[0], s->is.x, s->is.width, width);
+    s->up = s->across ? mssm__check_axis(gl, names[1], s->is.y, s->is.height, height) : 0;
     return s->up &&
            mssm__in_range(gl, "mssm_gl_depth: texels times samples of a texel of the moment map",
                           s->across * s->up * s->each, 1, 64);
