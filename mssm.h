@@ -5188,13 +5188,6 @@ static mssm_result mssm__create_arrays(mssm_gl *gl)
     return MSSM_OK;
 }
 
-static void mssm__set_sizes(mssm_gl *gl)
-{
-    gl->levels = mssm__levels(gl->desc.side, (int)MSSM_KERNEL);
-    gl->depth_levels = mssm__levels((gl->desc.side + 1) / 2, 1);
-    gl->padded = mssm__padded(gl->desc.side, gl->levels);
-}
-
 static mssm_result mssm__check_limits(mssm_gl *gl)
 {
     const int units = mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS);
@@ -5389,14 +5382,18 @@ static void mssm__bind_texture(const mssm_gl *gl, int unit, mssm__glenum target,
     gl->f.BindSampler((unsigned)unit, 0);
 }
 
-static void mssm__bind_level(const mssm_gl *gl, unsigned first_unit, int level, mssm__glenum access)
+// A level of one of the tables, for kernels; none where there is no such table.
+static void mssm__bind_image(const mssm_gl *gl, int unit, int table, int level)
 {
-    for (unsigned i = 0; i < 2; i++) {
-        if (gl->table[i]) {
-            gl->f.BindImageTexture(first_unit + i, gl->table[i], level, 1, 0, access,
-                                   gl->format[i]);
-        }
-    }
+    gl->f.BindImageTexture((unsigned)unit, gl->table[table], level, 1, 0, MSSM__GL_READ_WRITE,
+                           gl->format[table]);
+}
+
+// All moments.
+static void mssm__bind_level(const mssm_gl *gl, int first_unit, int level)
+{
+    mssm__bind_image(gl, first_unit, 0, level);
+    if (gl->table[1]) mssm__bind_image(gl, first_unit + 1, 1, level);
 }
 
 // ---- Passes and calls ---- >>passes
@@ -5413,15 +5410,13 @@ static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linea
     f->ProgramUniform1i(program, 1, samples);
     f->UseProgram(program);
     if (gl->filtered) {
-        f->BindImageTexture(0, gl->table[MSSM__WORK], 0, 1, 0, MSSM__GL_READ_WRITE,
-                            MSSM__GL_RGBA32F);
+        mssm__bind_image(gl, 0, MSSM__WORK, 0);
         f->DispatchCompute((padded + 7) / 8, (padded + 7) / 8, 1);
         (f->MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
         return;
     }
-    mssm__bind_level(gl, 0, 0, MSSM__GL_READ_WRITE);
-    f->BindImageTexture(2, gl->table[MSSM__LEAST_DEPTHS], 0, 1, 0, MSSM__GL_READ_WRITE,
-                        MSSM__GL_RG32F);
+    mssm__bind_level(gl, 0, 0);
+    mssm__bind_image(gl, 2, MSSM__LEAST_DEPTHS, 0);
     // After shading, or an earlier resolve of this layer; what follows has the barrier of the
     // build.
     (f->MemoryBarrier)(MSSM__GL_BARRIERS);
@@ -5604,9 +5599,9 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
         const unsigned size = (unsigned)(gl->padded >> level);
         unsigned threads = 1; // of a row, as the shader counts them
         while (threads < 64 && 8 * threads < size) threads *= 2;
-        mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
+        mssm__bind_level(gl, 0, level);
         if (level > 0) {
-            mssm__bind_level(gl, 2, level - 1, MSSM__GL_READ_ONLY);
+            mssm__bind_level(gl, 2, level - 1);
             const int grain = (1 << (level - 1)) - 1;
             f->ProgramUniform1i(gl->program[MSSM__HALVE], MSSM__BATCH,
                                 (gl->desc.side + grain) >> (level - 1));
@@ -5620,7 +5615,7 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
     }
 }
 
-// Defaults filled in, or MSSM_ERROR_ARGUMENT.
+// Defaults and sizes filled in, or MSSM_ERROR_ARGUMENT.
 static mssm_result mssm__check_desc(mssm_gl *gl)
 {
     static const mssm__glenum formats[2][MSSM__TABLES] = {
@@ -5661,6 +5656,9 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     }
 #endif
     if (d->moments == 5) return mssm__report(gl, MSSM_ERROR_ARGUMENT, "moments 5: 4 or 6");
+    gl->levels = mssm__levels(d->side, (int)MSSM_KERNEL);
+    gl->depth_levels = mssm__levels((d->side + 1) / 2, 1);
+    gl->padded = mssm__padded(d->side, gl->levels);
     return MSSM_OK;
 }
 
@@ -5686,7 +5684,6 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
         return r;
     }
     if (mssm__take_error(g)) mssm__log(g, "a GL error was pending before mssm_gl_create", NULL);
-    mssm__set_sizes(g);
     r = mssm__check_limits(g);
     if (!r) r = mssm__build_programs(g);
     if (!r) r = mssm__create_storage(g);
@@ -5707,7 +5704,6 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
     memset(&g, 0, sizeof g);
     g.desc = *desc;
     if (mssm__check_desc(&g)) return 0;
-    mssm__set_sizes(&g);
     const uint64_t samples = (uint64_t)(g.filtered ? 1 : 2) * (uint64_t)g.desc.samples;
     uint64_t light = sizeof(mssm_view),
              targets = 4 * samples * (uint64_t)g.desc.side * (uint64_t)g.desc.side;
@@ -5778,7 +5774,6 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
     fresh.lights = NULL;
     fresh.view = NULL;
     if (mssm__take_error(gl)) mssm__log(gl, "a GL error was pending before mssm_gl_resize", NULL);
-    mssm__set_sizes(&fresh);
     r = mssm__check_limits(&fresh);
     if (!r) r = mssm__create_storage(&fresh);
     if (r) {
@@ -6398,10 +6393,9 @@ static void mssm__filter_level(const mssm_gl *gl, int which, unsigned source, in
                                int target, int level, const int job[7])
 {
     const unsigned groups = ((unsigned)(gl->padded >> level) + 7) / 8;
-    mssm__bind_level(gl, 0, level, MSSM__GL_READ_WRITE);
+    mssm__bind_level(gl, 0, level);
     gl->f.BindImageTexture(2, source, source_level, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
-    gl->f.BindImageTexture(3, gl->table[target], level, 1, 0, MSSM__GL_READ_WRITE,
-                           gl->format[target]);
+    mssm__bind_image(gl, 3, target, level);
     gl->f.ProgramUniform1iv(gl->program[which], 0, 7, job);
     gl->f.DispatchCompute(groups, groups, 1);
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
