@@ -6088,12 +6088,17 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
     mssm__take_depth(gl, index, program, linear, samples);
 }
 
-// Whether both are read in the same way.
-static int mssm__alike(const mssm__gl_source *a, const mssm__gl_source *b)
+// Whether both are read in the same way. Says so if not.
+static int mssm__check_alike(const mssm_gl *gl, const mssm__gl_source *a, const mssm__gl_source *b)
 {
-    return a->across == b->across && a->up == b->up && a->each == b->each &&
-           a->is.stored == b->is.stored && !a->is.reversed == !b->is.reversed &&
-           a->is.z_near == b->is.z_near && a->is.z_far == b->is.z_far;
+    if (a->kind == b->kind && a->across == b->across && a->up == b->up && a->each == b->each &&
+        a->is.stored == b->is.stored && !a->is.reversed == !b->is.reversed &&
+        a->is.z_near == b->is.z_near && a->is.z_far == b->is.z_far) {
+        return 1;
+    }
+    mssm__report(gl, MSSM_ERROR_ARGUMENT,
+                 "mssm_gl_set_depth: back must be like front but for texture, layer, x and y");
+    return 0;
 }
 
 mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
@@ -6117,21 +6122,14 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
     r = mssm__prepare_depth(gl, kind, back != NULL);
     if (r) return r;
     mssm__settle(gl, gl->filtered ? index : -1);
-    gl->targets |= 1 << kind;
+    gl->targets |= 1 << kind | 1 << other;
     mssm__save_bindings(gl);
     mssm__save_target(gl, kind);
-    int bound = mssm__bind_depth(gl, light, 0, front, kind);
-    int good = bound;
-    if (good && back) {
-        good = other == kind && mssm__bind_depth(gl, light, 1, back, kind);
-        bound += good;
-        if (other != kind || (good && !mssm__alike(&light->source[0], &light->source[1]))) {
-            mssm__log(gl,
-                      "mssm_gl_set_depth: back must be like front but for texture, layer, x and y",
-                      NULL);
-            good = 0;
-        }
-    }
+    mssm__save_target(gl, other);
+    int bound = 0, good = 1;
+    for (; bound < (back ? 2 : 1) && good; bound += good)
+        good = mssm__bind_depth(gl, light, bound, bound ? back : front, bound ? other : kind);
+    if (good && back) good = mssm__check_alike(gl, &light->source[0], &light->source[1]);
     if (good) mssm__take_given(gl, index, light->source, back != NULL);
     while (bound-- > 0) {
         gl->f.ActiveTexture(
