@@ -6316,24 +6316,21 @@ unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 #ifndef MSSM_NO_FILTERED
 // ---- Filtered hard shadows in OpenGL ---- >>filtered gl
 
-static const char mssm__glsl_translucent[] =
-    "#ifndef MSSM_GLSL_TRANSLUCENT\n"
-    "#define MSSM_GLSL_TRANSLUCENT\n"
-    "layout(location = 0) out vec4 mssm_layer_low;\n"
-    "layout(location = 1) out vec4 mssm_layer_high;\n"
-    "void mssm_translucent(float depth, float opacity)\n"
-    "{\n"
-    "    mssm_moments6 t = mssm_chebyshev(clamp(depth, -1.0, 1.0));\n"
-    "    float a = clamp(opacity, 0.0, 1.0);\n"
-    "    mssm_layer_low = vec4(0.5 + 0.5 * vec3(t.b[0], t.b[1], t.b[2]), a);\n"
-    "    mssm_layer_high = vec4(0.5 + 0.5 * vec3(t.b[3], t.b[4], t.b[5]), a);\n"
-    "}\n"
-    "#endif\n"
-    "#line 1\n";
-
 const char *mssm_glsl_translucent(void)
 {
-    return mssm__glsl_translucent;
+    return "#ifndef MSSM_GLSL_TRANSLUCENT\n"
+           "#define MSSM_GLSL_TRANSLUCENT\n"
+           "layout(location = 0) out vec4 mssm_layer_low;\n"
+           "layout(location = 1) out vec4 mssm_layer_high;\n"
+           "void mssm_translucent(float depth, float opacity)\n"
+           "{\n"
+           "    mssm_moments6 t = mssm_chebyshev(clamp(depth, -1.0, 1.0));\n"
+           "    float a = clamp(opacity, 0.0, 1.0);\n"
+           "    mssm_layer_low = vec4(0.5 + 0.5 * vec3(t.b[0], t.b[1], t.b[2]), a);\n"
+           "    mssm_layer_high = vec4(0.5 + 0.5 * vec3(t.b[3], t.b[4], t.b[5]), a);\n"
+           "}\n"
+           "#endif\n"
+           "#line 1\n";
 }
 
 // Into the target whose pass has begun.
