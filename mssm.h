@@ -3948,6 +3948,7 @@ enum {
     MSSM__GIVEN,
     MSSM__PROGRAMS = MSSM__GIVEN + 12
 }; // a given depth map: for each target, without and with back faces
+
 // Textures of an mssm_gl after the three that shading reads, and the framebuffer after those of
 // front and back faces: of filtered maps, to work in.
 enum { MSSM__LEAST_DEPTHS = 2, MSSM__WORK, MSSM__BLURRED_ROWS, MSSM__FARTHEST, MSSM__TABLES };
