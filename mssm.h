@@ -4044,6 +4044,7 @@ static const char mssm__glsl_end[] = "#line 1\n";
 // Depth as drawn to depth linear in distance.
 static const char mssm__glsl_linear_depth[] =
     "layout(location = 0) uniform vec4 range;  // perspective: 1, near, far\n"
+    "layout(location = 1) uniform int job[3];  // samples, light, side of its map\n"
     "float linear_depth(float d)\n"
     "{\n"
     "    precise float z = 2.0 * d - 1.0;\n"
@@ -4055,20 +4056,16 @@ static const char mssm__glsl_linear_depth[] =
 // Of a pass of our own: sample s of a texel.
 static const char mssm__glsl_drawn[] =
     "#define MSSM_SAMPLER sampler2DMS\n"
-    "#define MSSM_SIDE textureSize(front).x\n"
-    "#define MSSM_LAYER layer\n"
     "#define MSSM_DEPTH(map, i, p, s) linear_depth(texelFetch(map, p, s).x)\n";
 
 // Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth.
 // No branch hangs on a uniform: zink of Mesa 22 takes the one of the dispatch before.
 static const char mssm__glsl_given[] =
-    "#define MSSM_SIDE from[3]\n"
-    "#define MSSM_LAYER from[4]\n"
-    "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 5 + 3 * i), from[7 + 3 * i], s % from[2]), p)\n"
-    "layout(location = 2) uniform vec4 stored;  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
-    "layout(location = 3) uniform vec4 law;  // distance as a quotient of polynomials of nearness\n"
-    "layout(location = 4) uniform vec4 straight;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
-    "layout(location = 5) uniform int from[11];  // texels across and up, samples of each, side, light; x, y, layer\n"
+    "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 3 + 3 * i), from[5 + 3 * i], s % from[2]), p)\n"
+    "layout(location = 4) uniform vec4 stored;  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
+    "layout(location = 5) uniform vec4 law;  // distance as a quotient of polynomials of nearness\n"
+    "layout(location = 6) uniform vec4 straight;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
+    "layout(location = 7) uniform int from[9];  // texels across and up, samples of each; x, y, layer of each map\n"
     "ivec2 given_texel(ivec2 p, int s, int x)\n"
     "{\n"
     "    int t = s / from[2];\n"
@@ -4085,7 +4082,7 @@ static const char mssm__glsl_given[] =
     "float given_depth(float v, ivec2 p)\n"
     "{\n"
     "    float nearness = v * stored.x + stored.y;\n"
-    "    vec2 at = (2.0 * vec2(p) + 1.0) / float(from[3]) - 1.0;\n"
+    "    vec2 at = (2.0 * vec2(p) + 1.0) / float(job[2]) - 1.0;\n"
     "    float w = (law.x + law.y * nearness) / ((law.z + law.w * nearness) * length(vec3(at * stored.zw, 1.0)));\n"
     "    float z = mssm_clamp(-1.0 + 2.0 * (w - range.y) / (range.z - range.y), -1.0, 1.0);\n"
     "    float drawn = linear_depth(v), reversed = clamp(1.0 - 2.0 * v, -1.0, 1.0);\n"
@@ -4106,21 +4103,17 @@ static const char mssm__glsl_resolve[] =
     "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray table0;\n"
     "layout(binding = 1, rg32i) writeonly uniform iimage2DArray table1; // of six moments\n"
     "layout(binding = 2, rg32f) writeonly uniform image2DArray depths;\n"
-    "layout(location = 1) uniform int samples;\n"
-    "#ifndef MSSM_FETCH\n"
-    "layout(location = 2) uniform int layer;\n"
-    "#endif\n"
     "shared vec2 nearest[64];\n"
     "ivec4 to_integer(vec4 t)\n"
     "{\n"
     "    float one = float(MSSM_SCALE);\n"
-    "    precise vec4 scaled = t * (one / float(samples)) + (one + 1.5);\n"
+    "    precise vec4 scaled = t * (one / float(job[0])) + (one + 1.5);\n"
     "    return ivec4(scaled) - (MSSM_SCALE + 1);\n"
     "}\n"
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    bool inside = all(lessThan(p, ivec2(MSSM_SIDE)));\n"
+    "    bool inside = all(lessThan(p, ivec2(job[2])));\n"
     "    vec2 least = vec2(1.0);\n"
     "    precise vec4 sum = vec4(0.0);\n"
     "    precise vec4 more = vec4(0.0);\n"
@@ -4134,11 +4127,11 @@ static const char mssm__glsl_resolve[] =
     "        mssm_moments6 t = mssm_chebyshev(z);\n"
     "        sum += vec4(t.b[0], t.b[1], t.b[2], t.b[3]);\n"
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
-    "    } while (++s < samples);\n"
+    "    } while (++s < job[0]);\n"
     "    if (all(lessThan(p, imageSize(table0).xy))) {\n"
-    "        imageStore(table0, ivec3(p, MSSM_LAYER), to_integer(sum));\n"
+    "        imageStore(table0, ivec3(p, job[1]), to_integer(sum));\n"
     "#if MSSM_MOMENTS == 6\n"
-    "        imageStore(table1, ivec3(p, MSSM_LAYER), to_integer(more));\n"
+    "        imageStore(table1, ivec3(p, job[1]), to_integer(more));\n"
     "#endif\n"
     "    }\n"
     "    int i = int(gl_LocalInvocationIndex);\n"
@@ -4147,7 +4140,7 @@ static const char mssm__glsl_resolve[] =
     "    barrier();\n"
     "    if (i >= 32 || (i & 1) == 1) return;\n"
     "    least = min(min(nearest[i], nearest[i + 1]), min(nearest[i + 32], nearest[i + 33]));\n"
-    "    imageStore(depths, ivec3(p / 2, MSSM_LAYER), least.xyxy);\n" // beyond the image nothing is stored
+    "    imageStore(depths, ivec3(p / 2, job[1]), least.xyxy);\n" // beyond the image nothing is stored
     "}\n";
 
 // Least depths of three levels from the one below: a work group's 8 x 8, 4 x 4 and 2 x 2 texels.
@@ -4561,19 +4554,18 @@ static const char mssm__glsl_filtered_resolve[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
     "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
     "layout(binding = 0, rgba32f) writeonly uniform image2DArray work;\n"
-    "layout(location = 1) uniform int samples;\n"
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    if (any(greaterThanEqual(p, ivec2(MSSM_SIDE)))) return;\n"
+    "    if (any(greaterThanEqual(p, ivec2(job[2])))) return;\n"
     "    vec3 low = vec3(0.0), high = vec3(0.0);\n"
-    "    for (int s = 0; s < samples; s++) {\n"
+    "    for (int s = 0; s < job[0]; s++) {\n"
     "        mssm_moments6 t = mssm_chebyshev(MSSM_DEPTH(front, 0, p, s));\n"
     "        low += vec3(t.b[0], t.b[1], t.b[2]);\n"
     "        high += vec3(t.b[3], t.b[4], t.b[5]);\n"
     "    }\n"
-    "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * low / float(samples), 1.0));\n"
-    "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * high / float(samples), 1.0));\n"
+    "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * low / float(job[0]), 1.0));\n"
+    "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * high / float(job[0]), 1.0));\n"
     "}\n";
 
 // Depth of one sample for translucent casters: the farthest, or an edge of an opaque caster would
@@ -5407,8 +5399,9 @@ static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linea
     // All of the least depths too, which are filled up to a power of two.
     const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
     const unsigned side = padded > all ? padded : all;
+    const int job[3] = {samples, index, gl->desc.side};
     f->ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->z_near, light->z_far, 0);
-    f->ProgramUniform1i(program, 1, samples);
+    f->ProgramUniform1iv(program, 1, 3, job);
     f->UseProgram(program);
     if (gl->filtered) {
         mssm__bind_image(gl, 0, MSSM__WORK, 0);
@@ -5433,7 +5426,6 @@ static void mssm__resolve(mssm_gl *gl, int index)
                            gl->depth[i]);
     }
     const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
-    if (!gl->filtered) gl->f.ProgramUniform1i(program, 2, index);
     mssm__take_depth(gl, index, program, !gl->lights[index].drawn.perspective, gl->samples);
     mssm__restore_bindings(gl);
 }
@@ -6073,20 +6065,19 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
     const float ratio = low / high, straight = !ours || radial || (d->reversed && hyperbolic) ? 0.0f
                                                : d->reversed ? -1.0f
                                                              : 1.0f;
-    const int from[11] = {s->across, s->up,    s->each,   gl->desc.side, index,        d->x,
-                          d->y,      d->layer, s[1].is.x, s[1].is.y,     s[1].is.layer},
-              linear = !hyperbolic;
+    const int from[9] = {s->across, s->up,     s->each,   d->x,         d->y,
+                         d->layer,  s[1].is.x, s[1].is.y, s[1].is.layer};
     const int samples = s->across * s->up * s->each;
-    gl->f.ProgramUniform4f(program, 2, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
+    gl->f.ProgramUniform4f(program, 4, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
                            radial ? light->extent_u : 0.0f, radial ? light->extent_v : 0.0f);
     if (hyperbolic)
-        gl->f.ProgramUniform4f(program, 3, low, 0, ratio, 1 - ratio);
+        gl->f.ProgramUniform4f(program, 5, low, 0, ratio, 1 - ratio);
     else
-        gl->f.ProgramUniform4f(program, 3, high, low - high, 1, 0);
-    gl->f.ProgramUniform4f(program, 4, straight, 0, 0, 0);
-    gl->f.ProgramUniform1iv(program, 5, back ? 11 : 8, from);
+        gl->f.ProgramUniform4f(program, 5, high, low - high, 1, 0);
+    gl->f.ProgramUniform4f(program, 6, straight, 0, 0, 0);
+    gl->f.ProgramUniform1iv(program, 7, back ? 9 : 6, from);
     mssm__filled(gl, index, back);
-    mssm__take_depth(gl, index, program, linear, samples);
+    mssm__take_depth(gl, index, program, !hyperbolic, samples);
 }
 
 // Whether both are read in the same way. Says so if not.
