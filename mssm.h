@@ -4517,6 +4517,7 @@ static const char mssm__glsl_place[] =
     "    place = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0;\n"
     "    gl_Position = vec4(place * 2.0 - 1.0, 0.0, 1.0);\n"
     "}\n";
+
 // To look at a map.
 static const char mssm__glsl_show[] =
     "#ifdef MSSM_FILTERED\n"
