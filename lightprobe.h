@@ -955,7 +955,9 @@ LIGHTPROBE_SHARED float lightprobe_fresnel(float cosine)
 LIGHTPROBE_SHARED lightprobe_lobe lightprobe_fitted_lobe(lightprobe_lobe lobe, float a, float m)
 {
     lightprobe_lobe l = lobe;
-    float r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));
+    float r = m > 0.0349f ? m : 0.0349f; // fitted up to 88 degrees, from there on polynomials swing
+    float sine = sqrtf((1.0f - m) * (1.0f + m));
+    r = r / (r + a);
     float along = lightprobe_cubic(a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),
                                    lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),
                                    lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),
@@ -976,9 +978,7 @@ LIGHTPROBE_SHARED lightprobe_lobe lightprobe_fitted_lobe(lightprobe_lobe lobe, f
                                      lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),
                                      lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),
                                      lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));
-    along = m * m + a * along; // fitted up to 88 degrees, beyond that it would fall to 0
-    float least = 3.0f * a * a / (1.0f + 3.0f * a * a);
-    l.along = along > least ? along : least;
+    l.along = m * m + a * along;
     l.across = 1.0f + a * across;
     l.shear = sine * (m + a * shear);
     l.width = 2.0f * a;
@@ -993,20 +993,24 @@ lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lig
                                          float alpha, const lightprobe_vec3 f0)
 {
     lightprobe_lobe lobe;
-    float cosine = 0.0f;
+    float cosine = 0.0f, sine2 = 0.0f;
     for (int i = 0; i < 3; i++) {
         lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);
         lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);
         cosine += lobe.normal[i] * lobe.view[i];
     }
-    cosine = lightprobe_between(cosine, 0.0f, 1.0f);
-    float sine = sqrtf((1.0f - cosine) * (1.0f + cosine));
     for (int i = 0; i < 3; i++) {
-        float away = (cosine * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);
-        lobe.away[i] = lightprobe_between(away, -1.0f, 1.0f);
+        lobe.away[i] = cosine * lobe.normal[i] - lobe.view[i];
+        sine2 += lobe.away[i] * lobe.away[i];
+    }
+    float sine = sine2 > 1e-6f ? sqrtf(sine2) : 1e-3f;
+    for (int i = 0; i < 3; i++) {
+        lobe.away[i] = lightprobe_between(lobe.away[i] / sine, -1.0f, 1.0f);
+        if (cosine < 0.0f) lobe.view[i] = -lobe.away[i]; // smooth normals turn from the viewer
         lobe.f0[i] = lightprobe_between(f0[i], 0.0f, 1.0f);
     }
-    return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f), cosine);
+    return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f),
+                                  lightprobe_between(cosine, 0.0f, 1.0f));
 }
 
 LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 w,
@@ -6130,7 +6134,9 @@ const char *lightprobe_glsl_specular(void)
     "LIGHTPROBE_SHARED lightprobe_lobe lightprobe_fitted_lobe(lightprobe_lobe lobe, float a, float m)\n"
     "{\n"
     "    lightprobe_lobe l = lobe;\n"
-    "    float r = m / (m + a), sine = sqrtf((1.0f - m) * (1.0f + m));\n"
+    "    float r = m > 0.0349f ? m : 0.0349f; // fitted up to 88 degrees, from there on polynomials swing\n"
+    "    float sine = sqrtf((1.0f - m) * (1.0f + m));\n"
+    "    r = r / (r + a);\n"
     "    float along = lightprobe_cubic(a, lightprobe_cubic(r, -0.53912f, 1.8974f, -2.5446f, 1.2342f),\n"
     "                                   lightprobe_cubic(r, 9.5959f, -18.368f, 35.922f, -24.477f),\n"
     "                                   lightprobe_cubic(r, -13.108f, 26.053f, -23.067f, -23.278f),\n"
@@ -6151,9 +6157,7 @@ const char *lightprobe_glsl_specular(void)
     "                                     lightprobe_cubic(r, -0.33385f, -1.3897f, -26.167f, 31.217f),\n"
     "                                     lightprobe_cubic(r, 0.60429f, -4.8188f, 49.946f, -17.16f),\n"
     "                                     lightprobe_cubic(r, -0.31576f, 3.1057f, -16.608f, -24.181f));\n"
-    "    along = m * m + a * along; // fitted up to 88 degrees, beyond that it would fall to 0\n"
-    "    float least = 3.0f * a * a / (1.0f + 3.0f * a * a);\n"
-    "    l.along = along > least ? along : least;\n"
+    "    l.along = m * m + a * along;\n"
     "    l.across = 1.0f + a * across;\n"
     "    l.shear = sine * (m + a * shear);\n"
     "    l.width = 2.0f * a;\n"
@@ -6168,20 +6172,24 @@ const char *lightprobe_glsl_specular(void)
     "                                         float alpha, const lightprobe_vec3 f0)\n"
     "{\n"
     "    lightprobe_lobe lobe;\n"
-    "    float cosine = 0.0f;\n"
+    "    float cosine = 0.0f, sine2 = 0.0f;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        lobe.normal[i] = lightprobe_between(normal[i], -1.0f, 1.0f);\n"
     "        lobe.view[i] = lightprobe_between(view[i], -1.0f, 1.0f);\n"
     "        cosine += lobe.normal[i] * lobe.view[i];\n"
     "    }\n"
-    "    cosine = lightprobe_between(cosine, 0.0f, 1.0f);\n"
-    "    float sine = sqrtf((1.0f - cosine) * (1.0f + cosine));\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        float away = (cosine * lobe.normal[i] - lobe.view[i]) / (sine > 1e-3f ? sine : 1e-3f);\n"
-    "        lobe.away[i] = lightprobe_between(away, -1.0f, 1.0f);\n"
+    "        lobe.away[i] = cosine * lobe.normal[i] - lobe.view[i];\n"
+    "        sine2 += lobe.away[i] * lobe.away[i];\n"
+    "    }\n"
+    "    float sine = sine2 > 1e-6f ? sqrtf(sine2) : 1e-3f;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        lobe.away[i] = lightprobe_between(lobe.away[i] / sine, -1.0f, 1.0f);\n"
+    "        if (cosine < 0.0f) lobe.view[i] = -lobe.away[i]; // smooth normals turn from the viewer\n"
     "        lobe.f0[i] = lightprobe_between(f0[i], 0.0f, 1.0f);\n"
     "    }\n"
-    "    return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f), cosine);\n"
+    "    return lightprobe_fitted_lobe(lobe, lightprobe_between(alpha, 0.02f, 1.0f),\n"
+    "                                  lightprobe_between(cosine, 0.0f, 1.0f));\n"
     "}\n"
     "\n"
     "LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 w,\n"

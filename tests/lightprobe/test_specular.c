@@ -250,31 +250,35 @@ static void radiance_is_that_of_ggx(void)
     }
 }
 
+// GGX's whole reflectance, over half vectors as GGX has them: their density cancels most of it.
+static double all_of_ggx(double alpha, double angle, double f0)
+{
+    const int n = 150;
+    double sum = 0;
+    for (int k = 0; k < n * n; k++) {
+        const double u = (k / n + 0.5) / n, phi = pi * (k % n + 0.5) / n;
+        const double hz = sqrt((1 - u) / (1 - u + alpha * alpha * u)), hr = sqrt(1 - hz * hz);
+        const double vh = sin(angle) * hr * cos(phi) + cos(angle) * hz,
+                     nl = 2 * vh * hz - cos(angle);
+        if (vh <= 0 || nl <= 0) continue;
+        const double lv = sqrt(1 + pow(alpha * tan(angle), 2)),
+                     ll = sqrt(1 + alpha * alpha * (1 / (nl * nl) - 1));
+        sum += 2 / (lv + ll) * vh / (cos(angle) * hz) * (f0 + (1 - f0) * pow(1 - vh, 5)) / (n * n);
+    }
+    return sum;
+}
+
 // The whole hemisphere of light gives the whole reflectance, and so does the sphere; by f0 and
-// angle.
-static void whole_reflectance_is_ggxs(void)
+// angle. Returns the worst of all.
+static double whole_reflectance(double least_angle, double most_angle, double *between)
 {
     static const double f0[] = {0, 0.04, 1};
     uint64_t seed = 2;
-    double worst = 0, between = 0;
+    double worst = 0;
     for (int i = 0; i < test_trials(300); i++) {
         const double alpha = pow(test_range(&seed, 0.1415, 1), 2),
-                     angle = test_range(&seed, 0, 1.5);
+                     angle = test_range(&seed, least_angle, most_angle);
         const surface s = surface_at(&seed, alpha, angle, f0[i % 3]);
-        // GGX's own sum, over half vectors as GGX has them: their density cancels most of it.
-        double sum = 0;
-        const int n = 150;
-        for (int k = 0; k < n * n; k++) {
-            const double u = (k / n + 0.5) / n, phi = pi * (k % n + 0.5) / n;
-            const double hz = sqrt((1 - u) / (1 - u + alpha * alpha * u)), hr = sqrt(1 - hz * hz);
-            const double vh = sin(angle) * hr * cos(phi) + cos(angle) * hz,
-                         nl = 2 * vh * hz - cos(angle);
-            if (vh <= 0 || nl <= 0) continue;
-            const double lv = sqrt(1 + pow(alpha * tan(angle), 2)),
-                         ll = sqrt(1 + alpha * alpha * (1 / (nl * nl) - 1));
-            sum += 2 / (lv + ll) * vh / (cos(angle) * hz) * (s.f0 + (1 - s.f0) * pow(1 - vh, 5)) /
-                   (n * n);
-        }
         panel p;
         memcpy(p.direction, s.normal, sizeof p.direction);
         random_axes(&seed, &p);
@@ -285,13 +289,60 @@ static void whole_reflectance_is_ggxs(void)
         const lightprobe_light all = light_of(&p, 4, 4, -1);
         lightprobe_specular(half, lobe_of(&s), 0, 0, 0, hemisphere);
         lightprobe_specular(all, lobe_of(&s), 0, 0, 0, sphere);
-        worst = fmax(worst, fabs(hemisphere[0] - sum));
-        between = fmax(between, fabs(hemisphere[0] - sphere[0]));
+        worst = fmax(worst, fabs(hemisphere[0] - all_of_ggx(alpha, angle, s.f0)));
+        *between = fmax(*between, fabs(hemisphere[0] - sphere[0]));
         CHECK(hemisphere[0] <= 1, "more than all: %g", (double)hemisphere[0]);
     }
+    return worst;
+}
+
+static void whole_reflectance_is_ggxs(void)
+{
+    double between = 0;
+    const double worst = whole_reflectance(0, 1.5, &between);
     test_note("worst %.4f of the light's radiance", worst);
     CHECK(worst < 0.016 && between < 1e-5, "worst %g, between hemisphere and sphere %g", worst,
           between);
+}
+
+// Beyond 88 degrees, where nothing is fitted, it goes on: no dark line before the horizon of a
+// floor.
+static void grazing_reflectance_goes_on(void)
+{
+    double between = 0;
+    const double worst = whole_reflectance(1.535, 1.57, &between);
+    test_note("worst %.4f of the light's radiance", worst);
+    CHECK(worst < 0.1 && between < 1e-5, "worst %g, between hemisphere and sphere %g", worst,
+          between);
+}
+
+// Smooth normals turn away from the viewer at outlines: then it is as if he stood in the surface
+// before it.
+static void viewers_below_stand_in_the_surface(void)
+{
+    uint64_t seed = 14;
+    double worst = 0, above = 0;
+    for (int i = 0; i < test_trials(20000); i++) {
+        const double angle = test_range(&seed, 0.5 * pi, 0.98 * pi), t = test_range(&seed, 0.01, 1);
+        const surface below = surface_at(&seed, pow(test_range(&seed, 0.15, 1), 2), angle, 1);
+        surface along = below;
+        panel p;
+        float rgb[3], wanted[3];
+        for (int k = 0; k < 3; k++)
+            along.view[k] = (below.view[k] - cos(angle) * below.normal[k]) / sin(angle);
+        random_unit(&seed, p.direction);
+        random_axes(&seed, &p);
+        const lightprobe_light l = light_of(&p, t, t, 1 / sqrt(1 + t * t));
+        lightprobe_specular(l, lobe_of(&below), 0, 0, 0, rgb);
+        lightprobe_specular(l, lobe_of(&along), 0, 0, 0, wanted);
+        worst = fmax(worst, fabs(rgb[0] - wanted[0]));
+        const double top = p.c * dot(p.direction, below.normal) +
+                           p.u * fabs(dot(p.axis_u, below.normal)) +
+                           p.v * fabs(dot(p.axis_v, below.normal));
+        if (top < -1e-5) CHECK(rgb[0] == 0, "%g from below", (double)rgb[0]);
+        above += rgb[0] > 0.01f;
+    }
+    CHECK(worst < 1e-3 && above > 0.05 * test_trials(20000), "worst %g, %g shine", worst, above);
 }
 
 // A light and all the rest of the sphere make the whole.
@@ -438,6 +489,8 @@ const test_case specular_tests[] = {
     {"specular: small lights keep their digits", small_lights_keep_their_digits},
     {"specular: radiance is that of GGX over the light", radiance_is_that_of_ggx},
     {"specular: all light gives all reflectance", whole_reflectance_is_ggxs},
+    {"specular: grazing reflectance goes on", grazing_reflectance_goes_on},
+    {"specular: viewers below stand in the surface", viewers_below_stand_in_the_surface},
     {"specular: a light and the rest of the sphere make the whole",
      light_and_its_opposite_make_the_whole},
     {"specular: lights set without a step", setting_lights_fade},

@@ -443,13 +443,13 @@ static void measure(double alpha, double low, double high, int disc, double rms[
 static void table(void)
 {
     static const double alphas[] = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1},
-                        angles[] = {0, 40, 70, 85};
+                        angles[] = {0, 40, 70, 85, 89.5};
     printf(
-        "| alpha | 0 to 40 degrees | 40 to 70 | 70 to 85 | largest | discs |\n|---|---|---|---|---|---|\n");
+        "| alpha | 0 to 40 degrees | 40 to 70 | 70 to 85 | 85 to 89.5 | largest | discs |\n|---|---|---|---|---|---|---|\n");
     for (int i = 0; i < 8; i++) {
         double rms[2], worst = 0;
         printf("| %g |", alphas[i]);
-        for (int k = 0; k < 3; k++) {
+        for (int k = 0; k < 4; k++) {
             measure(alphas[i], angles[k], angles[k + 1], 0, rms, &worst);
             printf(" %.1f, %.1f |", 100 * rms[0], 100 * rms[1]);
         }
