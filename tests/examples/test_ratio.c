@@ -253,11 +253,13 @@ static void lobe_at(const lighting *l, vec3 point, vec3 normal, vec3 ray, float 
     for (int i = 0; i < l->lights; i++) {
         const lightprobe_light *k = &l->light[i];
         const vec3 d = vec_of(k->direction);
-        const float sharp = 1 / (1 / p + 0.5f * (1 - k->cos_alpha));
-        if (lightprobe_disc_irradiance(k->cos_alpha, vec_dot(normal, d)) <= 0)
-            continue; // behind the surface
-        const vec3 light =
-            vec_scale(vec_of(k->irradiance), sharp * expf(sharp * (vec_dot(d, ray) - 1)));
+        const float c = k->cos_alpha, sharp = 1 / (1 / p + 0.5f * (1 - c));
+        const float risen = 2 * lightprobe_disc_irradiance(c, vec_dot(normal, d)) /
+                            fmaxf((1 + c) * sqrtf((1 - c) * (1 + c)), 1e-6f);
+        if (risen <= 0) continue;
+        const float weight =
+            fminf(risen, 1) * sharp * expf(fmaxf(sharp * (vec_dot(d, ray) - 1), -60));
+        const vec3 light = vec_scale(vec_of(k->irradiance), weight);
         *all = vec_add(*all, light);
         *seen = vec_mad(*seen, light,
                         mssm_map_visibility_normal(l->map[i], &l->frustum[i], NULL, at, n));
@@ -378,6 +380,37 @@ static void lobes_are_near_to_rays(void)
     scene_free(&s);
 }
 
+// A light that the normal turns away from goes bit by bit, its weight in a lobe too: no line along
+// outlines.
+static void lights_set_in_lobes_without_a_step(void)
+{
+    enum { STEPS = 10000 };
+    uint64_t state = 5;
+    scene nothing = {.low = {-1, 0, -1}, .high = {1, 1, 1}};
+    probe p;
+    lighting l;
+    if (!probe_default(&p, 64)) abort();
+    light_scene(&l, &p, &nothing, 12);
+    for (int k = 0; k < 9; k++) {
+        const float angle = (float)test_range(&state, 0, 6.2831853);
+        const vec3 ray = vec_of(l.light[k].direction); // which it would show best
+        float most = 0, step = 0, before = 0;
+        for (int i = 0; i < STEPS; i++) {
+            const float turn = 3.14159265f * (float)i / STEPS;
+            const vec3 n = vec(sinf(turn) * cosf(angle), cosf(turn), sinf(turn) * sinf(angle));
+            vec3 seen, all;
+            lobe_at(&l, vec(0, 0, 0), n, ray, exponents[k % LOBES], &seen, &all);
+            if (i > 0) step = fmaxf(step, fabsf(all.y - before));
+            most = fmaxf(most, all.y);
+            before = all.y;
+        }
+        CHECK(most > 0 && step < 0.1f * most, "light %d: a step of %g of %g", k, (double)step,
+              (double)most);
+    }
+    lighting_free(&l);
+    probe_free(&p);
+}
+
 // ---- Where nothing is in between
 
 // Extracted from any probe, in any map: without casters the ratio is 1 to the last bit.
@@ -493,6 +526,7 @@ const test_case ratio_tests[] = {
     {"light times the shadow ratio is near to rays", ratio_is_near_to_rays},
     {"a prefiltered map times the shadow ratio of its lobe is near to rays",
      lobes_are_near_to_rays},
+    {"lights set in the shadow ratio of a lobe without a step", lights_set_in_lobes_without_a_step},
     {"the shadow ratio without casters is 1", ratio_without_casters_is_one},
     {"a body alone keeps nearly all of its light", a_body_alone_keeps_its_light},
     {"irradiance maps hold irradiance", irradiance_maps_hold_irradiance},
