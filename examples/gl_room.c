@@ -189,7 +189,7 @@ static bool run(renderer *r, const options *o, message *why)
                gl_target_read(&r->picture, &picture, why);
         print_times(r);
         done = done && (!o->truth || add_truth(r, &world, &picture, why)) &&
-               image_save_png(&picture, exposure, file, why);
+               image_save(&picture, exposure, file, why);
         image_free(&picture);
         room_free(&world);
     }
@@ -201,7 +201,9 @@ int main(int argc, char **argv)
 {
     static renderer r;
     static const char usage[] =
-        "gl_room [--out PICTURE.png] [--truth] [--orbit FRAMES] [--lights N] [--size WxH] [--shine A]";
+        "gl_room [--out PICTURE.png|pfm] [--truth] [--orbit FRAMES] [--lights 1..64] [--size WxH] "
+        "[--shine ALPHA]\n"
+        "--orbit writes up to 9999 numbered frames; --size 16 to 8192 (640x360); --shine .02 to 1";
     options o = {.out = "room.png", .lights = 16, .width = 640, .height = 360};
     gl_context context = {0};
     const char *missing;

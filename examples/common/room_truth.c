@@ -127,7 +127,7 @@ static float lamp_share(const receiver *to, int count)
 {
     const vec3 way = vec_sub(to->t->r->lamp, to->point);
     const float distance = vec_length(way), sine = ROOM_LAMP_RADIUS / distance;
-    const float least = sqrtf(1 - sine * sine);
+    const float least = sqrtf(fmaxf(1 - sine * sine, 0));
     const scene_frame f = frame_of(vec_scale(way, 1 / distance));
     float sum = 0;
     for (int i = 0; i < count * count; i++) {

@@ -8,6 +8,8 @@
 #include "../support/test.h"
 #include "../../examples/common/threads.h"
 
+#include <stdlib.h>
+
 enum {
     WIDTH = 192,
     HEIGHT = 108,
@@ -264,7 +266,26 @@ static void nothing_flickers(void)
     end(&s);
 }
 
+// Also on what a lamp has run into, from within which it fills half of all directions.
+static void truth_is_finite_within_the_lamp(void)
+{
+    room world;
+    message why = {"no memory"};
+    if (!room_create(&world, STILL)) abort();
+    world.lamp = vec(room_low.x, 0.73f, 0);
+    room_truth *rays = room_truth_create(&world, 0.5f, 2, &why);
+    CHECK(rays, "%s", why.text);
+    for (int i = 0; i < 5 && rays; i++) {
+        const vec3 point = vec(room_low.x + 0.01f, 0.73f, 0.06f * (float)i);
+        const vec3 light = room_truth_irradiance(rays, point, vec(1, 0, 0), false, 1);
+        CHECK(light.x > 0 && light.x < 1e3f, "%g at %d", (double)light.x, i);
+    }
+    room_truth_free(rays);
+    room_free(&world);
+}
+
 const test_case gl_room_tests[] = {
+    {"room: the truth is finite within the lamp", truth_is_finite_within_the_lamp},
     {"room GL: things are lit as by rays", things_are_lit_as_by_rays},
     {"room GL: varnish shines as by rays", varnish_shines_as_by_rays},
     {"room GL: nothing flickers that the truth does not", nothing_flickers},
