@@ -155,11 +155,25 @@ bool options_parse_some(options *o, const char *names, int argc, char **argv, me
     return true;
 }
 
+const char *options_unknown(int argc, char **argv, const char *usage)
+{
+    for (int i = 1; i < argc; i++) {
+        const size_t length = strlen(argv[i]);
+        const char *at = argv[i][0] == '-' ? usage : NULL;
+        while (at && (at = strstr(at, argv[i])) && strcspn(at, " ]|:,\n") != length) at++;
+        if (argv[i][0] == '-' && !at) return argv[i];
+    }
+    return NULL;
+}
+
 bool options_help_asked(int argc, char **argv, const char *usage)
 {
     for (int i = 1; i < argc; i++) {
         if (!strcmp(argv[i], "--help") || !strcmp(argv[i], "-h"))
             return printf("usage: %s\n", usage) > 0;
     }
-    return false;
+    const char *unknown = options_unknown(argc, argv, usage);
+    if (!unknown) return false;
+    fprintf(stderr, "unknown option %s; usage: %s\n", unknown, usage);
+    exit(1);
 }

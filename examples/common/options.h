@@ -32,7 +32,11 @@ bool options_parse(options *o, int argc, char **argv, message *why);
 // *o.
 bool options_parse_some(options *o, const char *names, int argc, char **argv, message *why);
 
-// For programs with few arguments: whether one is --help or -h, which prints the usage.
+// For programs with few arguments: whether one is --help or -h, which prints the usage. Ends the
+// program at an option that the usage does not name, which would become a file's name.
 bool options_help_asked(int argc, char **argv, const char *usage);
+
+// The first such option, NULL if there is none.
+const char *options_unknown(int argc, char **argv, const char *usage);
 
 #endif

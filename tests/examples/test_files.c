@@ -504,6 +504,14 @@ static void options_are_checked(void)
     arguments[1] = (char[]){"--light"};
     CHECK(!options_parse_some(&o, "--lights --exposure --help", 2, arguments, &why),
           "a part of a name");
+    // And of those with a usage alone, whose other words are names of files.
+    static const char usage[] = "gl [--es|--gl33] [--out FILE] [PICTURE.png]: what --es-like does";
+    char few[][12] = {"gl", "--es", "--gl33", "--out", "a.png", "--e", "-s", "--es-", "--PICTURE"};
+    for (int i = 1; i < 9; i++) {
+        arguments[1] = few[i];
+        const char *unknown = options_unknown(2, arguments, usage);
+        CHECK(i < 5 ? !unknown : unknown == few[i], "%s: %s", few[i], unknown ? unknown : "known");
+    }
 }
 
 // ---- Pictures out: a decoder of its own as the oracle
