@@ -47,18 +47,23 @@ static double reflected(const surface *s, const double l[3])
     return d / (1 + lambda_v + lambda_l) / (4 * nv) * (s->f0 + (1 - s->f0) * pow(1 - vh, 5));
 }
 
-// What the header makes of it, by its own matrix: a cosine lobe, transformed.
+// What the header makes of it, by its own matrix: a cosine lobe, transformed. Seen along the normal
+// "away" is shorter than 1, and the matrix stretches less along it.
 static double transformed(const lightprobe_lobe *lobe, const double l[3])
 {
-    double x = 0, z = 0;
+    double x = 0, z = 0, length = 1e-12;
     for (int i = 0; i < 3; i++) {
         x += lobe->away[i] * l[i];
         z += lobe->normal[i] * l[i];
+        length += lobe->away[i] * lobe->away[i];
     }
-    const double p = lobe->along * x - lobe->shear * z,
+    const double along = lobe->across + (lobe->along - lobe->across) * length;
+    length = sqrt(length);
+    x /= length;
+    const double p = along * x - lobe->shear * length * z,
                  q2 = fmax(0, 1 - x * x - z * z) * lobe->across * lobe->across;
     const double r = lobe->width * z, square = p * p + q2 + r * r;
-    return z > 0 ? r * lobe->along * lobe->across * lobe->width / (pi * square * square) : 0;
+    return z > 0 ? r * along * lobe->across * lobe->width / (pi * square * square) : 0;
 }
 
 static double solid_angle(const panel *p)
