@@ -18,7 +18,7 @@ static const char light_buffer[] =
     "    float irradiance[3];\n"
     "    float solid_angle, cos_alpha;\n"
     "    int id;\n"
-    "    float distance, state[18];\n"
+    "    float distance, slope_u, slope_v, state[18];\n"
     "};\n"
     "layout(std430, binding = 0) readonly buffer Lights { Light light[]; };\n"
     "vec3 of(float v[3]) { return vec3(v[0], v[1], v[2]); }\n";

@@ -398,9 +398,15 @@ static void bad_arguments_are_refused(void)
         lightprobe_uniforms(NULL, 0, &stats, block, 191) == LIGHTPROBE_ERROR_LIGHTS;
     check(refused && !memcmp(block, same, sizeof block),
           "uniforms of lights: bad arguments change nothing");
+    float last[3];
+    light[1].distance = 5;
+    light[1].slope_u = 6;
+    light[1].slope_v = 7;
     check(!lightprobe_uniforms(NULL, 0, &stats, block, 192) &&
               !lightprobe_uniforms(light, 2, &stats, block, 352),
           "uniforms of lights: as many bytes as are said");
+    memcpy(last, block + 340, sizeof last);
+    check(last[0] == 5 && last[1] == 6 && last[2] == 7, "uniforms of lights: distance and slopes");
 }
 
 // ---- Contexts

@@ -100,6 +100,9 @@ static void check_light(const lightprobe_light *l, int paper)
            (double)l->tan_half_v);
     EXPECT(l->solid_angle > 0 && l->solid_angle < 12.57f, "solid angle %a", (double)l->solid_angle);
     EXPECT(l->distance >= 0 && l->distance <= 1e9f, "distance %a", (double)l->distance);
+    // 2.4 but where previous lights were made up.
+    EXPECT(fabsf(l->slope_u) <= 20 && fabsf(l->slope_v) <= 20, "slopes %a %a", (double)l->slope_u,
+           (double)l->slope_v);
     const float away = 0.7f * l->distance;
     const lightprobe_light seen = lightprobe_light_at(*l, away, -away, 0.1f);
     EXPECT(fabs(dot(seen.direction, seen.direction) - 1) < 1e-3 && seen.irradiance[1] >= 0,

@@ -386,6 +386,8 @@ static void a_sun_leaves_its_sky(void)
                             0.99f,
                             1,
                             0,
+                            0,
+                            0,
                             {0}};
     make_sky(dull, &without, 0);
     make_sky(bright, &cube, 500);
@@ -406,8 +408,8 @@ static void hostile_lights_do_no_harm(void)
 {
     static float texels[VALUES], rest[VALUES], four[VALUES / 3 * 4];
     lightprobe_cube cube;
-    const lightprobe_light good = {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 0.2f, 0.2f, {1, 0, 2},
-                                   0.1f,      0.9f,      1,         0,    {0}};
+    const lightprobe_light good = {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 0.2f, 0.2f, {1, 0, 2}, 0.1f,
+                                   0.9f,      1,         0,         0,    0,    {0}};
     make_sky(texels, &cube, 1);
     const double all = energy(texels, SIDE, 0);
     for (int k = 0; k < 9; k++) {

@@ -273,7 +273,8 @@ static void compare(subject *s, const char *what)
                   fabs((double)(c->tan_half_v - g->tan_half_v)) < 1e-4 &&
                   fabs((double)(c->cos_alpha - g->cos_alpha)) < 1e-5 &&
                   fabs((double)(c->solid_angle - g->solid_angle)) < 1e-5 &&
-                  fabs((double)(c->distance - g->distance)) <= 1e-5 * (double)c->distance,
+                  fabs((double)(c->distance - g->distance)) <= 1e-5 * (double)c->distance &&
+                  fabsf(c->slope_u - g->slope_u) < 1e-3f && fabsf(c->slope_v - g->slope_v) < 1e-3f,
               "%s: light %d has another shape", what, i);
         CHECK(c->id == g->id, "%s: light %d has id %d, not %d", what, i, g->id, c->id);
     }
@@ -343,13 +344,22 @@ static void lights_are_the_cpus(void)
     end_gl();
 }
 
-// Distances in the fourth channel, among them all that are none.
+// Of texel i from one plane a face.
+static float plane_distance(int i, int side)
+{
+    const float s = (2 * (float)(i % side) + 1) / (float)side - 1;
+    const float t = (2 * (float)(i / side % side) + 1) / (float)side - 1;
+    return 2 * sqrtf(1 + s * s + t * t) / (1 + 0.4f * s - 0.3f * t);
+}
+
+// Distances in the fourth channel, among them all that are none, and planes.
 static void lights_have_the_cpus_places(void)
 {
     static const float distance[8] = {1, 2, 30, 0, -1, NAN, HUGE_VALF, 1e-30f};
     lightprobe_gl_desc d = description(37, 24);
     subject s;
     char what[60];
+    int slopes = 0;
     d.distances = 1;
     if (!begin_gl()) return;
     if (make_subject(&s, &d)) {
@@ -370,6 +380,7 @@ static void lights_have_the_cpus_places(void)
                     rgba[4 * i + c] = p.face[i / texels][3 * (i % texels) + c];
                 rgba[4 * i + 3] =
                     distance[(i / 5 + i / texels) % 8] * (1 + 0.01f * (float)(i % (7 + step)));
+                if (step % 4 > 1) rgba[4 * i + 3] = plane_distance(i, d.side);
             }
             for (int face = 0; face < 6; face++) {
                 cube.face[face] = rgba + 4 * face * texels;
@@ -390,11 +401,15 @@ static void lights_have_the_cpus_places(void)
             s.frames++;
             compare(&s, what);
             int places = 0;
-            for (int i = 0; i < s.gpu.count; i++) places += s.gpu.light[i].distance > 0;
+            for (int i = 0; i < s.gpu.count; i++) {
+                places += s.gpu.light[i].distance > 0;
+                slopes += s.gpu.light[i].slope_u != 0;
+            }
             CHECK(places > s.gpu.count / 2, "%s: %d of %d lights have a place", what, places,
                   s.gpu.count);
             test_probe_free(&p);
         }
+        CHECK(slopes > 20, "%d lights have a slope", slopes);
         note(&s);
         free(rgba);
         drop_subject(&s);
@@ -420,12 +435,13 @@ static void shading_at_places_is_the_cpus(void)
         "    sums[3 * i + 1] = vec4(lightprobe_sphere_irradiance(light, offset, normal), 0);\n"
         "    sums[3 * i + 2] = vec4(lightprobe_specular(light, offset, lobe), 0);\n"
         "}\n";
-    lightprobe_gl_desc d = description(16, 6);
+    lightprobe_gl_desc d = description(16, 24);
     subject s;
     d.distances = 1;
     if (!begin_gl()) return;
     if (make_subject(&s, &d)) {
         enum { SUMS = 105 };
+        int slopes = 0;
         static float sums[3 * SUMS][4], rgba[6 * 16 * 16 * 4];
         const float up[3] = {0, 1, 0}, f0[3] = {0.2f, 0.5f, 1};
         const char *const text[] = {body,
@@ -437,7 +453,7 @@ static void shading_at_places_is_the_cpus(void)
         const GLuint program = gl_test_compute("places", text);
         GLuint result;
         for (int i = 0; i < 6 * 256 * 4; i++)
-            rgba[i] = i % 4 < 3 ? 1 + (float)(i / 64 % 9) : 1.5f + (float)(i / 1024);
+            rgba[i] = i % 4 < 3 ? 1 + (float)(i / 64 % 9) : plane_distance(i / 4, 16);
         gl.DeleteTextures(1, &s.texture);
         gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &s.texture);
         gl.TextureStorage2D(s.texture, 1, GL_RGBA32F, d.side, d.side);
@@ -447,6 +463,8 @@ static void shading_at_places_is_the_cpus(void)
         CHECK(!lightprobe_gl_update(s.gl, s.texture) &&
                   !lightprobe_gl_read(s.gl, 1, s.gpu.light, &s.gpu.count, NULL),
               "lights");
+        for (int i = 0; i < s.gpu.count; i++) slopes += s.gpu.light[i].slope_u != 0;
+        CHECK(slopes > 1, "%d lights have a slope", slopes);
         const lightprobe_gl_range range = lightprobe_gl_lights(s.gl, 1);
         gl.CreateBuffers(1, &result);
         gl.NamedBufferStorage(result, sizeof sums, NULL, 0);

@@ -231,6 +231,8 @@ static void spoil(lightprobe_light *l, int kind, int i)
     if (kind == 8) spoil_one(l, i);
     if (kind == 9) l->direction[1] = 1e30f;
     if (kind == 10 && i == 3) l->irradiance[2] = NAN;
+    if (kind == 10 && i == 4) l->slope_u = NAN;
+    if (kind == 10 && i == 5) l->slope_v = 1e30f;
     if (kind == 11) l->id = i / 2;
     if (kind == 13 && i == 3) l->irradiance[1] = INFINITY;
     if (kind == 14 && i == 2) l->id = INT_MAX - 1;
