@@ -149,10 +149,10 @@ typedef struct lightprobe_light {
         axis_v[3]; // unit, orthogonal to direction and each other; the longer side is u
     float tan_half_u, tan_half_v; // half-size of the rectangle at distance 1, at most 4
     float irradiance[3];          // integral of RGB radiance over the region's solid angle
-    float solid_angle;            // of the region; all of them sum to 4 pi less black regions
-    float cos_alpha;              // opening angle of the disc that stands for it in shading
-    int id;                       // survives from frame to frame: lightprobe_settings.previous
-    float distance;               // from the probe's centre, world units; 0: infinitely far
+    float solid_angle; // of the region, 0 of what fades out; they sum to 4 pi less what is black
+    float cos_alpha;   // opening angle of the disc that stands for it in shading
+    int id;            // survives from frame to frame: lightprobe_settings.previous
+    float distance;    // from the probe's centre, world units; 0: infinitely far
     // Of a flat emitter: by how much it recedes from the probe per length along axis_u and axis_v, at
     // most 2.4. 0 where it faces the probe, where no plane fits and without distances.
     float slope_u, slope_v;
@@ -2861,6 +2861,7 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region)
     for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);
     // Light from all around has no direction: any will do.
     float size = lightprobe_normalize(r.d);
+    if (size < 1e-36f) lightprobe_normalize(r.d); // the length of denormal numbers has few digits
     for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++)
         r.d[i] = i == 1 ? 1.0f : 0.0f;
     lightprobe_frame(r.d, r.e, r.f);
@@ -7298,6 +7299,7 @@ static const char *lightprobe__quote_lights(void)
     "    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
     "    // Light from all around has no direction: any will do.\n"
     "    float size = lightprobe_normalize(r.d);\n"
+    "    if (size < 1e-36f) lightprobe_normalize(r.d); // the length of denormal numbers has few digits\n"
     "    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++)\n"
     "        r.d[i] = i == 1 ? 1.0f : 0.0f;\n"
     "    lightprobe_frame(r.d, r.e, r.f);\n"

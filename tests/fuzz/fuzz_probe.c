@@ -83,7 +83,7 @@ static double dot(const float a[3], const float b[3])
     return (double)a[0] * (double)b[0] + (double)a[1] * (double)b[1] + (double)a[2] * (double)b[2];
 }
 
-static void check_light(const lightprobe_light *l, int paper)
+static void check_light(const lightprobe_light *l, int paper, int previous)
 {
     // The paper's rectangles lie in the plane of the face: their axes need not be orthogonal.
     const float *axes[3] = {l->direction, l->axis_u, l->axis_v};
@@ -98,7 +98,9 @@ static void check_light(const lightprobe_light *l, int paper)
            "size %a %a", (double)l->tan_half_u, (double)l->tan_half_v);
     EXPECT(paper || l->tan_half_u >= l->tan_half_v, "size %a %a", (double)l->tan_half_u,
            (double)l->tan_half_v);
-    EXPECT(l->solid_angle > 0 && l->solid_angle < 12.57f, "solid angle %a", (double)l->solid_angle);
+    EXPECT(previous || l->solid_angle > 0, "no solid angle"); // what fades out has none
+    EXPECT(l->solid_angle >= 0 && l->solid_angle < 12.57f, "solid angle %a",
+           (double)l->solid_angle);
     EXPECT(l->distance >= 0 && l->distance <= 1e9f, "distance %a", (double)l->distance);
     // 2.4 but where previous lights were made up.
     EXPECT(fabsf(l->slope_u) <= 20 && fabsf(l->slope_v) <= 20, "slopes %a %a", (double)l->slope_u,
@@ -166,7 +168,8 @@ static void check_extraction(fuzz_input *in, const lightprobe_cube *cube)
     } else {
         EXPECT(count >= 0 && count <= asked && stats.lights == count, "%d lights of %d", count,
                asked);
-        for (int i = 0; i < count; i++) check_light(&lights[i], s.mode == LIGHTPROBE_MEDIAN_CUT);
+        for (int i = 0; i < count; i++)
+            check_light(&lights[i], s.mode == LIGHTPROBE_MEDIAN_CUT, s.previous != NULL);
         check_energy(cube, lights, count, &stats);
         for (int i = 0; i < count && !s.previous; i++) {
             for (int k = 0; k < i; k++)
