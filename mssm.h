@@ -2507,7 +2507,12 @@ struct mssm_receiver {
     float sharp;      // 1 / fade
     float blur_depth; // of the receiver
     float d_max;      // its distance from the near plane, in blur depth
-    float rise_u;     // of its tangent plane, in blur depth per texel
+    float kernel_u;   // the view's, or what the receiver's horizon leaves of it
+    float kernel_v;
+    float shift_u; // of the kernel's centre, in texels per unit of blur depth
+    float shift_v;
+    float sink;   // of what is further off than the kernel is for, below the tangent plane
+    float rise_u; // of its tangent plane, in blur depth per texel
     float rise_v;
     int plane; // whether the normal is known
     int lit;   // whatever the map holds
@@ -2553,6 +2558,11 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     r.z_test = mssm_min(r.z_own, behind_all);
     r.blur_depth = mssm_blur_depth(v, z);
     r.d_max = r.blur_depth - mssm_blur_depth(v, -1.0f);
+    r.kernel_u = v.kernel_u;
+    r.kernel_v = v.kernel_v;
+    r.shift_u = 0.0f;
+    r.shift_v = 0.0f;
+    r.sink = 0.0f;
     r.rise_u = 0.0f;
     r.rise_v = 0.0f;
     r.plane = 0;
@@ -2584,6 +2594,43 @@ MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float
     return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);
 }
 
+// The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0. The
+// rectangle that stands for that has its corner in the light's furthest above, as much area, and is
+// narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the
+// receiver's own body begins. What it covers moves with the distance: the kernels' centres shift. Of a
+// light that has set, the narrowest is at the horizon, where the rest of a disc may still be.
+MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receiver r, float facing,
+                                                float slope_u, float slope_v)
+{
+    float all = mssm_max(fabsf(facing) + fabsf(slope_u) + fabsf(slope_v), 1e-37f);
+    float s = facing / all;
+    float p = mssm_max(fabsf(slope_u) / all, 0.01f);
+    float q = mssm_max(fabsf(slope_v) / all, 0.01f);
+    if (s >= p + q) return r;
+    float above = mssm_max(s + p + q, 0.0f); // of the furthest corner; then of its neighbours
+    float above_u = mssm_max(s + p - q, 0.0f);
+    float above_v = mssm_max(s - p + q, 0.0f);
+    float share = (above * above - above_u * above_u - above_v * above_v) / (8.0f * p * q);
+    share = mssm_clamp(share, 0.001f, 1.0f);
+    float squares = 1.0f / (p * p + q * q);
+    float half_u = 1.0f - (1.0f - share) * p * p * squares;
+    float half_v = 1.0f - (1.0f - share) * q * q * squares;
+    float scale = sqrtf(share / (half_u * half_v)) * mssm_max(2.0f * share - 1.0f, 0.8f);
+    half_u = half_u * scale;
+    half_v = half_v * scale;
+    float set = mssm_max(-s - p - q, 0.0f) * squares;
+    float far_off = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);
+    float shift_u = (1.0f - half_u + mssm_min(set * p, 4.0f)) * v.kernel_u;
+    float shift_v = (1.0f - half_v + mssm_min(set * q, 4.0f)) * v.kernel_v;
+    // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.
+    r.shift_u = mssm_min(shift_u, far_off) * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);
+    r.shift_v = mssm_min(shift_v, far_off) * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);
+    r.kernel_u = half_u * v.kernel_u;
+    r.kernel_v = half_v * v.kernel_v;
+    r.sink = s < 0.0f ? -s / (above - 0.05f * s) : 0.0f;
+    return r;
+}
+
 // Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the
 // map along a plane also for perspective lights.
 MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver r, float nx,
@@ -2601,7 +2648,8 @@ MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver 
     r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);
     r.rise_v = mssm_clamp(fabsf(w) * steep, 0.0f, MSSM_FAR_AWAY);
     r.plane = fabsf(nx) + fabsf(ny) + fabsf(nz) > 0.0f ? 1 : 0;
-    return r;
+    if (r.plane == 0) return r;
+    return mssm_cut_light(v, r, -along, u * texel * v.kernel_u, w * texel * v.kernel_v);
 }
 
 MSSM_SHARED float mssm_half_width(mssm_view v, float kernel, float d)
@@ -2615,8 +2663,8 @@ MSSM_SHARED float mssm_half_width(mssm_view v, float kernel, float d)
 MSSM_SHARED mssm_moments6 mssm_filter_moments(MSSM_MAP map, mssm_view v, struct mssm_receiver r,
                                               int moments, float d)
 {
-    return mssm_query(map, moments, r.x, r.y, mssm_half_width(v, v.kernel_u, d),
-                      mssm_half_width(v, v.kernel_v, d));
+    return mssm_query(map, moments, r.x + r.shift_u * d, r.y + r.shift_v * d,
+                      mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));
 }
 // [glsl end]
 
@@ -2666,11 +2714,14 @@ MSSM_SHARED float mssm_plane_reach(mssm_view v, struct mssm_receiver r, float d)
                     d);
 }
 
-// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's
-// moments have their points in front between a third and all of its reach.
-MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)
+// The part of a blocker in the kernel for distance d that is neither the receiver's tangent plane nor
+// below it. A plane's moments have their points in front between a third and all of its reach. Seen
+// from behind, it is at d where the kernel begins and d + d / sink where the light ends.
+MSSM_SHARED float mssm_off_plane(struct mssm_receiver r, float d, float distance, float plane_reach)
 {
-    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);
+    float off = (distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f);
+    float over = 1.0f - r.sink * (distance / mssm_max(d, 1e-30f) - 1.0f);
+    return mssm_clamp(off, 0.0f, 1.0f) * mssm_clamp(over, 0.0f, 1.0f);
 }
 
 // Where the range of depth is long, the moment bias lets light through: about half of alpha /
@@ -2697,23 +2748,30 @@ MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_recei
     float w = mssm_blocked(r, z, 1.0f);
     if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;
     if (r.plane == 1)
-        w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));
+        w = w * mssm_off_plane(r, d, mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));
     return w < 1.0f ? 0 : 1;
 }
 
 // [glsl end]
 // [glsl begin estimate]
+// Least depth in the cone at distance d.
+MSSM_SHARED float mssm_cone_least(MSSM_MAP map, mssm_view v, struct mssm_receiver r, float d)
+{
+    return MSSM_LEAST_DEPTH(map, r.x + r.shift_u * d, r.y + r.shift_v * d,
+                            mssm_half_width(v, mssm_max(r.kernel_u, r.kernel_v), d));
+}
+
 // The least distance that the kernel of every blocker of the receiver reaches no further than, or 0
 // where nothing can block: from the least depth in the cone of the light up to the near plane, and
 // then in the cone up to there, as long as that helps.
 MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receiver r)
 {
-    float kernel = mssm_max(v.kernel_u, v.kernel_v);
+    float kernel = mssm_max(r.kernel_u, r.kernel_v);
     float d = r.d_max;
     float before;
     int i = 0;
     do {
-        float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));
+        float z = mssm_cone_least(map, v, r, d);
         if (z >= r.z_test) return 0.0f;
         before = d;
         d = mssm_min(mssm_blur_distance(v, r, z), d);
@@ -2727,8 +2785,9 @@ MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o,
                             struct mssm_receiver r, float d, float visible)
 {
     if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
-    float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);
-    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width), visible);
+    float z = MSSM_GREATEST_DEPTH(map, r.x + r.shift_u * d, r.y + r.shift_v * d,
+                                  mssm_half_width(v, mssm_max(r.kernel_u, r.kernel_v), d));
+    return mssm_hides(v, o, r, d, z, visible);
 }
 
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
@@ -2737,8 +2796,9 @@ MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o,
 MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                      struct mssm_receiver r, float d)
 {
-    mssm_moments6 t = MSSM_SEARCH(map, 4, r.x, r.y, mssm_half_width(v, v.kernel_u, d),
-                                  mssm_half_width(v, v.kernel_v, d));
+    mssm_moments6 t =
+        MSSM_SEARCH(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,
+                    mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));
     mssm_points4 p = mssm_layers(o, 4, t, r.z_test);
     float plane_reach = mssm_plane_reach(v, r, d);
     float sum = 1e-3f * d;
@@ -2746,7 +2806,7 @@ MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_opti
     for (int j = 1; j < 3; j++) {
         if (p.z[j] >= r.z_test) continue;
         float distance = mssm_blur_distance(v, r, p.z[j]);
-        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(distance, plane_reach) : p.w[j];
+        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(r, d, distance, plane_reach) : p.w[j];
         sum += w * distance;
         squares += w * distance * distance;
     }
@@ -2819,7 +2879,7 @@ MSSM_CALLED float mssm_rim(struct mssm_receiver r, mssm_points4 p, float half_wi
 MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm_receiver r,
                                                         struct mssm_nested k, mssm_points4 p)
 {
-    float kernel = mssm_max(v.kernel_u, v.kernel_v);
+    float kernel = mssm_max(r.kernel_u, r.kernel_v);
     float half_width = kernel * k.d;
     float plane_reach = mssm_plane_reach(v, r, k.d);
     // The one-texel kernel sees texel centres up to a texel away.
@@ -2847,7 +2907,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
         float w;
         if (p.z[j] < r.z_test) {
             w = mssm_blocked(r, p.z[j], p.w[j]);
-            if (r.plane == 1) w = w * mssm_off_plane(distance, plane_reach);
+            if (r.plane == 1) w = w * mssm_off_plane(r, k.d, distance, plane_reach);
             if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);
             s.all += w;
             s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);
@@ -2901,7 +2961,7 @@ MSSM_SHARED float mssm_next_distance(mssm_view v, struct mssm_receiver r, float 
 MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                struct mssm_receiver r)
 {
-    float kernel = mssm_max(v.kernel_u, v.kernel_v);
+    float kernel = mssm_max(r.kernel_u, r.kernel_v);
     float reach = mssm_cone_reach(map, v, r);
     if (reach <= 0.0f) return 1.0f;
     // The least distance that matters: of a kernel one texel wide, or of the casters that are
@@ -2923,7 +2983,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         k.inner = mssm_next_distance(v, r, k.d, p);
         k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;
         if (k.last == 0) {
-            float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, k.inner));
+            float z = mssm_cone_least(map, v, r, k.inner);
             i = z < r.z_test ? i : 4; // nothing is nearer
             k.inner = mssm_max(mssm_min(mssm_blur_distance(v, r, z), k.inner), least);
         }
@@ -7439,7 +7499,12 @@ const char *mssm_glsl_shading(void)
     "    float sharp;      // 1 / fade\n"
     "    float blur_depth; // of the receiver\n"
     "    float d_max;      // its distance from the near plane, in blur depth\n"
-    "    float rise_u;     // of its tangent plane, in blur depth per texel\n"
+    "    float kernel_u;   // the view's, or what the receiver's horizon leaves of it\n"
+    "    float kernel_v;\n"
+    "    float shift_u; // of the kernel's centre, in texels per unit of blur depth\n"
+    "    float shift_v;\n"
+    "    float sink;   // of what is further off than the kernel is for, below the tangent plane\n"
+    "    float rise_u; // of its tangent plane, in blur depth per texel\n"
     "    float rise_v;\n"
     "    int plane; // whether the normal is known\n"
     "    int lit;   // whatever the map holds\n"
@@ -7485,6 +7550,11 @@ const char *mssm_glsl_shading(void)
     "    r.z_test = mssm_min(r.z_own, behind_all);\n"
     "    r.blur_depth = mssm_blur_depth(v, z);\n"
     "    r.d_max = r.blur_depth - mssm_blur_depth(v, -1.0f);\n"
+    "    r.kernel_u = v.kernel_u;\n"
+    "    r.kernel_v = v.kernel_v;\n"
+    "    r.shift_u = 0.0f;\n"
+    "    r.shift_v = 0.0f;\n"
+    "    r.sink = 0.0f;\n"
     "    r.rise_u = 0.0f;\n"
     "    r.rise_v = 0.0f;\n"
     "    r.plane = 0;\n"
@@ -7516,6 +7586,43 @@ const char *mssm_glsl_shading(void)
     "    return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);\n"
     "}\n"
     "\n"
+    "// The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0. The\n"
+    "// rectangle that stands for that has its corner in the light's furthest above, as much area, and is\n"
+    "// narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the\n"
+    "// receiver's own body begins. What it covers moves with the distance: the kernels' centres shift. Of a\n"
+    "// light that has set, the narrowest is at the horizon, where the rest of a disc may still be.\n"
+    "MSSM_CALLED mssm_receiver mssm_cut_light(mssm_view v, mssm_receiver r, float facing,\n"
+    "                                                float slope_u, float slope_v)\n"
+    "{\n"
+    "    float all = mssm_max(fabsf(facing) + fabsf(slope_u) + fabsf(slope_v), 1e-37f);\n"
+    "    float s = facing / all;\n"
+    "    float p = mssm_max(fabsf(slope_u) / all, 0.01f);\n"
+    "    float q = mssm_max(fabsf(slope_v) / all, 0.01f);\n"
+    "    if (s >= p + q) return r;\n"
+    "    float above = mssm_max(s + p + q, 0.0f); // of the furthest corner; then of its neighbours\n"
+    "    float above_u = mssm_max(s + p - q, 0.0f);\n"
+    "    float above_v = mssm_max(s - p + q, 0.0f);\n"
+    "    float share = (above * above - above_u * above_u - above_v * above_v) / (8.0f * p * q);\n"
+    "    share = mssm_clamp(share, 0.001f, 1.0f);\n"
+    "    float squares = 1.0f / (p * p + q * q);\n"
+    "    float half_u = 1.0f - (1.0f - share) * p * p * squares;\n"
+    "    float half_v = 1.0f - (1.0f - share) * q * q * squares;\n"
+    "    float scale = sqrtf(share / (half_u * half_v)) * mssm_max(2.0f * share - 1.0f, 0.8f);\n"
+    "    half_u = half_u * scale;\n"
+    "    half_v = half_v * scale;\n"
+    "    float set = mssm_max(-s - p - q, 0.0f) * squares;\n"
+    "    float far_off = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);\n"
+    "    float shift_u = (1.0f - half_u + mssm_min(set * p, 4.0f)) * v.kernel_u;\n"
+    "    float shift_v = (1.0f - half_v + mssm_min(set * q, 4.0f)) * v.kernel_v;\n"
+    "    // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.\n"
+    "    r.shift_u = mssm_min(shift_u, far_off) * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);\n"
+    "    r.shift_v = mssm_min(shift_v, far_off) * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);\n"
+    "    r.kernel_u = half_u * v.kernel_u;\n"
+    "    r.kernel_v = half_v * v.kernel_v;\n"
+    "    r.sink = s < 0.0f ? -s / (above - 0.05f * s) : 0.0f;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
     "// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the\n"
     "// map along a plane also for perspective lights.\n"
     "MSSM_CALLED mssm_receiver mssm_tangent(mssm_view v, mssm_receiver r, float nx,\n"
@@ -7533,7 +7640,8 @@ const char *mssm_glsl_shading(void)
     "    r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);\n"
     "    r.rise_v = mssm_clamp(fabsf(w) * steep, 0.0f, MSSM_FAR_AWAY);\n"
     "    r.plane = fabsf(nx) + fabsf(ny) + fabsf(nz) > 0.0f ? 1 : 0;\n"
-    "    return r;\n"
+    "    if (r.plane == 0) return r;\n"
+    "    return mssm_cut_light(v, r, -along, u * texel * v.kernel_u, w * texel * v.kernel_v);\n"
     "}\n"
     "\n"
     "MSSM_SHARED float mssm_half_width(mssm_view v, float kernel, float d)\n"
@@ -7586,11 +7694,14 @@ const char *mssm_glsl_shading(void)
     "                    d);\n"
     "}\n"
     "\n"
-    "// The part of a blocker at that distance which is not the receiver's tangent plane: a plane's\n"
-    "// moments have their points in front between a third and all of its reach.\n"
-    "MSSM_SHARED float mssm_off_plane(float distance, float plane_reach)\n"
+    "// The part of a blocker in the kernel for distance d that is neither the receiver's tangent plane nor\n"
+    "// below it. A plane's moments have their points in front between a third and all of its reach. Seen\n"
+    "// from behind, it is at d where the kernel begins and d + d / sink where the light ends.\n"
+    "MSSM_SHARED float mssm_off_plane(mssm_receiver r, float d, float distance, float plane_reach)\n"
     "{\n"
-    "    return mssm_clamp((distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f), 0.0f, 1.0f);\n"
+    "    float off = (distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f);\n"
+    "    float over = 1.0f - r.sink * (distance / mssm_max(d, 1e-30f) - 1.0f);\n"
+    "    return mssm_clamp(off, 0.0f, 1.0f) * mssm_clamp(over, 0.0f, 1.0f);\n"
     "}\n"
     "\n"
     "// Where the range of depth is long, the moment bias lets light through: about half of alpha /\n"
@@ -7617,7 +7728,7 @@ const char *mssm_glsl_shading(void)
     "    float w = mssm_blocked(r, z, 1.0f);\n"
     "    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;\n"
     "    if (r.plane == 1)\n"
-    "        w = w * mssm_off_plane(mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));\n"
+    "        w = w * mssm_off_plane(r, d, mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));\n"
     "    return w < 1.0f ? 0 : 1;\n"
     "}\n"
     "\n"
@@ -7685,7 +7796,7 @@ const char *mssm_glsl_shading(void)
     "MSSM_CALLED mssm_occlusion mssm_kernel_occlusion(mssm_view v, mssm_receiver r,\n"
     "                                                        mssm_nested k, mssm_points4 p)\n"
     "{\n"
-    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
+    "    float kernel = mssm_max(r.kernel_u, r.kernel_v);\n"
     "    float half_width = kernel * k.d;\n"
     "    float plane_reach = mssm_plane_reach(v, r, k.d);\n"
     "    // The one-texel kernel sees texel centres up to a texel away.\n"
@@ -7713,7 +7824,7 @@ const char *mssm_glsl_shading(void)
     "        float w;\n"
     "        if (p.z[j] < r.z_test) {\n"
     "            w = mssm_blocked(r, p.z[j], p.w[j]);\n"
-    "            if (r.plane == 1) w = w * mssm_off_plane(distance, plane_reach);\n"
+    "            if (r.plane == 1) w = w * mssm_off_plane(r, k.d, distance, plane_reach);\n"
     "            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);\n"
     "            s.all += w;\n"
     "            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);\n"
@@ -7764,8 +7875,15 @@ const char *mssm_glsl_shading(void)
     "MSSM_SHARED mssm_moments6 mssm_filter_moments(MSSM_MAP map, mssm_view v, mssm_receiver r,\n"
     "                                              int moments, float d)\n"
     "{\n"
-    "    return mssm_query(map, moments, r.x, r.y, mssm_half_width(v, v.kernel_u, d),\n"
-    "                      mssm_half_width(v, v.kernel_v, d));\n"
+    "    return mssm_query(map, moments, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
+    "                      mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));\n"
+    "}\n"
+    "\n"
+    "// Least depth in the cone at distance d.\n"
+    "MSSM_SHARED float mssm_cone_least(MSSM_MAP map, mssm_view v, mssm_receiver r, float d)\n"
+    "{\n"
+    "    return MSSM_LEAST_DEPTH(map, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
+    "                            mssm_half_width(v, mssm_max(r.kernel_u, r.kernel_v), d));\n"
     "}\n"
     "\n"
     "// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0\n"
@@ -7773,12 +7891,12 @@ const char *mssm_glsl_shading(void)
     "// then in the cone up to there, as long as that helps.\n"
     "MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, mssm_receiver r)\n"
     "{\n"
-    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
+    "    float kernel = mssm_max(r.kernel_u, r.kernel_v);\n"
     "    float d = r.d_max;\n"
     "    float before;\n"
     "    int i = 0;\n"
     "    do {\n"
-    "        float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, d));\n"
+    "        float z = mssm_cone_least(map, v, r, d);\n"
     "        if (z >= r.z_test) return 0.0f;\n"
     "        before = d;\n"
     "        d = mssm_min(mssm_blur_distance(v, r, z), d);\n"
@@ -7792,8 +7910,9 @@ const char *mssm_glsl_shading(void)
     "                            mssm_receiver r, float d, float visible)\n"
     "{\n"
     "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
-    "    float half_width = mssm_half_width(v, mssm_max(v.kernel_u, v.kernel_v), d);\n"
-    "    return mssm_hides(v, o, r, d, MSSM_GREATEST_DEPTH(map, r.x, r.y, half_width), visible);\n"
+    "    float z = MSSM_GREATEST_DEPTH(map, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
+    "                                  mssm_half_width(v, mssm_max(r.kernel_u, r.kernel_v), d));\n"
+    "    return mssm_hides(v, o, r, d, z, visible);\n"
     "}\n"
     "\n"
     "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
@@ -7802,8 +7921,9 @@ const char *mssm_glsl_shading(void)
     "MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                                     mssm_receiver r, float d)\n"
     "{\n"
-    "    mssm_moments6 t = MSSM_SEARCH(map, 4, r.x, r.y, mssm_half_width(v, v.kernel_u, d),\n"
-    "                                  mssm_half_width(v, v.kernel_v, d));\n"
+    "    mssm_moments6 t =\n"
+    "        MSSM_SEARCH(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
+    "                    mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));\n"
     "    mssm_points4 p = mssm_layers(o, 4, t, r.z_test);\n"
     "    float plane_reach = mssm_plane_reach(v, r, d);\n"
     "    float sum = 1e-3f * d;\n"
@@ -7811,7 +7931,7 @@ const char *mssm_glsl_shading(void)
     "    for (int j = 1; j < 3; j++) {\n"
     "        if (p.z[j] >= r.z_test) continue;\n"
     "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
-    "        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(distance, plane_reach) : p.w[j];\n"
+    "        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(r, d, distance, plane_reach) : p.w[j];\n"
     "        sum += w * distance;\n"
     "        squares += w * distance * distance;\n"
     "    }\n"
@@ -7826,7 +7946,7 @@ const char *mssm_glsl_shading(void)
     "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                               mssm_receiver r)\n"
     "{\n"
-    "    float kernel = mssm_max(v.kernel_u, v.kernel_v);\n"
+    "    float kernel = mssm_max(r.kernel_u, r.kernel_v);\n"
     "    float reach = mssm_cone_reach(map, v, r);\n"
     "    if (reach <= 0.0f) return 1.0f;\n"
     "    // The least distance that matters: of a kernel one texel wide, or of the casters that are\n"
@@ -7848,7 +7968,7 @@ const char *mssm_glsl_shading(void)
     "        k.inner = mssm_next_distance(v, r, k.d, p);\n"
     "        k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;\n"
     "        if (k.last == 0) {\n"
-    "            float z = MSSM_LEAST_DEPTH(map, r.x, r.y, mssm_half_width(v, kernel, k.inner));\n"
+    "            float z = mssm_cone_least(map, v, r, k.inner);\n"
     "            i = z < r.z_test ? i : 4; // nothing is nearer\n"
     "            k.inner = mssm_max(mssm_min(mssm_blur_distance(v, r, z), k.inner), least);\n"
     "        }\n"
