@@ -2598,7 +2598,8 @@ MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float
 // rectangle that stands for that has its corner in the light's furthest above, as much area, and is
 // narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the
 // receiver's own body begins. What it covers moves with the distance: the kernels' centres shift. Of a
-// light that has set, the narrowest is at the horizon, where the rest of a disc may still be.
+// light that has set, a narrow one is at the horizon, where the rest of a disc may still be; until,
+// from twice to three times as deep, the whole light counts again: who asks then lights from behind.
 MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receiver r, float facing,
                                                 float slope_u, float slope_v)
 {
@@ -2606,7 +2607,8 @@ MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receive
     float s = facing / all;
     float p = mssm_max(fabsf(slope_u) / all, 0.01f);
     float q = mssm_max(fabsf(slope_v) / all, 0.01f);
-    if (s >= p + q) return r;
+    float cut = mssm_clamp(3.0f + s / (p + q), 0.0f, 1.0f);
+    if (s >= p + q || cut <= 0.0f) return r;
     float above = mssm_max(s + p + q, 0.0f); // of the furthest corner; then of its neighbours
     float above_u = mssm_max(s + p - q, 0.0f);
     float above_v = mssm_max(s - p + q, 0.0f);
@@ -2619,15 +2621,15 @@ MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receive
     half_u = half_u * scale;
     half_v = half_v * scale;
     float set = mssm_max(-s - p - q, 0.0f) * squares;
-    float far_off = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);
-    float shift_u = (1.0f - half_u + mssm_min(set * p, 4.0f)) * v.kernel_u;
-    float shift_v = (1.0f - half_v + mssm_min(set * q, 4.0f)) * v.kernel_v;
     // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.
-    r.shift_u = mssm_min(shift_u, far_off) * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);
-    r.shift_v = mssm_min(shift_v, far_off) * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);
-    r.kernel_u = half_u * v.kernel_u;
-    r.kernel_v = half_v * v.kernel_v;
-    r.sink = s < 0.0f ? -s / (above - 0.05f * s) : 0.0f;
+    float turn_u = cut * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);
+    float turn_v = cut * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);
+    float most = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);
+    r.shift_u = turn_u * mssm_min((1.0f - half_u + set * p) * v.kernel_u, most);
+    r.shift_v = turn_v * mssm_min((1.0f - half_v + set * q) * v.kernel_v, most);
+    r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;
+    r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;
+    r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;
     return r;
 }
 
@@ -7590,7 +7592,8 @@ const char *mssm_glsl_shading(void)
     "// rectangle that stands for that has its corner in the light's furthest above, as much area, and is\n"
     "// narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the\n"
     "// receiver's own body begins. What it covers moves with the distance: the kernels' centres shift. Of a\n"
-    "// light that has set, the narrowest is at the horizon, where the rest of a disc may still be.\n"
+    "// light that has set, a narrow one is at the horizon, where the rest of a disc may still be; until,\n"
+    "// from twice to three times as deep, the whole light counts again: who asks then lights from behind.\n"
     "MSSM_CALLED mssm_receiver mssm_cut_light(mssm_view v, mssm_receiver r, float facing,\n"
     "                                                float slope_u, float slope_v)\n"
     "{\n"
@@ -7598,7 +7601,8 @@ const char *mssm_glsl_shading(void)
     "    float s = facing / all;\n"
     "    float p = mssm_max(fabsf(slope_u) / all, 0.01f);\n"
     "    float q = mssm_max(fabsf(slope_v) / all, 0.01f);\n"
-    "    if (s >= p + q) return r;\n"
+    "    float cut = mssm_clamp(3.0f + s / (p + q), 0.0f, 1.0f);\n"
+    "    if (s >= p + q || cut <= 0.0f) return r;\n"
     "    float above = mssm_max(s + p + q, 0.0f); // of the furthest corner; then of its neighbours\n"
     "    float above_u = mssm_max(s + p - q, 0.0f);\n"
     "    float above_v = mssm_max(s - p + q, 0.0f);\n"
@@ -7611,15 +7615,15 @@ const char *mssm_glsl_shading(void)
     "    half_u = half_u * scale;\n"
     "    half_v = half_v * scale;\n"
     "    float set = mssm_max(-s - p - q, 0.0f) * squares;\n"
-    "    float far_off = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);\n"
-    "    float shift_u = (1.0f - half_u + mssm_min(set * p, 4.0f)) * v.kernel_u;\n"
-    "    float shift_v = (1.0f - half_v + mssm_min(set * q, 4.0f)) * v.kernel_v;\n"
     "    // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.\n"
-    "    r.shift_u = mssm_min(shift_u, far_off) * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);\n"
-    "    r.shift_v = mssm_min(shift_v, far_off) * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);\n"
-    "    r.kernel_u = half_u * v.kernel_u;\n"
-    "    r.kernel_v = half_v * v.kernel_v;\n"
-    "    r.sink = s < 0.0f ? -s / (above - 0.05f * s) : 0.0f;\n"
+    "    float turn_u = cut * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);\n"
+    "    float turn_v = cut * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);\n"
+    "    float most = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);\n"
+    "    r.shift_u = turn_u * mssm_min((1.0f - half_u + set * p) * v.kernel_u, most);\n"
+    "    r.shift_v = turn_v * mssm_min((1.0f - half_v + set * q) * v.kernel_v, most);\n"
+    "    r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;\n"
+    "    r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;\n"
+    "    r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;\n"
     "    return r;\n"
     "}\n"
     "\n"
