@@ -2511,8 +2511,12 @@ struct mssm_receiver {
     float kernel_v;
     float shift_u; // of the kernel's centre, in texels per unit of blur depth
     float shift_v;
-    float sink;   // of what is further off than the kernel is for, below the tangent plane
-    float rise_u; // of its tangent plane, in blur depth per texel
+    float search; // half-width and centre of the search, which holds the receiver, too
+    float search_u;
+    float search_v;
+    float search_more; // half-width in texels, for the narrowest kernel
+    float sink;        // of what is further off than the kernel is for, below the tangent plane
+    float rise_u;      // of its tangent plane, in blur depth per texel
     float rise_v;
     int plane; // whether the normal is known
     int lit;   // whatever the map holds
@@ -2562,6 +2566,10 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     r.kernel_v = v.kernel_v;
     r.shift_u = 0.0f;
     r.shift_v = 0.0f;
+    r.search = mssm_max(v.kernel_u, v.kernel_v);
+    r.search_u = 0.0f;
+    r.search_v = 0.0f;
+    r.search_more = 0.0f;
     r.sink = 0.0f;
     r.rise_u = 0.0f;
     r.rise_v = 0.0f;
@@ -2592,6 +2600,21 @@ MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float
     float y = v.world_to_shadow[4 + row];
     float z = v.world_to_shadow[8 + row];
     return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);
+}
+
+// The search among kernels whose centres shift: all of them lie between the widest and the receiver,
+// but for what the narrowest has more, half a texel at most.
+MSSM_SHARED struct mssm_receiver mssm_widen_search(struct mssm_receiver r, float more)
+{
+    float out_u = fabsf(r.shift_u);
+    float out_v = fabsf(r.shift_v);
+    float reach_u = 0.5f * (out_u + r.kernel_u);
+    float reach_v = 0.5f * (out_v + r.kernel_v);
+    r.search = mssm_max(mssm_max(r.kernel_u, reach_u), mssm_max(r.kernel_v, reach_v));
+    r.search_u = r.shift_u * mssm_min(reach_u / mssm_max(out_u, 1e-30f), 1.0f);
+    r.search_v = r.shift_v * mssm_min(reach_v / mssm_max(out_v, 1e-30f), 1.0f);
+    r.search_more = more;
+    return r;
 }
 
 // The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0. The
@@ -2630,7 +2653,7 @@ MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receive
     r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;
     r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;
     r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;
-    return r;
+    return mssm_widen_search(r, 0.5f * cut * (1.0f - share));
 }
 
 // Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the
@@ -2759,8 +2782,8 @@ MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_recei
 // Least depth in the cone at distance d.
 MSSM_SHARED float mssm_cone_least(MSSM_MAP map, mssm_view v, struct mssm_receiver r, float d)
 {
-    return MSSM_LEAST_DEPTH(map, r.x + r.shift_u * d, r.y + r.shift_v * d,
-                            mssm_half_width(v, mssm_max(r.kernel_u, r.kernel_v), d));
+    return MSSM_LEAST_DEPTH(map, r.x + r.search_u * d, r.y + r.search_v * d,
+                            mssm_half_width(v, r.search, d) + r.search_more);
 }
 
 // The least distance that the kernel of every blocker of the receiver reaches no further than, or 0
@@ -2787,8 +2810,8 @@ MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o,
                             struct mssm_receiver r, float d, float visible)
 {
     if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
-    float z = MSSM_GREATEST_DEPTH(map, r.x + r.shift_u * d, r.y + r.shift_v * d,
-                                  mssm_half_width(v, mssm_max(r.kernel_u, r.kernel_v), d));
+    float z = MSSM_GREATEST_DEPTH(map, r.x + r.search_u * d, r.y + r.search_v * d,
+                                  mssm_half_width(v, r.search, d) + r.search_more);
     return mssm_hides(v, o, r, d, z, visible);
 }
 
@@ -7505,8 +7528,12 @@ const char *mssm_glsl_shading(void)
     "    float kernel_v;\n"
     "    float shift_u; // of the kernel's centre, in texels per unit of blur depth\n"
     "    float shift_v;\n"
-    "    float sink;   // of what is further off than the kernel is for, below the tangent plane\n"
-    "    float rise_u; // of its tangent plane, in blur depth per texel\n"
+    "    float search; // half-width and centre of the search, which holds the receiver, too\n"
+    "    float search_u;\n"
+    "    float search_v;\n"
+    "    float search_more; // half-width in texels, for the narrowest kernel\n"
+    "    float sink;        // of what is further off than the kernel is for, below the tangent plane\n"
+    "    float rise_u;      // of its tangent plane, in blur depth per texel\n"
     "    float rise_v;\n"
     "    int plane; // whether the normal is known\n"
     "    int lit;   // whatever the map holds\n"
@@ -7556,6 +7583,10 @@ const char *mssm_glsl_shading(void)
     "    r.kernel_v = v.kernel_v;\n"
     "    r.shift_u = 0.0f;\n"
     "    r.shift_v = 0.0f;\n"
+    "    r.search = mssm_max(v.kernel_u, v.kernel_v);\n"
+    "    r.search_u = 0.0f;\n"
+    "    r.search_v = 0.0f;\n"
+    "    r.search_more = 0.0f;\n"
     "    r.sink = 0.0f;\n"
     "    r.rise_u = 0.0f;\n"
     "    r.rise_v = 0.0f;\n"
@@ -7586,6 +7617,21 @@ const char *mssm_glsl_shading(void)
     "    float y = v.world_to_shadow[4 + row];\n"
     "    float z = v.world_to_shadow[8 + row];\n"
     "    return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);\n"
+    "}\n"
+    "\n"
+    "// The search among kernels whose centres shift: all of them lie between the widest and the receiver,\n"
+    "// but for what the narrowest has more, half a texel at most.\n"
+    "MSSM_SHARED mssm_receiver mssm_widen_search(mssm_receiver r, float more)\n"
+    "{\n"
+    "    float out_u = fabsf(r.shift_u);\n"
+    "    float out_v = fabsf(r.shift_v);\n"
+    "    float reach_u = 0.5f * (out_u + r.kernel_u);\n"
+    "    float reach_v = 0.5f * (out_v + r.kernel_v);\n"
+    "    r.search = mssm_max(mssm_max(r.kernel_u, reach_u), mssm_max(r.kernel_v, reach_v));\n"
+    "    r.search_u = r.shift_u * mssm_min(reach_u / mssm_max(out_u, 1e-30f), 1.0f);\n"
+    "    r.search_v = r.shift_v * mssm_min(reach_v / mssm_max(out_v, 1e-30f), 1.0f);\n"
+    "    r.search_more = more;\n"
+    "    return r;\n"
     "}\n"
     "\n"
     "// The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0. The\n"
@@ -7624,7 +7670,7 @@ const char *mssm_glsl_shading(void)
     "    r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;\n"
     "    r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;\n"
     "    r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;\n"
-    "    return r;\n"
+    "    return mssm_widen_search(r, 0.5f * cut * (1.0f - share));\n"
     "}\n"
     "\n"
     "// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the\n"
@@ -7886,8 +7932,8 @@ const char *mssm_glsl_shading(void)
     "// Least depth in the cone at distance d.\n"
     "MSSM_SHARED float mssm_cone_least(MSSM_MAP map, mssm_view v, mssm_receiver r, float d)\n"
     "{\n"
-    "    return MSSM_LEAST_DEPTH(map, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
-    "                            mssm_half_width(v, mssm_max(r.kernel_u, r.kernel_v), d));\n"
+    "    return MSSM_LEAST_DEPTH(map, r.x + r.search_u * d, r.y + r.search_v * d,\n"
+    "                            mssm_half_width(v, r.search, d) + r.search_more);\n"
     "}\n"
     "\n"
     "// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0\n"
@@ -7914,8 +7960,8 @@ const char *mssm_glsl_shading(void)
     "                            mssm_receiver r, float d, float visible)\n"
     "{\n"
     "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
-    "    float z = MSSM_GREATEST_DEPTH(map, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
-    "                                  mssm_half_width(v, mssm_max(r.kernel_u, r.kernel_v), d));\n"
+    "    float z = MSSM_GREATEST_DEPTH(map, r.x + r.search_u * d, r.y + r.search_v * d,\n"
+    "                                  mssm_half_width(v, r.search, d) + r.search_more);\n"
     "    return mssm_hides(v, o, r, d, z, visible);\n"
     "}\n"
     "\n"

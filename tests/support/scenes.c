@@ -383,6 +383,26 @@ void scene_depth(const scene *s, const mssm_light *light, int side, int samples,
 
 // ---- receivers and the truth ---------------------------------------------------------------
 
+// Where a ray through anywhere in the scene meets it first.
+static int hit_along(const scene *s, const double ray[3], uint64_t *state, double point[3],
+                     double normal[3])
+{
+    double aim[3], start[3], nearest = 1e30;
+    for (int i = 0; i < 3; i++) aim[i] = test_range(state, s->low[i], s->high[i]);
+    along(aim, ray, -20, start);
+    const shape *hit = NULL;
+    for (int j = 0; j < s->count; j++) {
+        double enter, leave;
+        if (!intersect(&s->shapes[j], start, ray, &enter, &leave) || enter >= nearest) continue;
+        nearest = enter;
+        hit = &s->shapes[j];
+    }
+    if (!hit) return 0;
+    along(start, ray, nearest, point);
+    normal_at(hit, point, ray, normal);
+    return 1;
+}
+
 void scene_receiver(const scene *s, uint64_t *state, double point[3], double normal[3])
 {
     if (!s->ground_casts && test_uniform(state) < 0.6) {
@@ -392,25 +412,20 @@ void scene_receiver(const scene *s, uint64_t *state, double point[3], double nor
         return;
     }
     for (;;) {
-        double ray[3], aim[3], start[3], nearest = 1e30;
+        double ray[3];
         random_direction(state, ray);
         ray[1] = -fabs(ray[1]) - 0.1;
         normalise(ray);
-        for (int i = 0; i < 3; i++) aim[i] = test_range(state, s->low[i], s->high[i]);
-        along(aim, ray, -20, start);
-        const shape *hit = NULL;
-        for (int j = 0; j < s->count; j++) {
-            double enter, leave;
-            if (!intersect(&s->shapes[j], start, ray, &enter, &leave) || enter >= nearest) continue;
-            nearest = enter;
-            hit = &s->shapes[j];
-        }
-        if (!hit) continue;
-        along(start, ray, nearest, point);
-        normal_at(hit, point, ray, normal);
         // What faces away from the light is dark by itself: no shadow map is asked about it.
-        if (dot(normal, s->sun) > 0.02) return;
+        if (hit_along(s, ray, state, point, normal) && dot(normal, s->sun) > 0.02) return;
     }
+}
+
+void scene_surface(const scene *s, uint64_t *state, double point[3], double normal[3])
+{
+    double ray[3];
+    do random_direction(state, ray);
+    while (!hit_along(s, ray, state, point, normal));
 }
 
 // Whether something lies between p and p + length d; what p itself touches does not count.
@@ -448,14 +463,24 @@ static void light_frame(const mssm_light *light, double frame[3][3])
     }
 }
 
-double scene_visibility(const scene *s, const mssm_light *light, const double point[3],
-                        const double normal[3], int grid, uint64_t *state)
+double scene_facing(const mssm_light *light, const double normal[3], double *reach)
+{
+    double frame[3][3];
+    light_frame(light, frame);
+    *reach = fabs(dot(frame[0], normal)) * (double)light->half_u +
+             fabs(dot(frame[1], normal)) * (double)light->half_v;
+    return -dot(frame[2], normal);
+}
+
+// Of rays to the light, those that get there; only_above: of those that leave upwards, 1 without any.
+static double seen_share(const scene *s, const mssm_light *light, const double point[3],
+                         const double normal[3], int only_above, int grid, uint64_t *state)
 {
     double frame[3][3], start[3], origin[3], axis[3];
     light_frame(light, frame);
     if (light->perspective) shadow_ray(light, 0, 0, origin, axis);
     along(point, normal, 1e-5, start);
-    int seen = 0;
+    int seen = 0, all = 0;
     for (int i = 0; i < grid * grid; i++) {
         const double a = -1 + 2 * (i % grid + test_uniform(state)) / grid;
         const double b = -1 + 2 * (i / grid + test_uniform(state)) / grid;
@@ -471,7 +496,21 @@ double scene_visibility(const scene *s, const mssm_light *light, const double po
             along(ray, frame[1], b * (double)light->half_v, ray);
         }
         normalise(ray);
+        if (only_above && dot(ray, normal) <= 0) continue;
+        all++;
         seen += !blocked(s, start, ray, length);
     }
-    return (double)seen / (grid * grid);
+    return all ? (double)seen / all : 1;
+}
+
+double scene_visibility(const scene *s, const mssm_light *light, const double point[3],
+                        const double normal[3], int grid, uint64_t *state)
+{
+    return seen_share(s, light, point, normal, 0, grid, state);
+}
+
+double scene_visibility_above(const scene *s, const mssm_light *light, const double point[3],
+                              const double normal[3], int grid, uint64_t *state)
+{
+    return seen_share(s, light, point, normal, 1, grid, state);
 }

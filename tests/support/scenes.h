@@ -52,11 +52,23 @@ void scene_depth(const scene *s, const mssm_light *light, int side, int samples,
 // A point on the ground or on a shape, seen from above and facing the light, and the normal there.
 void scene_receiver(const scene *s, uint64_t *state, double point[3], double normal[3]);
 
+// A point seen from anywhere, lit or not.
+void scene_surface(const scene *s, uint64_t *state, double point[3], double normal[3]);
+
+// Of a directional light: the cosine between normal and the light's middle; and how much less or more
+// it is at the corners, times their distance if the middle's is 1. All is above at facing >= reach,
+// nothing at facing <= -reach.
+double scene_facing(const mssm_light *light, const double normal[3], double *reach);
+
 // Whether a shape lies between two points.
 int scene_blocks(const scene *s, const double from[3], const double to[3]);
 
 // Share of the light that a point sees, by grid x grid stratified rays.
 double scene_visibility(const scene *s, const mssm_light *light, const double point[3],
                         const double normal[3], int grid, uint64_t *state);
+
+// The same of the part of the light above the point's horizon; 1 where there is none.
+double scene_visibility_above(const scene *s, const mssm_light *light, const double point[3],
+                              const double normal[3], int grid, uint64_t *state);
 
 #endif
