@@ -2542,6 +2542,21 @@ MSSM_SHARED float mssm_row(mssm_view v, int row, float x, float y, float z)
            v.world_to_shadow[8 + row] * z + v.world_to_shadow[12 + row];
 }
 
+// As without a normal.
+MSSM_SHARED struct mssm_receiver mssm_whole_light(mssm_view v, struct mssm_receiver r)
+{
+    r.kernel_u = v.kernel_u;
+    r.kernel_v = v.kernel_v;
+    r.shift_u = 0.0f;
+    r.shift_v = 0.0f;
+    r.search = mssm_max(v.kernel_u, v.kernel_v);
+    r.search_u = 0.0f;
+    r.search_v = 0.0f;
+    r.search_more = 0.0f;
+    r.sink = 0.0f;
+    return r;
+}
+
 // From shadow-space coordinates. Overflow and NaN end up far outside of the map.
 MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_options o, float x,
                                                  float y, float depth)
@@ -2562,19 +2577,10 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     r.z_test = mssm_min(r.z_own, behind_all);
     r.blur_depth = mssm_blur_depth(v, z);
     r.d_max = r.blur_depth - mssm_blur_depth(v, -1.0f);
-    r.kernel_u = v.kernel_u;
-    r.kernel_v = v.kernel_v;
-    r.shift_u = 0.0f;
-    r.shift_v = 0.0f;
-    r.search = mssm_max(v.kernel_u, v.kernel_v);
-    r.search_u = 0.0f;
-    r.search_v = 0.0f;
-    r.search_more = 0.0f;
-    r.sink = 0.0f;
     r.rise_u = 0.0f;
     r.rise_v = 0.0f;
     r.plane = 0;
-    return r;
+    return mssm_whole_light(v, r);
 }
 
 MSSM_CALLED struct mssm_receiver mssm_receive(mssm_view v, struct mssm_options o, float x, float y,
@@ -3043,10 +3049,12 @@ MSSM_CALLED struct mssm_split mssm_split_at(MSSM_MAP map, mssm_view v, struct ms
     return mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));
 }
 
-// The published pipeline: one mean blocker depth, one kernel.
+// The published pipeline: one mean blocker depth, one kernel, which cannot tell what is below the
+// tangent plane: no normal counts.
 MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o,
-                              struct mssm_receiver r)
+                              struct mssm_receiver receiver)
 {
+    struct mssm_receiver r = mssm_whole_light(v, receiver);
     float reach = mssm_cone_reach(map, v, r);
     if (reach <= 0.0f) return 1.0f;
     struct mssm_split s = mssm_split_at(map, v, o, r, reach);
@@ -7559,6 +7567,21 @@ const char *mssm_glsl_shading(void)
     "           v.world_to_shadow[8 + row] * z + v.world_to_shadow[12 + row];\n"
     "}\n"
     "\n"
+    "// As without a normal.\n"
+    "MSSM_SHARED mssm_receiver mssm_whole_light(mssm_view v, mssm_receiver r)\n"
+    "{\n"
+    "    r.kernel_u = v.kernel_u;\n"
+    "    r.kernel_v = v.kernel_v;\n"
+    "    r.shift_u = 0.0f;\n"
+    "    r.shift_v = 0.0f;\n"
+    "    r.search = mssm_max(v.kernel_u, v.kernel_v);\n"
+    "    r.search_u = 0.0f;\n"
+    "    r.search_v = 0.0f;\n"
+    "    r.search_more = 0.0f;\n"
+    "    r.sink = 0.0f;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
     "// From shadow-space coordinates. Overflow and NaN end up far outside of the map.\n"
     "MSSM_CALLED mssm_receiver mssm_receive_at(mssm_view v, mssm_options o, float x,\n"
     "                                                 float y, float depth)\n"
@@ -7579,19 +7602,10 @@ const char *mssm_glsl_shading(void)
     "    r.z_test = mssm_min(r.z_own, behind_all);\n"
     "    r.blur_depth = mssm_blur_depth(v, z);\n"
     "    r.d_max = r.blur_depth - mssm_blur_depth(v, -1.0f);\n"
-    "    r.kernel_u = v.kernel_u;\n"
-    "    r.kernel_v = v.kernel_v;\n"
-    "    r.shift_u = 0.0f;\n"
-    "    r.shift_v = 0.0f;\n"
-    "    r.search = mssm_max(v.kernel_u, v.kernel_v);\n"
-    "    r.search_u = 0.0f;\n"
-    "    r.search_v = 0.0f;\n"
-    "    r.search_more = 0.0f;\n"
-    "    r.sink = 0.0f;\n"
     "    r.rise_u = 0.0f;\n"
     "    r.rise_v = 0.0f;\n"
     "    r.plane = 0;\n"
-    "    return r;\n"
+    "    return mssm_whole_light(v, r);\n"
     "}\n"
     "\n"
     "MSSM_CALLED mssm_receiver mssm_receive(mssm_view v, mssm_options o, float x, float y,\n"
@@ -8053,10 +8067,12 @@ const char *mssm_glsl_shading(void)
     "    return mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));\n"
     "}\n"
     "\n"
-    "// The published pipeline: one mean blocker depth, one kernel.\n"
+    "// The published pipeline: one mean blocker depth, one kernel, which cannot tell what is below the\n"
+    "// tangent plane: no normal counts.\n"
     "MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, mssm_options o,\n"
-    "                              mssm_receiver r)\n"
+    "                              mssm_receiver receiver)\n"
     "{\n"
+    "    mssm_receiver r = mssm_whole_light(v, receiver);\n"
     "    float reach = mssm_cone_reach(map, v, r);\n"
     "    if (reach <= 0.0f) return 1.0f;\n"
     "    mssm_split s = mssm_split_at(map, v, o, r, reach);\n"
