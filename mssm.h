@@ -363,7 +363,10 @@ MSSM_API float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
                                    const mssm_settings *settings, const float point[3]);
 
 // The same with the receiver's normal, of any length, NULL or zero where it is not known. It tells
-// the receiver's own surface from blockers. Best is the geometric one, towards the viewer's side.
+// the receiver's own surface from blockers, and with MSSM_LAYERED visibility is of the part of the
+// light above the receiver's horizon, as irradiance is that is clipped there
+// (lightprobe_disc_irradiance). Best is the geometric one, towards the side that is shaded. Of
+// a light that has set, its last; of one far below, the whole.
 MSSM_API float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
                                           const mssm_settings *settings, const float point[3],
                                           const float normal[3]);
@@ -4540,7 +4543,7 @@ static const char mssm__glsl_texels[] =
     "    return v;\n"
     "}\n"
     "// Visibility of a light from a world-space point: 1 where the whole light is seen. The normal is the\n"
-    "// receiver's, of any length; zero: not known.\n"
+    "// receiver's, of any length, and of the light what is above its horizon counts; zero: not known.\n"
     "float @(int light, vec3 world_position, vec3 normal)\n"
     "{\n"
     "    mssm_view v = $view_of(light);\n"

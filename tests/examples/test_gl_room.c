@@ -228,8 +228,8 @@ static void varnish_shines_as_by_rays(void)
     const double wrong = difference(&s, s.drawn[1], s.truth[0]) / all;
     test_note("shine %.2f of all, mean of the rays' %.3f, rms difference %.3f of it",
               all / mean(&s, s.drawn[0]), mean(&s, s.drawn[1]) / all, wrong);
-    CHECK(wrong < 0.8, "rms difference %.3f", wrong); // 1.44 without any shine
-    CHECK(mean(&s, s.drawn[1]) > 0.6 * all && mean(&s, s.drawn[1]) < all, "the mean is wrong");
+    CHECK(wrong < 0.77, "rms difference %.3f", wrong); // 1.44 without any shine
+    CHECK(mean(&s, s.drawn[1]) > 0.7 * all && mean(&s, s.drawn[1]) < all, "the mean is wrong");
     end(&s);
 }
 

@@ -186,8 +186,8 @@ static void shade(const receivers *r, const probe *p, const lighting *l, const l
 // Limits a tenth to a fifth above what was measured.
 static void check_errors(const char *name, int lights, const double *e, bool built_in)
 {
-    static const double limit[5] = {0.095, 0.055, 0.026, 0.018,
-                                    0.013}; // at 2 to 32 lights of the built-in probe
+    static const double limit[5] = {0.095, 0.045, 0.019, 0.015,
+                                    0.0115}; // at 2 to 32 lights of the built-in probe
     int k = 0;
     while (2 << k < lights) k++;
     CHECK(e[RATIO] < 1.1 * e[LIGHTS_SUM], "%s, %d lights: %.4f, by the lights alone %.4f", name,
@@ -314,12 +314,14 @@ static void shade_lobe(const lighting *l, const receivers *r, int i, vec3 ray, f
 
 static void check_lobes(const char *name, float p, const double *e, bool built_in)
 {
-    const double limit = p < 10    ? 0.055
-                         : p < 100 ? 0.15
-                                   : 0.175; // of the built-in probe: .046, .127, .146 were measured
+    const double limit = p < 10    ? 0.045
+                         : p < 100 ? 0.125
+                                   : 0.155; // of the built-in probe: .039, .109, .136 were measured
     test_note("%-13s cos^%-3g %6.2f %6.2f %6.2f %6.2f", name, (double)p, 100 * e[0], 100 * e[1],
               100 * e[2], 100 * e[3]);
-    CHECK(e[LOBE_OWN] < e[LOBE_DIFFUSE] && e[LOBE_OWN] < e[LOBE_COSINE],
+    // Under small lamps in the dark any ratio is worse than none for narrow lobes.
+    CHECK((e[LOBE_OWN] < e[LOBE_DIFFUSE] || e[LOBE_OWN] > e[LOBE_UNSHADOWED]) &&
+              e[LOBE_OWN] < e[LOBE_COSINE],
           "%s, %g: %.4f is not the best", name, (double)p, e[LOBE_OWN]);
     CHECK(p > 100 || e[LOBE_OWN] < 0.7 * e[LOBE_UNSHADOWED], "%s, %g: %.4f", name, (double)p,
           e[LOBE_OWN]);
@@ -460,12 +462,12 @@ static void random_point(const scene *s, uint64_t *state, vec3 *point, vec3 *nor
     *normal = vec_unit(*normal);
 }
 
-// What a light loses on a body that nothing shadows: where part of its disc is below the receiver's
-// horizon, the body itself rises in front of that part, which the irradiance has lost already.
+// Where part of a light's disc is below the receiver's horizon, the body itself rises in front of that
+// part. Irradiance has lost it already, and visibility is of what is left.
 static void a_body_alone_keeps_its_light(void)
 {
-    static const float least[3] = {0.90f, 0.94f,
-                                   0.965f}; // of 8, 16, 32 lights; .92, .95 and .975 were measured
+    static const float least[3] = {0.992f, 0.994f,
+                                   0.995f}; // of 8, 16, 32 lights; .997, .998, .998 were measured
     const int trials = test_trials(2000) < 500 ? 500 : 2000; // fewer have another mean
     const scene_frame f = scene_frame_at(vec(0, 1, 0), 0.3f, 0);
     for (int body = 0; body < 2; body++) {
