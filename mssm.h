@@ -2514,12 +2514,8 @@ struct mssm_receiver {
     float kernel_v;
     float shift_u; // of the kernel's centre, in texels per unit of blur depth
     float shift_v;
-    float search; // half-width and centre of the search, which holds the receiver, too
-    float search_u;
-    float search_v;
-    float search_more; // half-width in texels, for the narrowest kernel
-    float sink;        // of what is further off than the kernel is for, below the tangent plane
-    float rise_u;      // of its tangent plane, in blur depth per texel
+    float sink;   // of what is further off than the kernel is for, below the tangent plane
+    float rise_u; // of its tangent plane, in blur depth per texel
     float rise_v;
     int plane; // whether the normal is known
     int lit;   // whatever the map holds
@@ -2552,10 +2548,6 @@ MSSM_SHARED struct mssm_receiver mssm_whole_light(mssm_view v, struct mssm_recei
     r.kernel_v = v.kernel_v;
     r.shift_u = 0.0f;
     r.shift_v = 0.0f;
-    r.search = mssm_max(v.kernel_u, v.kernel_v);
-    r.search_u = 0.0f;
-    r.search_v = 0.0f;
-    r.search_more = 0.0f;
     r.sink = 0.0f;
     return r;
 }
@@ -2611,21 +2603,6 @@ MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float
     return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);
 }
 
-// The search among kernels whose centres shift: all of them lie between the widest and the receiver,
-// but for what the narrowest has more, half a texel at most.
-MSSM_SHARED struct mssm_receiver mssm_widen_search(struct mssm_receiver r, float more)
-{
-    float out_u = fabsf(r.shift_u);
-    float out_v = fabsf(r.shift_v);
-    float reach_u = 0.5f * (out_u + r.kernel_u);
-    float reach_v = 0.5f * (out_v + r.kernel_v);
-    r.search = mssm_max(mssm_max(r.kernel_u, reach_u), mssm_max(r.kernel_v, reach_v));
-    r.search_u = r.shift_u * mssm_min(reach_u / mssm_max(out_u, 1e-30f), 1.0f);
-    r.search_v = r.shift_v * mssm_min(reach_v / mssm_max(out_v, 1e-30f), 1.0f);
-    r.search_more = more;
-    return r;
-}
-
 // The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0. The
 // rectangle that stands for that has its corner in the light's furthest above, as much area, and is
 // narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the
@@ -2662,7 +2639,7 @@ MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receive
     r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;
     r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;
     r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;
-    return mssm_widen_search(r, 0.5f * cut * (1.0f - share));
+    return r;
 }
 
 // Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the
@@ -2689,6 +2666,29 @@ MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver 
 MSSM_SHARED float mssm_half_width(mssm_view v, float kernel, float d)
 {
     return mssm_clamp(kernel * d, 0.5f, v.max_half);
+}
+
+// A square of the map, in texels.
+struct mssm_square {
+    float x;
+    float y;
+    float half_size;
+};
+
+// What holds the kernels of all blockers up to distance d. Where they shift they do not lie in each
+// other: all between the widest and the receiver, and as much more as the narrowest, half a texel.
+MSSM_SHARED struct mssm_square mssm_search_square(mssm_view v, struct mssm_receiver r, float d)
+{
+    float out_u = fabsf(r.shift_u);
+    float out_v = fabsf(r.shift_v);
+    float reach_u = 0.5f * (out_u + r.kernel_u);
+    float reach_v = 0.5f * (out_v + r.kernel_v);
+    float wide = mssm_max(mssm_max(r.kernel_u, reach_u), mssm_max(r.kernel_v, reach_v));
+    struct mssm_square s;
+    s.x = r.x + mssm_clamp(r.shift_u, -reach_u, reach_u) * d;
+    s.y = r.y + mssm_clamp(r.shift_v, -reach_v, reach_v) * d;
+    s.half_size = mssm_half_width(v, wide, d) + mssm_min((out_u + out_v) * d, 0.5f);
+    return s;
 }
 
 // [glsl end]
@@ -2788,11 +2788,11 @@ MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_recei
 
 // [glsl end]
 // [glsl begin estimate]
-// Least depth in the cone at distance d.
+// Least depth in the cone up to distance d.
 MSSM_SHARED float mssm_cone_least(MSSM_MAP map, mssm_view v, struct mssm_receiver r, float d)
 {
-    return MSSM_LEAST_DEPTH(map, r.x + r.search_u * d, r.y + r.search_v * d,
-                            mssm_half_width(v, r.search, d) + r.search_more);
+    struct mssm_square s = mssm_search_square(v, r, d);
+    return MSSM_LEAST_DEPTH(map, s.x, s.y, s.half_size);
 }
 
 // The least distance that the kernel of every blocker of the receiver reaches no further than, or 0
@@ -2819,8 +2819,8 @@ MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o,
                             struct mssm_receiver r, float d, float visible)
 {
     if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
-    float z = MSSM_GREATEST_DEPTH(map, r.x + r.search_u * d, r.y + r.search_v * d,
-                                  mssm_half_width(v, r.search, d) + r.search_more);
+    struct mssm_square s = mssm_search_square(v, r, d);
+    float z = MSSM_GREATEST_DEPTH(map, s.x, s.y, s.half_size);
     return mssm_hides(v, o, r, d, z, visible);
 }
 
@@ -7539,12 +7539,8 @@ const char *mssm_glsl_shading(void)
     "    float kernel_v;\n"
     "    float shift_u; // of the kernel's centre, in texels per unit of blur depth\n"
     "    float shift_v;\n"
-    "    float search; // half-width and centre of the search, which holds the receiver, too\n"
-    "    float search_u;\n"
-    "    float search_v;\n"
-    "    float search_more; // half-width in texels, for the narrowest kernel\n"
-    "    float sink;        // of what is further off than the kernel is for, below the tangent plane\n"
-    "    float rise_u;      // of its tangent plane, in blur depth per texel\n"
+    "    float sink;   // of what is further off than the kernel is for, below the tangent plane\n"
+    "    float rise_u; // of its tangent plane, in blur depth per texel\n"
     "    float rise_v;\n"
     "    int plane; // whether the normal is known\n"
     "    int lit;   // whatever the map holds\n"
@@ -7577,10 +7573,6 @@ const char *mssm_glsl_shading(void)
     "    r.kernel_v = v.kernel_v;\n"
     "    r.shift_u = 0.0f;\n"
     "    r.shift_v = 0.0f;\n"
-    "    r.search = mssm_max(v.kernel_u, v.kernel_v);\n"
-    "    r.search_u = 0.0f;\n"
-    "    r.search_v = 0.0f;\n"
-    "    r.search_more = 0.0f;\n"
     "    r.sink = 0.0f;\n"
     "    return r;\n"
     "}\n"
@@ -7636,21 +7628,6 @@ const char *mssm_glsl_shading(void)
     "    return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);\n"
     "}\n"
     "\n"
-    "// The search among kernels whose centres shift: all of them lie between the widest and the receiver,\n"
-    "// but for what the narrowest has more, half a texel at most.\n"
-    "MSSM_SHARED mssm_receiver mssm_widen_search(mssm_receiver r, float more)\n"
-    "{\n"
-    "    float out_u = fabsf(r.shift_u);\n"
-    "    float out_v = fabsf(r.shift_v);\n"
-    "    float reach_u = 0.5f * (out_u + r.kernel_u);\n"
-    "    float reach_v = 0.5f * (out_v + r.kernel_v);\n"
-    "    r.search = mssm_max(mssm_max(r.kernel_u, reach_u), mssm_max(r.kernel_v, reach_v));\n"
-    "    r.search_u = r.shift_u * mssm_min(reach_u / mssm_max(out_u, 1e-30f), 1.0f);\n"
-    "    r.search_v = r.shift_v * mssm_min(reach_v / mssm_max(out_v, 1e-30f), 1.0f);\n"
-    "    r.search_more = more;\n"
-    "    return r;\n"
-    "}\n"
-    "\n"
     "// The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0. The\n"
     "// rectangle that stands for that has its corner in the light's furthest above, as much area, and is\n"
     "// narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the\n"
@@ -7687,7 +7664,7 @@ const char *mssm_glsl_shading(void)
     "    r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;\n"
     "    r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;\n"
     "    r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;\n"
-    "    return mssm_widen_search(r, 0.5f * cut * (1.0f - share));\n"
+    "    return r;\n"
     "}\n"
     "\n"
     "// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the\n"
@@ -7714,6 +7691,29 @@ const char *mssm_glsl_shading(void)
     "MSSM_SHARED float mssm_half_width(mssm_view v, float kernel, float d)\n"
     "{\n"
     "    return mssm_clamp(kernel * d, 0.5f, v.max_half);\n"
+    "}\n"
+    "\n"
+    "// A square of the map, in texels.\n"
+    "struct mssm_square {\n"
+    "    float x;\n"
+    "    float y;\n"
+    "    float half_size;\n"
+    "};\n"
+    "\n"
+    "// What holds the kernels of all blockers up to distance d. Where they shift they do not lie in each\n"
+    "// other: all between the widest and the receiver, and as much more as the narrowest, half a texel.\n"
+    "MSSM_SHARED mssm_square mssm_search_square(mssm_view v, mssm_receiver r, float d)\n"
+    "{\n"
+    "    float out_u = fabsf(r.shift_u);\n"
+    "    float out_v = fabsf(r.shift_v);\n"
+    "    float reach_u = 0.5f * (out_u + r.kernel_u);\n"
+    "    float reach_v = 0.5f * (out_v + r.kernel_v);\n"
+    "    float wide = mssm_max(mssm_max(r.kernel_u, reach_u), mssm_max(r.kernel_v, reach_v));\n"
+    "    mssm_square s;\n"
+    "    s.x = r.x + mssm_clamp(r.shift_u, -reach_u, reach_u) * d;\n"
+    "    s.y = r.y + mssm_clamp(r.shift_v, -reach_v, reach_v) * d;\n"
+    "    s.half_size = mssm_half_width(v, wide, d) + mssm_min((out_u + out_v) * d, 0.5f);\n"
+    "    return s;\n"
     "}\n"
     "\n"
     "MSSM_SHARED mssm_kernel4 mssm_kernel4_stored(mssm_moments6 t, float alpha, float z)\n"
@@ -7946,11 +7946,11 @@ const char *mssm_glsl_shading(void)
     "                      mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));\n"
     "}\n"
     "\n"
-    "// Least depth in the cone at distance d.\n"
+    "// Least depth in the cone up to distance d.\n"
     "MSSM_SHARED float mssm_cone_least(MSSM_MAP map, mssm_view v, mssm_receiver r, float d)\n"
     "{\n"
-    "    return MSSM_LEAST_DEPTH(map, r.x + r.search_u * d, r.y + r.search_v * d,\n"
-    "                            mssm_half_width(v, r.search, d) + r.search_more);\n"
+    "    mssm_square s = mssm_search_square(v, r, d);\n"
+    "    return MSSM_LEAST_DEPTH(map, s.x, s.y, s.half_size);\n"
     "}\n"
     "\n"
     "// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0\n"
@@ -7977,8 +7977,8 @@ const char *mssm_glsl_shading(void)
     "                            mssm_receiver r, float d, float visible)\n"
     "{\n"
     "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
-    "    float z = MSSM_GREATEST_DEPTH(map, r.x + r.search_u * d, r.y + r.search_v * d,\n"
-    "                                  mssm_half_width(v, r.search, d) + r.search_more);\n"
+    "    mssm_square s = mssm_search_square(v, r, d);\n"
+    "    float z = MSSM_GREATEST_DEPTH(map, s.x, s.y, s.half_size);\n"
     "    return mssm_hides(v, o, r, d, z, visible);\n"
     "}\n"
     "\n"
