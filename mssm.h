@@ -323,7 +323,8 @@ MSSM_API const char *mssm_glsl_lights(void);
 typedef enum mssm_estimator {
     MSSM_LAYERED = 0,   // each blocker layer gets a kernel of its own (docs/moments.md, "Layers")
     MSSM_LOWER_BLOCKER, // one kernel from the lower estimate of blocker depth, Eq. 7
-    MSSM_UPPER_BLOCKER  // one kernel from the upper estimate, Eq. 19
+    MSSM_UPPER_BLOCKER, // one kernel from the upper estimate, Eq. 19
+    MSSM_HORIZON // layered, of the part of the light above the receiver's horizon, by its normal
 } mssm_estimator;
 
 typedef struct mssm_settings { // zero means default everywhere
@@ -363,10 +364,10 @@ MSSM_API float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
                                    const mssm_settings *settings, const float point[3]);
 
 // The same with the receiver's normal, of any length, NULL or zero where it is not known. It tells
-// the receiver's own surface from blockers, and with MSSM_LAYERED visibility is of the part of the
-// light above the receiver's horizon, as irradiance is that is clipped there
-// (lightprobe_disc_irradiance). Best is the geometric one, towards the side that is shaded. Of
-// a light that has set, its last; of one far below, the whole.
+// the receiver's own surface from blockers; best is the geometric one. With MSSM_HORIZON it points to
+// the side that is shaded, and visibility is to be multiplied by irradiance that is clipped at the
+// horizon (lightprobe_disc_irradiance): bodies do not hide from themselves what that has left out
+// already. Of a light that has set, it is that of its last part; of one far below, of the whole.
 MSSM_API float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
                                           const mssm_settings *settings, const float point[3],
                                           const float normal[3]);
@@ -2491,7 +2492,7 @@ typedef struct mssm_view {
 // Settings with their defaults filled in.
 struct mssm_options {
     int moments;   // 4 or 6
-    int estimator; // 0 layered, 1 lower, 2 upper blocker
+    int estimator; // 0 layered, 1 lower, 2 upper blocker, 3 layered above the horizon
     float alpha4;
     float alpha6;
     float depth_bias; // 0: three quarters of a texel
@@ -2517,7 +2518,7 @@ struct mssm_receiver {
     float sink;   // of what is further off than the kernel is for, below the tangent plane
     float rise_u; // of its tangent plane, in blur depth per texel
     float rise_v;
-    int plane; // whether the normal is known
+    int plane; // 0 unknown, 1 known, 2 and cuts the light
     int lit;   // whatever the map holds
 };
 
@@ -2539,17 +2540,6 @@ MSSM_SHARED float mssm_row(mssm_view v, int row, float x, float y, float z)
 {
     return v.world_to_shadow[row] * x + v.world_to_shadow[4 + row] * y +
            v.world_to_shadow[8 + row] * z + v.world_to_shadow[12 + row];
-}
-
-// As without a normal.
-MSSM_SHARED struct mssm_receiver mssm_whole_light(mssm_view v, struct mssm_receiver r)
-{
-    r.kernel_u = v.kernel_u;
-    r.kernel_v = v.kernel_v;
-    r.shift_u = 0.0f;
-    r.shift_v = 0.0f;
-    r.sink = 0.0f;
-    return r;
 }
 
 // From shadow-space coordinates. Overflow and NaN end up far outside of the map.
@@ -2575,7 +2565,12 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     r.rise_u = 0.0f;
     r.rise_v = 0.0f;
     r.plane = 0;
-    return mssm_whole_light(v, r);
+    r.kernel_u = v.kernel_u;
+    r.kernel_v = v.kernel_v;
+    r.shift_u = 0.0f;
+    r.shift_v = 0.0f;
+    r.sink = 0.0f;
+    return r;
 }
 
 MSSM_CALLED struct mssm_receiver mssm_receive(mssm_view v, struct mssm_options o, float x, float y,
@@ -2639,13 +2634,14 @@ MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receive
     r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;
     r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;
     r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;
+    r.plane = 2;
     return r;
 }
 
 // Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the
 // map along a plane also for perspective lights.
-MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver r, float nx,
-                                              float ny, float nz)
+MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_options o,
+                                              struct mssm_receiver r, float nx, float ny, float nz)
 {
     float u = mssm_along_row(v, 0, nx, ny, nz);
     float w = mssm_along_row(v, 1, nx, ny, nz);
@@ -2659,7 +2655,7 @@ MSSM_CALLED struct mssm_receiver mssm_tangent(mssm_view v, struct mssm_receiver 
     r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);
     r.rise_v = mssm_clamp(fabsf(w) * steep, 0.0f, MSSM_FAR_AWAY);
     r.plane = fabsf(nx) + fabsf(ny) + fabsf(nz) > 0.0f ? 1 : 0;
-    if (r.plane == 0) return r;
+    if (r.plane == 0 || o.estimator != 3) return r;
     return mssm_cut_light(v, r, -along, u * texel * v.kernel_u, w * texel * v.kernel_v);
 }
 
@@ -2679,14 +2675,19 @@ struct mssm_square {
 // other: all between the widest and the receiver, and as much more as the narrowest, half a texel.
 MSSM_SHARED struct mssm_square mssm_search_square(mssm_view v, struct mssm_receiver r, float d)
 {
+    float wide = mssm_max(r.kernel_u, r.kernel_v);
+    struct mssm_square s;
+    s.x = r.x;
+    s.y = r.y;
+    s.half_size = mssm_half_width(v, wide, d);
+    if (r.plane != 2) return s;
     float out_u = fabsf(r.shift_u);
     float out_v = fabsf(r.shift_v);
     float reach_u = 0.5f * (out_u + r.kernel_u);
     float reach_v = 0.5f * (out_v + r.kernel_v);
-    float wide = mssm_max(mssm_max(r.kernel_u, reach_u), mssm_max(r.kernel_v, reach_v));
-    struct mssm_square s;
     s.x = r.x + mssm_clamp(r.shift_u, -reach_u, reach_u) * d;
     s.y = r.y + mssm_clamp(r.shift_v, -reach_v, reach_v) * d;
+    wide = mssm_max(mssm_max(wide, reach_u), reach_v);
     s.half_size = mssm_half_width(v, wide, d) + mssm_min((out_u + out_v) * d, 0.5f);
     return s;
 }
@@ -2743,6 +2744,7 @@ MSSM_SHARED float mssm_blocked(struct mssm_receiver r, float z, float w)
 // less than d where the whole light is above the horizon.
 MSSM_SHARED float mssm_plane_reach(mssm_view v, struct mssm_receiver r, float d)
 {
+    if (r.plane == 0) return 0.0f;
     return mssm_min(r.rise_u * mssm_half_width(v, v.kernel_u, d) +
                         r.rise_v * mssm_half_width(v, v.kernel_v, d),
                     d);
@@ -2754,8 +2756,10 @@ MSSM_SHARED float mssm_plane_reach(mssm_view v, struct mssm_receiver r, float d)
 MSSM_SHARED float mssm_off_plane(struct mssm_receiver r, float d, float distance, float plane_reach)
 {
     float off = (distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f);
+    off = mssm_clamp(off, 0.0f, 1.0f);
+    if (r.plane != 2) return off;
     float over = 1.0f - r.sink * (distance / mssm_max(d, 1e-30f) - 1.0f);
-    return mssm_clamp(off, 0.0f, 1.0f) * mssm_clamp(over, 0.0f, 1.0f);
+    return off * mssm_clamp(over, 0.0f, 1.0f);
 }
 
 // Where the range of depth is long, the moment bias lets light through: about half of alpha /
@@ -2781,7 +2785,7 @@ MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_recei
 {
     float w = mssm_blocked(r, z, 1.0f);
     if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;
-    if (r.plane == 1)
+    if (r.plane != 0)
         w = w * mssm_off_plane(r, d, mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));
     return w < 1.0f ? 0 : 1;
 }
@@ -2840,7 +2844,7 @@ MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_opti
     for (int j = 1; j < 3; j++) {
         if (p.z[j] >= r.z_test) continue;
         float distance = mssm_blur_distance(v, r, p.z[j]);
-        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(r, d, distance, plane_reach) : p.w[j];
+        float w = r.plane != 0 ? p.w[j] * mssm_off_plane(r, d, distance, plane_reach) : p.w[j];
         sum += w * distance;
         squares += w * distance * distance;
     }
@@ -2922,7 +2926,6 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
         half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
     float nearer = 1.0f / (0.3f * k.d + 1e-30f);
-    float past = k.first == 1 ? 0.0f : 0.3f * nearer;
     float near_by = 0.0f;
     float seen = p.w[0];
     struct mssm_occlusion s;
@@ -2941,11 +2944,11 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
         float w;
         if (p.z[j] < r.z_test) {
             w = mssm_blocked(r, p.z[j], p.w[j]);
-            if (r.plane == 1) w = w * mssm_off_plane(r, k.d, distance, plane_reach);
+            if (r.plane != 0) w = w * mssm_off_plane(r, k.d, distance, plane_reach);
             if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);
             s.all += w;
-            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);
-            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
+            if (k.first == 0) s.past += w * mssm_clamp(0.3f * distance * nearer - 1.5f, 0.0f, 1.0f);
+            if (k.last == 0) near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
         } else {
             seen += p.w[j];
             // A surface through the receiver lies as much behind it as in front, and within its
@@ -2953,7 +2956,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             // light's reach would shadow itself. Halfway to its back, a surface is less in its own
             // way.
             w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);
-            if (r.plane == 1)
+            if (r.plane != 0)
                 w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
         }
         s.counted += w * counted;
@@ -3006,6 +3009,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     struct mssm_nested k;
     k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;
     k.outer = k.d;
+    k.inner = k.d;
     k.first = 1;
     float blocked = 0.0f;
     float lit = 0.0f;  // but for fresh blockers
@@ -3014,9 +3018,9 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     do {
         mssm_points4 p =
             mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);
-        k.inner = mssm_next_distance(v, r, k.d, p);
         k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;
         if (k.last == 0) {
+            k.inner = mssm_next_distance(v, r, k.d, p);
             float z = mssm_cone_least(map, v, r, k.inner);
             i = z < r.z_test ? i : 4; // nothing is nearer
             k.inner = mssm_max(mssm_min(mssm_blur_distance(v, r, z), k.inner), least);
@@ -3052,12 +3056,10 @@ MSSM_CALLED struct mssm_split mssm_split_at(MSSM_MAP map, mssm_view v, struct ms
     return mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));
 }
 
-// The published pipeline: one mean blocker depth, one kernel, which cannot tell what is below the
-// tangent plane: no normal counts.
+// The published pipeline: one mean blocker depth, one kernel.
 MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o,
-                              struct mssm_receiver receiver)
+                              struct mssm_receiver r)
 {
-    struct mssm_receiver r = mssm_whole_light(v, receiver);
     float reach = mssm_cone_reach(map, v, r);
     if (reach <= 0.0f) return 1.0f;
     struct mssm_split s = mssm_split_at(map, v, o, r, reach);
@@ -3073,7 +3075,7 @@ MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, struct mssm_options o
                                 struct mssm_receiver r)
 {
     if (r.lit == 1) return 1.0f;
-    if (o.estimator == 0) return mssm_layered(map, v, o, r);
+    if (o.estimator == 0 || o.estimator == 3) return mssm_layered(map, v, o, r);
     return mssm_single(map, v, o, r);
 }
 // [glsl end]
@@ -3135,7 +3137,7 @@ void mssm_map_visibility_many(const mssm_map *map, const mssm_light *light,
         visibility[i] = 1;
         if (!mssm__all_finite(p, 3)) continue;
         struct mssm_receiver r = mssm_receive(view, options, p[0], p[1], p[2]);
-        if (n && mssm__all_finite(n, 3)) r = mssm_tangent(view, r, n[0], n[1], n[2]);
+        if (n && mssm__all_finite(n, 3)) r = mssm_tangent(view, options, r, n[0], n[1], n[2]);
         visibility[i] = mssm_estimate(map, view, options, r);
     }
 }
@@ -4550,7 +4552,7 @@ static const char mssm__glsl_texels[] =
     "    vec3 p = world_position, n = normal;\n"
     "    if (v.side <= 0.0) return 1.0;\n"
     "    mssm_receiver r = mssm_receive(v, $chosen, p.x, p.y, p.z);\n"
-    "    return mssm_estimate($map(light), v, $chosen, mssm_tangent(v, r, n.x, n.y, n.z));\n"
+    "    return mssm_estimate($map(light), v, $chosen, mssm_tangent(v, $chosen, r, n.x, n.y, n.z));\n"
     "}\n"
     "float @(int light, vec3 world_position)\n"
     "{\n"
@@ -7516,7 +7518,7 @@ const char *mssm_glsl_shading(void)
     "// Settings with their defaults filled in.\n"
     "struct mssm_options {\n"
     "    int moments;   // 4 or 6\n"
-    "    int estimator; // 0 layered, 1 lower, 2 upper blocker\n"
+    "    int estimator; // 0 layered, 1 lower, 2 upper blocker, 3 layered above the horizon\n"
     "    float alpha4;\n"
     "    float alpha6;\n"
     "    float depth_bias; // 0: three quarters of a texel\n"
@@ -7542,7 +7544,7 @@ const char *mssm_glsl_shading(void)
     "    float sink;   // of what is further off than the kernel is for, below the tangent plane\n"
     "    float rise_u; // of its tangent plane, in blur depth per texel\n"
     "    float rise_v;\n"
-    "    int plane; // whether the normal is known\n"
+    "    int plane; // 0 unknown, 1 known, 2 and cuts the light\n"
     "    int lit;   // whatever the map holds\n"
     "};\n"
     "\n"
@@ -7564,17 +7566,6 @@ const char *mssm_glsl_shading(void)
     "{\n"
     "    return v.world_to_shadow[row] * x + v.world_to_shadow[4 + row] * y +\n"
     "           v.world_to_shadow[8 + row] * z + v.world_to_shadow[12 + row];\n"
-    "}\n"
-    "\n"
-    "// As without a normal.\n"
-    "MSSM_SHARED mssm_receiver mssm_whole_light(mssm_view v, mssm_receiver r)\n"
-    "{\n"
-    "    r.kernel_u = v.kernel_u;\n"
-    "    r.kernel_v = v.kernel_v;\n"
-    "    r.shift_u = 0.0f;\n"
-    "    r.shift_v = 0.0f;\n"
-    "    r.sink = 0.0f;\n"
-    "    return r;\n"
     "}\n"
     "\n"
     "// From shadow-space coordinates. Overflow and NaN end up far outside of the map.\n"
@@ -7600,7 +7591,12 @@ const char *mssm_glsl_shading(void)
     "    r.rise_u = 0.0f;\n"
     "    r.rise_v = 0.0f;\n"
     "    r.plane = 0;\n"
-    "    return mssm_whole_light(v, r);\n"
+    "    r.kernel_u = v.kernel_u;\n"
+    "    r.kernel_v = v.kernel_v;\n"
+    "    r.shift_u = 0.0f;\n"
+    "    r.shift_v = 0.0f;\n"
+    "    r.sink = 0.0f;\n"
+    "    return r;\n"
     "}\n"
     "\n"
     "MSSM_CALLED mssm_receiver mssm_receive(mssm_view v, mssm_options o, float x, float y,\n"
@@ -7664,13 +7660,14 @@ const char *mssm_glsl_shading(void)
     "    r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;\n"
     "    r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;\n"
     "    r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;\n"
+    "    r.plane = 2;\n"
     "    return r;\n"
     "}\n"
     "\n"
     "// Adds the tangent plane; a normal of zero or NaN leaves it unknown. Blur depth is linear on the\n"
     "// map along a plane also for perspective lights.\n"
-    "MSSM_CALLED mssm_receiver mssm_tangent(mssm_view v, mssm_receiver r, float nx,\n"
-    "                                              float ny, float nz)\n"
+    "MSSM_CALLED mssm_receiver mssm_tangent(mssm_view v, mssm_options o,\n"
+    "                                              mssm_receiver r, float nx, float ny, float nz)\n"
     "{\n"
     "    float u = mssm_along_row(v, 0, nx, ny, nz);\n"
     "    float w = mssm_along_row(v, 1, nx, ny, nz);\n"
@@ -7684,7 +7681,7 @@ const char *mssm_glsl_shading(void)
     "    r.rise_u = mssm_clamp(fabsf(u) * steep, 0.0f, MSSM_FAR_AWAY);\n"
     "    r.rise_v = mssm_clamp(fabsf(w) * steep, 0.0f, MSSM_FAR_AWAY);\n"
     "    r.plane = fabsf(nx) + fabsf(ny) + fabsf(nz) > 0.0f ? 1 : 0;\n"
-    "    if (r.plane == 0) return r;\n"
+    "    if (r.plane == 0 || o.estimator != 3) return r;\n"
     "    return mssm_cut_light(v, r, -along, u * texel * v.kernel_u, w * texel * v.kernel_v);\n"
     "}\n"
     "\n"
@@ -7704,14 +7701,19 @@ const char *mssm_glsl_shading(void)
     "// other: all between the widest and the receiver, and as much more as the narrowest, half a texel.\n"
     "MSSM_SHARED mssm_square mssm_search_square(mssm_view v, mssm_receiver r, float d)\n"
     "{\n"
+    "    float wide = mssm_max(r.kernel_u, r.kernel_v);\n"
+    "    mssm_square s;\n"
+    "    s.x = r.x;\n"
+    "    s.y = r.y;\n"
+    "    s.half_size = mssm_half_width(v, wide, d);\n"
+    "    if (r.plane != 2) return s;\n"
     "    float out_u = fabsf(r.shift_u);\n"
     "    float out_v = fabsf(r.shift_v);\n"
     "    float reach_u = 0.5f * (out_u + r.kernel_u);\n"
     "    float reach_v = 0.5f * (out_v + r.kernel_v);\n"
-    "    float wide = mssm_max(mssm_max(r.kernel_u, reach_u), mssm_max(r.kernel_v, reach_v));\n"
-    "    mssm_square s;\n"
     "    s.x = r.x + mssm_clamp(r.shift_u, -reach_u, reach_u) * d;\n"
     "    s.y = r.y + mssm_clamp(r.shift_v, -reach_v, reach_v) * d;\n"
+    "    wide = mssm_max(mssm_max(wide, reach_u), reach_v);\n"
     "    s.half_size = mssm_half_width(v, wide, d) + mssm_min((out_u + out_v) * d, 0.5f);\n"
     "    return s;\n"
     "}\n"
@@ -7756,6 +7758,7 @@ const char *mssm_glsl_shading(void)
     "// less than d where the whole light is above the horizon.\n"
     "MSSM_SHARED float mssm_plane_reach(mssm_view v, mssm_receiver r, float d)\n"
     "{\n"
+    "    if (r.plane == 0) return 0.0f;\n"
     "    return mssm_min(r.rise_u * mssm_half_width(v, v.kernel_u, d) +\n"
     "                        r.rise_v * mssm_half_width(v, v.kernel_v, d),\n"
     "                    d);\n"
@@ -7767,8 +7770,10 @@ const char *mssm_glsl_shading(void)
     "MSSM_SHARED float mssm_off_plane(mssm_receiver r, float d, float distance, float plane_reach)\n"
     "{\n"
     "    float off = (distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f);\n"
+    "    off = mssm_clamp(off, 0.0f, 1.0f);\n"
+    "    if (r.plane != 2) return off;\n"
     "    float over = 1.0f - r.sink * (distance / mssm_max(d, 1e-30f) - 1.0f);\n"
-    "    return mssm_clamp(off, 0.0f, 1.0f) * mssm_clamp(over, 0.0f, 1.0f);\n"
+    "    return off * mssm_clamp(over, 0.0f, 1.0f);\n"
     "}\n"
     "\n"
     "// Where the range of depth is long, the moment bias lets light through: about half of alpha /\n"
@@ -7794,7 +7799,7 @@ const char *mssm_glsl_shading(void)
     "{\n"
     "    float w = mssm_blocked(r, z, 1.0f);\n"
     "    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;\n"
-    "    if (r.plane == 1)\n"
+    "    if (r.plane != 0)\n"
     "        w = w * mssm_off_plane(r, d, mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));\n"
     "    return w < 1.0f ? 0 : 1;\n"
     "}\n"
@@ -7872,7 +7877,6 @@ const char *mssm_glsl_shading(void)
     "        half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
     "    float nearer = 1.0f / (0.3f * k.d + 1e-30f);\n"
-    "    float past = k.first == 1 ? 0.0f : 0.3f * nearer;\n"
     "    float near_by = 0.0f;\n"
     "    float seen = p.w[0];\n"
     "    mssm_occlusion s;\n"
@@ -7891,11 +7895,11 @@ const char *mssm_glsl_shading(void)
     "        float w;\n"
     "        if (p.z[j] < r.z_test) {\n"
     "            w = mssm_blocked(r, p.z[j], p.w[j]);\n"
-    "            if (r.plane == 1) w = w * mssm_off_plane(r, k.d, distance, plane_reach);\n"
+    "            if (r.plane != 0) w = w * mssm_off_plane(r, k.d, distance, plane_reach);\n"
     "            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);\n"
     "            s.all += w;\n"
-    "            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);\n"
-    "            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
+    "            if (k.first == 0) s.past += w * mssm_clamp(0.3f * distance * nearer - 1.5f, 0.0f, 1.0f);\n"
+    "            if (k.last == 0) near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
     "        } else {\n"
     "            seen += p.w[j];\n"
     "            // A surface through the receiver lies as much behind it as in front, and within its\n"
@@ -7903,7 +7907,7 @@ const char *mssm_glsl_shading(void)
     "            // light's reach would shadow itself. Halfway to its back, a surface is less in its own\n"
     "            // way.\n"
     "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);\n"
-    "            if (r.plane == 1)\n"
+    "            if (r.plane != 0)\n"
     "                w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "        }\n"
     "        s.counted += w * counted;\n"
@@ -7998,7 +8002,7 @@ const char *mssm_glsl_shading(void)
     "    for (int j = 1; j < 3; j++) {\n"
     "        if (p.z[j] >= r.z_test) continue;\n"
     "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
-    "        float w = r.plane == 1 ? p.w[j] * mssm_off_plane(r, d, distance, plane_reach) : p.w[j];\n"
+    "        float w = r.plane != 0 ? p.w[j] * mssm_off_plane(r, d, distance, plane_reach) : p.w[j];\n"
     "        sum += w * distance;\n"
     "        squares += w * distance * distance;\n"
     "    }\n"
@@ -8024,6 +8028,7 @@ const char *mssm_glsl_shading(void)
     "    mssm_nested k;\n"
     "    k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;\n"
     "    k.outer = k.d;\n"
+    "    k.inner = k.d;\n"
     "    k.first = 1;\n"
     "    float blocked = 0.0f;\n"
     "    float lit = 0.0f;  // but for fresh blockers\n"
@@ -8032,9 +8037,9 @@ const char *mssm_glsl_shading(void)
     "    do {\n"
     "        mssm_points4 p =\n"
     "            mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);\n"
-    "        k.inner = mssm_next_distance(v, r, k.d, p);\n"
     "        k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;\n"
     "        if (k.last == 0) {\n"
+    "            k.inner = mssm_next_distance(v, r, k.d, p);\n"
     "            float z = mssm_cone_least(map, v, r, k.inner);\n"
     "            i = z < r.z_test ? i : 4; // nothing is nearer\n"
     "            k.inner = mssm_max(mssm_min(mssm_blur_distance(v, r, z), k.inner), least);\n"
@@ -8070,12 +8075,10 @@ const char *mssm_glsl_shading(void)
     "    return mssm_split4(mssm_kernel4_stored(t, o.alpha4, r.z_test));\n"
     "}\n"
     "\n"
-    "// The published pipeline: one mean blocker depth, one kernel, which cannot tell what is below the\n"
-    "// tangent plane: no normal counts.\n"
+    "// The published pipeline: one mean blocker depth, one kernel.\n"
     "MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, mssm_options o,\n"
-    "                              mssm_receiver receiver)\n"
+    "                              mssm_receiver r)\n"
     "{\n"
-    "    mssm_receiver r = mssm_whole_light(v, receiver);\n"
     "    float reach = mssm_cone_reach(map, v, r);\n"
     "    if (reach <= 0.0f) return 1.0f;\n"
     "    mssm_split s = mssm_split_at(map, v, o, r, reach);\n"
@@ -8091,7 +8094,7 @@ const char *mssm_glsl_shading(void)
     "                                mssm_receiver r)\n"
     "{\n"
     "    if (r.lit == 1) return 1.0f;\n"
-    "    if (o.estimator == 0) return mssm_layered(map, v, o, r);\n"
+    "    if (o.estimator == 0 || o.estimator == 3) return mssm_layered(map, v, o, r);\n"
     "    return mssm_single(map, v, o, r);\n"
     "}\n"
     // [glsl text end]

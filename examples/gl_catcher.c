@@ -67,7 +67,10 @@ static bool create(const probe *p, int width, int height, message *why)
 {
     const lightprobe_gl_desc from = {
         .load = gl_context_function, .side = p->side, .max_lights = LIGHTS};
-    const mssm_gl_desc desc = {.load = gl_context_function, .lights = LIGHTS, .side = 512};
+    const mssm_gl_desc desc = {.load = gl_context_function,
+                               .lights = LIGHTS,
+                               .side = 512,
+                               .settings = {.estimator = MSSM_HORIZON}};
     probe map;
     scene s;
     if (lightprobe_gl_create(&finder, &from)) return fail(why, "no lights from probes");

@@ -26,7 +26,7 @@ static const char shading[] = // for a triangle over the picture, behind the tex
     "    vec3 sum = diffuse * lightprobe_residual_irradiance(normal);\n"
     "    for (int i = 0; i < lightprobe_count; i++) {\n"
     "        vec3 lit = diffuse * lightprobe_irradiance(i, normal) + lightprobe_specular(i, lobe);\n"
-    "        if (lit != vec3(0)) sum += lit * mssm_visibility(i, p);\n"
+    "        if (lit != vec3(0)) sum += lit * mssm_visibility(i, p, normal);\n"
     "    }\n"
     "    return sum;\n"
     "}\n"
@@ -55,7 +55,8 @@ static bool create(renderer *r, message *why)
     const mssm_gl_desc desc = {.load = gl_context_function,
                                .lights = LIGHTS,
                                .first_texture_unit = 4,
-                               .first_buffer_binding = 1};
+                               .first_buffer_binding = 1,
+                               .settings = {.estimator = MSSM_HORIZON}};
     const GLenum view_formats[] = {GL_RGBA32F, GL_RGBA16F, GL_RGBA8}, formats[3] = {GL_RGBA32F};
     if (lightprobe_gl_create(&r->probe, &from)) return fail(why, "no lights from probes");
     if (mssm_gl_create(&r->shadows, &desc)) return fail(why, "no shadow maps");

@@ -61,8 +61,11 @@ static bool create(renderer *r, const options *o, int side, message *why)
 {
     const lightprobe_gl_desc from = {
         .load = gl_context_function, .side = side, .max_lights = o->lights, .distances = 1};
-    const mssm_gl_desc maps = {
-        .load = gl_context_function, .lights = o->lights, .side = 512, .first_buffer_binding = 1};
+    const mssm_gl_desc maps = {.load = gl_context_function,
+                               .lights = o->lights,
+                               .side = 512,
+                               .first_buffer_binding = 1,
+                               .settings = {.estimator = MSSM_HORIZON}};
     memset(r, 0, sizeof *r);
     r->shine = o->shine;
     if (lightprobe_gl_create(&r->probe, &from)) return fail(why, "no lights from probes");

@@ -111,7 +111,7 @@ static bool open_viewer(viewer *v, message *why)
     if (!joined) return fail(why, "no memory for a shader");
     strcpy(joined, text);
     strcat(joined, changeable);
-    v->program = gl_lighting_program("viewer", joined, why);
+    v->program = gl_lighting_program("viewer", joined, false, why);
     free(joined);
     v->display = gl_program_simple("display", gl_triangle_vertex, display_text, why);
     gl_mesh_triangle(&v->triangle);

@@ -50,7 +50,7 @@ static const char shading_lights[] =
     "    int i = next_light(0, normal, arriving);\n"
     // Tested at its end: a software rasterizer runs a loop once more where the test comes first.
     "    if (i < light_count) do {\n"
-    "        sum += arriving * mssm_visibility(i, position);\n"
+    "        sum += arriving * visibility_of(i, position, normal);\n"
     "        i = next_light(i + 1, normal, arriving);\n"
     "    } while (i < light_count);\n"
     "    return sum;\n"
@@ -98,10 +98,12 @@ static const char shading_main[] =
     "    color = vec4(sum, 1);\n"
     "}\n";
 
-GLuint gl_lighting_program(const char *name, const char *visibility, message *why)
+GLuint gl_lighting_program(const char *name, const char *visibility, bool normals, message *why)
 {
+    const char *const call = normals ? "#define visibility_of mssm_visibility\n"
+                                     : "#define visibility_of(i, p, n) mssm_visibility(i, p)\n";
     const char *const vertex[] = {gl_triangle_vertex, NULL};
-    const char *const fragment[] = {lightprobe_glsl_math(), visibility,   light_buffer,
+    const char *const fragment[] = {lightprobe_glsl_math(), visibility,   call, light_buffer,
                                     shading_lights,         shading_main, NULL};
     return gl_program(name, vertex, fragment, why);
 }
@@ -142,7 +144,7 @@ static bool create_all(gl_lighting *g, const lighting *l, mssm_gl_loader load, i
     g->depth_program = gl_program_simple("casters", gl_depth_vertex, NULL, why);
     g->view_program = gl_program_simple("view", gl_scene_vertex, gl_scene_fragment, why);
     // The text is the same for both sets: how large the maps are is read from a buffer.
-    g->program = gl_lighting_program("shading", mssm_gl_shader(g->set[0].maps), why);
+    g->program = gl_lighting_program("shading", mssm_gl_shader(g->set[0].maps), true, why);
     return g->depth_program && g->view_program && g->program &&
            gl_lighting_resize(g, width, height, why);
 }

@@ -47,8 +47,9 @@ enum { GL_LIGHTING_DEPTH = 1, GL_LIGHTING_TABLES, GL_LIGHTING_VIEW, GL_LIGHTING_
 double gl_lighting_seconds(const gl_lighting *g, int step);
 
 // The shading pass behind another text that declares float mssm_visibility(int light, vec3
-// position), and one run of it over some of the lights in g->ordered.
-GLuint gl_lighting_program(const char *name, const char *visibility, message *why);
+// position), with normals also (..., vec3 normal), and one run of it over some of the lights in
+// g->ordered.
+GLuint gl_lighting_program(const char *name, const char *visibility, bool normals, message *why);
 enum { GL_LIGHTING_BASE = 1, GL_LIGHTING_ADD = 2 }; // with ambient and background; onto the picture
 void gl_lighting_pass(gl_lighting *g, GLuint program, const lighting *l, const camera *eye,
                       int first, int count, unsigned flags);

@@ -99,7 +99,8 @@ bool gl_reference_create(gl_reference *r, int side, int lights, message *why)
     for (int i = 0; i < 2; i++) {
         gl_reference_visibility(i == GL_REFERENCE_HARD ? GL_REFERENCE_HARD : GL_REFERENCE_PCSS,
                                 text, sizeof text);
-        r->program[i] = gl_lighting_program(i == GL_REFERENCE_HARD ? "hard" : "PCSS", text, why);
+        r->program[i] =
+            gl_lighting_program(i == GL_REFERENCE_HARD ? "hard" : "PCSS", text, false, why);
         if (r->program[i]) continue;
         gl_reference_free(r);
         return false;

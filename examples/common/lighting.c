@@ -142,14 +142,15 @@ static vec3 ambient(const lighting *l, vec3 normal)
 
 vec3 lighting_at(const lighting *l, vec3 point, vec3 normal)
 {
-    const float at[3] = {point.x, point.y, point.z};
+    const float at[3] = {point.x, point.y, point.z}, n[3] = {normal.x, normal.y, normal.z};
     const float little = 2e-5f * vec_luminance(vec_of(l->stats.total));
     vec3 sum = ambient(l, normal);
     for (int i = 0; i < l->lights; i++) {
         const float share = share_of(&l->light[i], normal);
         // Below the horizon, or not worth looking up what is in its way.
         if (share * vec_luminance(vec_of(l->light[i].irradiance)) < little) continue;
-        const float seen = mssm_map_visibility(l->map[i], &l->frustum[i], &l->settings.shadows, at);
+        const float seen =
+            mssm_map_visibility_normal(l->map[i], &l->frustum[i], &l->settings.shadows, at, n);
         sum = vec_mad(sum, vec_of(l->light[i].irradiance), share * seen);
     }
     return sum;

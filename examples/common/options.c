@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include "../../mssm.h"
+
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +15,7 @@ const char options_help[] =
     "  --lights N        at most so many lights, 1..1024 (64)\n"
     "  --tolerance T     stop adding lights at this error behind edges, 0..1 (0.02)\n"
     "  --min-shadow S    weak lights lose their maps while that changes at most S (0)\n"
-    "  --estimator NAME  layered, lower or upper (layered)\n"
+    "  --estimator NAME  horizon, layered, lower or upper (horizon)\n"
     "  --moments N       4, 6, or 0: as many as the maps have (0)\n"
     "  --faces WHICH     front or both: what the depth maps are made of (front)\n"
     "  --size WxH        of the picture, 16..8192 (960x540)\n"
@@ -68,7 +70,7 @@ static bool parse_word(const char *text, const char *const *words, int *place)
 
 static bool parse_estimator(const char *text, int *estimator)
 {
-    const char *const names[] = {"layered", "lower", "upper", NULL};
+    const char *const names[] = {"layered", "lower", "upper", "horizon", NULL};
     return parse_word(text, names, estimator);
 }
 
@@ -119,8 +121,12 @@ static bool in_list(const char *names, const char *name)
 
 bool options_parse(options *o, int argc, char **argv, message *why)
 {
-    *o = (options){
-        .out = "build/demo.png", .lights = 64, .tolerance = 0.02f, .width = 960, .height = 540};
+    *o = (options){.out = "build/demo.png",
+                   .lights = 64,
+                   .tolerance = 0.02f,
+                   .estimator = MSSM_HORIZON,
+                   .width = 960,
+                   .height = 540};
     return options_parse_some(o, NULL, argc, argv, why);
 }
 

@@ -36,6 +36,8 @@ void report_maps(const lighting *l, int triangles)
            : moments == 6 ? "6"
                           : "4 to search for blockers, 6 to weigh them",
            l->settings.shadows.estimator == MSSM_LAYERED ? "every layer of blockers by itself"
+           : l->settings.shadows.estimator == MSSM_HORIZON
+               ? "every layer of blockers by itself, above the horizon"
            : l->settings.shadows.estimator == MSSM_LOWER_BLOCKER
                ? "lower estimate of blocker depth"
                : "upper estimate of blocker depth");

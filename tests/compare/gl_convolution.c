@@ -277,7 +277,7 @@ static bool create_programs(gl_convolution *c, const gl_convolution_tuning *set,
     char constants[1024], text[GL_CONVOLUTION_TEXT];
     write_constants(constants, sizeof constants, c->terms, set);
     gl_convolution_visibility(c->filter, c->terms, set, text, sizeof text);
-    c->program = gl_lighting_program("convolution soft shadows", text, why);
+    c->program = gl_lighting_program("convolution soft shadows", text, false, why);
     c->update[0] =
         compute_program("basis images", constants, mips ? texels_text : columns_text, why);
     if (!mips) c->update[1] = compute_program("basis tables", constants, rows_text, why);

@@ -186,7 +186,7 @@ static GLuint program_of(const subject *s, message *why)
     if (!text) return (void)fail(why, "no memory for a shader"), 0u;
     visibility_text(s, text, ROOM);
     if (s->method->normal) strcat(text, normal_text);
-    const GLuint program = gl_lighting_program(s->method->name, text, why);
+    const GLuint program = gl_lighting_program(s->method->name, text, false, why);
     free(text);
     return program;
 }
@@ -355,7 +355,7 @@ static GLuint counting_program(const subject *s, message *why)
     at += (int)strlen(whole + at);
     snprintf(whole + at, (size_t)(ROOM - at), wrap, m->normal ? ", vec3 normal" : "",
              m->normal ? ", normal" : "", m->normal ? normal_text : "");
-    const GLuint program = gl_lighting_program("counting reads", whole, why);
+    const GLuint program = gl_lighting_program("counting reads", whole, false, why);
     free(whole);
     return program;
 }

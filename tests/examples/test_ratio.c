@@ -28,8 +28,9 @@ static void lights_at(const lighting *l, vec3 point, vec3 normal, vec3 *seen, ve
         const vec3 light = vec_scale(vec_of(k->irradiance), share);
         *all = vec_add(*all, light);
         if (share > 0)
-            *seen = vec_mad(*seen, light,
-                            mssm_map_visibility_normal(l->map[i], &l->frustum[i], NULL, p, n));
+            *seen = vec_mad(
+                *seen, light,
+                mssm_map_visibility_normal(l->map[i], &l->frustum[i], &l->settings.shadows, p, n));
     }
 }
 
@@ -138,8 +139,10 @@ static void shade_without(const receivers *r, const probe *p, const lighting *al
 
 static void light_scene(lighting *l, const probe *p, const scene *casters, int lights)
 {
-    const lighting_settings settings = {
-        .probe = {.max_lights = lights}, .map_side = 256, .map_samples = 4};
+    const lighting_settings settings = {.probe = {.max_lights = lights},
+                                        .shadows = {.estimator = MSSM_HORIZON},
+                                        .map_side = 256,
+                                        .map_samples = 4};
     message why;
     if (!lighting_create(l, &settings, p->side, &why) || !lighting_extract(l, p, &why) ||
         !lighting_draw_maps(l, casters, &why))
@@ -261,8 +264,9 @@ static void lobe_at(const lighting *l, vec3 point, vec3 normal, vec3 ray, float 
             fminf(risen, 1) * sharp * expf(fmaxf(sharp * (vec_dot(d, ray) - 1), -60));
         const vec3 light = vec_scale(vec_of(k->irradiance), weight);
         *all = vec_add(*all, light);
-        *seen = vec_mad(*seen, light,
-                        mssm_map_visibility_normal(l->map[i], &l->frustum[i], NULL, at, n));
+        *seen = vec_mad(
+            *seen, light,
+            mssm_map_visibility_normal(l->map[i], &l->frustum[i], &l->settings.shadows, at, n));
     }
 }
 

@@ -114,10 +114,10 @@ static bool subject_open(subject *s, const technique *t, const bench *b, message
                                    .first_buffer_binding = FIRST_FREE_BUFFER};
         const mssm_result result = mssm_gl_create(&s->maps, &desc);
         if (result != MSSM_OK) return fail(why, "%s: %s", t->name, mssm_result_string(result));
-        s->program = gl_lighting_program(t->name, mssm_gl_shader(s->maps), why);
+        s->program = gl_lighting_program(t->name, mssm_gl_shader(s->maps), false, why);
     } else if (t->kind == PERCENTAGE_CLOSER) {
         gl_percentage_closer_visibility((gl_percentage_closer_kind)t->variant, text, sizeof text);
-        s->program = gl_lighting_program(t->name, text, why);
+        s->program = gl_lighting_program(t->name, text, false, why);
     } else {
         gl_convolution_create(&s->convolution,
                               t->kind == MIPS ? GL_CONVOLUTION_MIPS : GL_CONVOLUTION_TABLES,
