@@ -2926,6 +2926,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
         half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
     float nearer = 1.0f / (0.3f * k.d + 1e-30f);
+    float past = k.first == 1 ? 0.0f : 0.3f * nearer;
     float near_by = 0.0f;
     float seen = p.w[0];
     struct mssm_occlusion s;
@@ -2947,8 +2948,8 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             if (r.plane != 0) w = w * mssm_off_plane(r, k.d, distance, plane_reach);
             if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);
             s.all += w;
-            if (k.first == 0) s.past += w * mssm_clamp(0.3f * distance * nearer - 1.5f, 0.0f, 1.0f);
-            if (k.last == 0) near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
+            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);
+            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
         } else {
             seen += p.w[j];
             // A surface through the receiver lies as much behind it as in front, and within its
@@ -7877,6 +7878,7 @@ const char *mssm_glsl_shading(void)
     "        half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
     "    float nearer = 1.0f / (0.3f * k.d + 1e-30f);\n"
+    "    float past = k.first == 1 ? 0.0f : 0.3f * nearer;\n"
     "    float near_by = 0.0f;\n"
     "    float seen = p.w[0];\n"
     "    mssm_occlusion s;\n"
@@ -7898,8 +7900,8 @@ const char *mssm_glsl_shading(void)
     "            if (r.plane != 0) w = w * mssm_off_plane(r, k.d, distance, plane_reach);\n"
     "            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);\n"
     "            s.all += w;\n"
-    "            if (k.first == 0) s.past += w * mssm_clamp(0.3f * distance * nearer - 1.5f, 0.0f, 1.0f);\n"
-    "            if (k.last == 0) near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
+    "            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);\n"
+    "            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
     "        } else {\n"
     "            seen += p.w[j];\n"
     "            // A surface through the receiver lies as much behind it as in front, and within its\n"
