@@ -5748,6 +5748,8 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
         return MSSM_ERROR_ARGUMENT;
     }
 #endif
+    if (!mssm__in_range(gl, "settings.estimator", (int)d->settings.estimator, 0, MSSM_HORIZON))
+        return MSSM_ERROR_ARGUMENT;
     if (d->moments == 5) return mssm__report(gl, MSSM_ERROR_ARGUMENT, "moments 5: 4 or 6");
     gl->levels = mssm__levels(d->side, (int)MSSM_KERNEL);
     gl->depth_levels = mssm__levels((d->side + 1) / 2, 1);

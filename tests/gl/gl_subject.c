@@ -126,8 +126,10 @@ static GLuint asking_program(const mssm_gl *g)
         "{\n"
         "    uint i = gl_GlobalInvocationID.x;\n"
         "    vec3 p = test_point[i].xyz;\n"
+        "    int code = int(test_point[i].w);\n" // as normal_of() has it
+        "    vec3 n = vec3(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);\n"
         "    test_result[i] = test_in_shadow_space ? mssm_visibility_at(test_light, p)\n"
-        "                                          : mssm_visibility(test_light, p);\n"
+        "                                          : mssm_visibility(test_light, p, n);\n"
         "}\n";
     const char *shading = mssm_gl_shader(g);
     if (!shading) return 0;
@@ -371,14 +373,28 @@ int compare_tables(const subject *s, int index, difference *d)
     return level;
 }
 
-void ask(subject *s, int index, bool in_shadow_space, int count, const float *points, float *result)
+enum { NORMALS = 27, NO_NORMAL = 13 }; // coordinates of -1, 0 and 1
+
+static void normal_of(int code, float normal[3])
+{
+    normal[0] = (float)(code % 3 - 1);
+    normal[1] = (float)(code / 3 % 3 - 1);
+    normal[2] = (float)(code / 9 - 1);
+}
+
+// With normals: point by point the next of them.
+static void ask_with(subject *s, int index, bool in_shadow_space, bool normals, int count,
+                     const float *points, float *result)
 {
     const int padded = (count + GROUP - 1) / GROUP * GROUP;
     float *four = allocate(sizeof *four * 4 * (size_t)padded);
     GLuint buffers[2];
     if (!s->asking) s->asking = asking_program(s->gl);
     memset(four, 0, sizeof *four * 4 * (size_t)padded);
-    for (int i = 0; i < count; i++) memcpy(four + 4 * i, points + 3 * i, 3 * sizeof *four);
+    for (int i = 0; i < count; i++) {
+        memcpy(four + 4 * i, points + 3 * i, 3 * sizeof *four);
+        four[4 * i + 3] = (float)(normals ? i % NORMALS : NO_NORMAL);
+    }
     gl.CreateBuffers(2, buffers);
     gl.NamedBufferStorage(buffers[0], (GLsizeiptr)sizeof *four * 4 * padded, four, 0);
     gl.NamedBufferStorage(buffers[1], (GLsizeiptr)sizeof *four * padded, NULL, 0);
@@ -395,6 +411,11 @@ void ask(subject *s, int index, bool in_shadow_space, int count, const float *po
     gl.DeleteBuffers(2, buffers);
     gl.UseProgram(0);
     free(four);
+}
+
+void ask(subject *s, int index, bool in_shadow_space, int count, const float *points, float *result)
+{
+    ask_with(s, index, in_shadow_space, false, count, points, result);
 }
 
 // ---- Lights and depth for tests ------------------------------------------------------------------
@@ -434,7 +455,8 @@ void random_depth(float *z, int side, int samples, uint64_t *seed)
 
 // Does C itself answer that differently a hair away? Positions are rounded to about 1e-7 of the map
 // on both sides, by different instructions.
-static double sensitivity(const subject *s, int index, const float point[3], float v)
+static double sensitivity(const subject *s, int index, const float point[3], const float normal[3],
+                          float v)
 {
     double largest = 0;
     for (int i = 0; i < 48; i++) {
@@ -451,7 +473,7 @@ static double sensitivity(const subject *s, int index, const float point[3], flo
             light.half_v *= 1 + off;
         else // narrower kernels are left out where they could change less than this
             settings.tolerance = (1 + 3e3f * off) / 256;
-        const float moved = mssm_map_visibility(s->map[index], &light, &settings, p);
+        const float moved = mssm_map_visibility_normal(s->map[index], &light, &settings, p, normal);
         largest = fmax(largest, fabs((double)(moved - v)));
     }
     return largest;
@@ -461,16 +483,19 @@ void compare_visibility(subject *s, int index, const char *what, int count, cons
                         agreement *a)
 {
     float *gpu = allocate(sizeof *gpu * (size_t)count);
-    ask(s, index, false, count, points, gpu);
+    ask_with(s, index, false, true, count, points, gpu);
     for (int i = 0; i < count; i++) {
         const float *p = points + 3 * i;
-        const float v = mssm_map_visibility(s->map[index], &s->light[index], &s->desc.settings, p);
+        float n[3];
+        normal_of(i % NORMALS, n);
+        const float v =
+            mssm_map_visibility_normal(s->map[index], &s->light[index], &s->desc.settings, p, n);
         const double off = fabs((double)(gpu[i] - v));
         a->count++;
         a->squares += off * off;
         if (!(off > 2e-3)) {
             a->largest = fmax(a->largest, off);
-        } else if (off <= 2e-3 + 4 * sensitivity(s, index, p, v)) {
+        } else if (off <= 2e-3 + 4 * sensitivity(s, index, p, n, v)) {
             a->largest_at_limit = fmax(a->largest_at_limit, off);
         } else {
             a->beyond++;

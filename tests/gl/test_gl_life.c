@@ -204,6 +204,10 @@ static void bad_arguments_are_refused(void)
     d.first_buffer_binding = 100000;
     CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "buffer binding 100000");
     d = good;
+    d.settings.estimator = (mssm_estimator)4;
+    CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "estimator 4");
+    CHECK(strstr(fakes.message, "settings.estimator 4: 0 to 3"), "\"%s\"", fakes.message);
+    d = good;
     d.log = NULL;
     d.moments = 5;
     CHECK(mssm_gl_create(&g, &d) == MSSM_ERROR_ARGUMENT && g == nothing, "no log");

@@ -154,7 +154,7 @@ static void fill_scenes(subject *s, scene scenes[3])
 
 static void visibility_is_equal(void)
 {
-    static const char *const names[3] = {"layered", "lower blocker", "upper blocker"};
+    static const char *const names[4] = {"layered", "lower blocker", "upper blocker", "horizon"};
     const int count = test_trials(20000);
     float *points = allocate(sizeof *points * 3 * (size_t)count);
     uint64_t seed = 24;
@@ -162,7 +162,7 @@ static void visibility_is_equal(void)
         free(points);
         return;
     }
-    for (int estimator = 0; estimator < 3; estimator += stride()) {
+    for (int estimator = 0; estimator < 4; estimator += stride()) {
         for (int moments = 0; moments <= 6; moments += moments ? 2 : 4) {
             mssm_gl_desc d = description(3, 128, 4, moments == 4 ? 4 : 6);
             char what[60];
