@@ -2624,13 +2624,13 @@ MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receive
     float scale = sqrtf(share / (half_u * half_v)) * mssm_max(2.0f * share - 1.0f, 0.8f);
     half_u = half_u * scale;
     half_v = half_v * scale;
-    float set = mssm_max(-s - p - q, 0.0f) * squares;
+    float sunk = mssm_max(-s - p - q, 0.0f) * squares;
     // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.
     float turn_u = cut * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);
     float turn_v = cut * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);
     float most = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);
-    r.shift_u = turn_u * mssm_min((1.0f - half_u + set * p) * v.kernel_u, most);
-    r.shift_v = turn_v * mssm_min((1.0f - half_v + set * q) * v.kernel_v, most);
+    r.shift_u = turn_u * mssm_min((1.0f - half_u + sunk * p) * v.kernel_u, most);
+    r.shift_v = turn_v * mssm_min((1.0f - half_v + sunk * q) * v.kernel_v, most);
     r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;
     r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;
     r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;
@@ -7653,13 +7653,13 @@ const char *mssm_glsl_shading(void)
     "    float scale = sqrtf(share / (half_u * half_v)) * mssm_max(2.0f * share - 1.0f, 0.8f);\n"
     "    half_u = half_u * scale;\n"
     "    half_v = half_v * scale;\n"
-    "    float set = mssm_max(-s - p - q, 0.0f) * squares;\n"
+    "    float sunk = mssm_max(-s - p - q, 0.0f) * squares;\n"
     "    // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.\n"
     "    float turn_u = cut * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);\n"
     "    float turn_v = cut * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);\n"
     "    float most = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);\n"
-    "    r.shift_u = turn_u * mssm_min((1.0f - half_u + set * p) * v.kernel_u, most);\n"
-    "    r.shift_v = turn_v * mssm_min((1.0f - half_v + set * q) * v.kernel_v, most);\n"
+    "    r.shift_u = turn_u * mssm_min((1.0f - half_u + sunk * p) * v.kernel_u, most);\n"
+    "    r.shift_v = turn_v * mssm_min((1.0f - half_v + sunk * q) * v.kernel_v, most);\n"
     "    r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;\n"
     "    r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;\n"
     "    r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;\n"
