@@ -12,6 +12,7 @@
 
 set -u
 cd "$(dirname "$0")/.." || exit 1
+. tests/check.sh
 MAKE=${MAKE:-make}
 all=$([ "${1-}" = all ] && echo 1)
 passed=0 failed=0 skipped=0 only= no_egl=
