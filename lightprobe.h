@@ -249,8 +249,8 @@ LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta
 // direction, irradiance and cos_alpha as seen from there, for lightprobe_disc_irradiance; the rest
 // stays. The emitter is taken for a disc with the light's slopes: its vector irradiance is exact,
 // nothing comes from behind it. Slopes count as at most 4, of axes that are unit and orthogonal.
-// Lights at infinity (distances up to 1e-30 count as that) or of
-// half-angles from 89.9 degrees on stay as they are. Finite numbers give finite ones, at least 0.
+// Lights at infinity (distances up to 1e-30 count as that) or of half-angles from 89.9 degrees on
+// stay as they are. Finite numbers give finite ones, at least 0.
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y,
                                                     float z);
 // The same for emitters that shine to all sides alike, lamps without a shade say: the light is

@@ -329,12 +329,12 @@ typedef enum mssm_estimator {
 
 typedef struct mssm_settings { // zero means default everywhere
     int moments;               // 4, 6, or 0: as many as the map has
-    mssm_estimator estimator;
-    float moment_bias; // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
-    float depth_bias;  // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
-                       // fade in over twice as much, so that they don't pop
-    int max_kernel;    // widest filter in texels of level 0; 0: as wide as the light asks for
-    float tolerance;   // error of visibility below which narrower kernels are left out; 0: 1/256
+    mssm_estimator estimator;  // others count as MSSM_LOWER_BLOCKER; mssm_gl_create refuses them
+    float moment_bias;         // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
+    float depth_bias; // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
+                      // fade in over twice as much, so that they don't pop
+    int max_kernel;   // widest filter in texels of level 0; 0: as wide as the light asks for
+    float tolerance;  // error of visibility below which narrower kernels are left out; 0: 1/256
 } mssm_settings;
 
 typedef struct mssm_map mssm_map;

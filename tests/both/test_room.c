@@ -311,11 +311,14 @@ static void place_receivers(const room *o, int count, uint64_t *state)
     }
 }
 
-static void places_halve_the_error(void)
+// Rooms first to last by lights at their places, and by these otherwise: shade()'s mode. Their error is
+// at most that part of the other's, in the last room that one.
+static void compare_places(uint64_t seed, int first, int last, int mode, const char *otherwise,
+                           double part, double last_part)
 {
     const int count = test_trials(MOST);
-    uint64_t state = 11;
-    for (int which = 0; which < 5; which++) {
+    uint64_t state = seed;
+    for (int which = first; which <= last; which++) {
         room o;
         make(&o, which);
         render(&o);
@@ -327,45 +330,27 @@ static void places_halve_the_error(void)
             extract(&o, lights);
             shade(&o, 1, count, point, normal, shaded);
             const double placed = rms(count, shaded, true_light) / mean;
-            shade(&o, 0, count, point, normal, shaded);
-            const double endless = rms(count, shaded, true_light) / mean;
-            test_note("%s, %d lights: error %.3f with places, %.3f at infinity", o.name, lights,
-                      placed, endless);
-            CHECK(count < 200 || placed < 0.5 * endless,
-                  "%s, %d lights: %.3f with places, %.3f at infinity", o.name, lights, placed,
-                  endless);
+            shade(&o, mode, count, point, normal, shaded);
+            const double other = rms(count, shaded, true_light) / mean;
+            test_note("%s, %d lights: error %.3f, %s %.3f", o.name, lights, placed, otherwise,
+                      other);
+            CHECK(count < 200 || placed < (which < last ? part : last_part) * other,
+                  "%s, %d lights: %.3f, %s %.3f", o.name, lights, placed, otherwise, other);
         }
         drop(&o);
     }
+}
+
+static void places_halve_the_error(void)
+{
+    compare_places(11, 0, 4, 0, "at infinity", 0.5, 0.5);
 }
 
 // Of flat lamps beside the probe and of a window at the end of a wall most of the error is the
 // cosine.
 static void flat_emitters_shine_by_their_cosine(void)
 {
-    const int count = test_trials(MOST);
-    uint64_t state = 12;
-    for (int which = 5; which < 9; which++) {
-        room o;
-        make(&o, which);
-        render(&o);
-        place_receivers(&o, count, &state);
-        double mean = 0;
-        for (int i = 0; i < count; i++)
-            mean += (true_light[i] = truth(&o, point[i], normal[i], &state)) / count;
-        for (int lights = 4; lights <= LIGHTS; lights *= 2) {
-            extract(&o, lights);
-            shade(&o, 1, count, point, normal, shaded);
-            const double sloped = rms(count, shaded, true_light) / mean;
-            shade(&o, 2, count, point, normal, shaded);
-            const double facing = rms(count, shaded, true_light) / mean;
-            test_note("%s, %d lights: error %.3f, facing the probe %.3f", o.name, lights, sloped,
-                      facing);
-            CHECK(count < 200 || sloped < (which < 8 ? 0.4 : 0.85) * facing,
-                  "%s, %d lights: %.3f, facing the probe %.3f", o.name, lights, sloped, facing);
-        }
-        drop(&o);
-    }
+    compare_places(12, 5, 8, 2, "facing the probe", 0.4, 0.85);
 }
 
 // A panel alone: the normal of all its lights is the panel's.
