@@ -62,7 +62,7 @@ report_only = $(call part,report charts page claims summary svg)
 report_objects = $(filter $(report_only) $(call part,figures),$(compare))
 measure_objects = $(filter-out $(report_only) $(call part,pictures),$(compare))
 test_objects = $(patsubst %.c,$(out)/%.o,$(test_sources)) $(rivals) $(call part,cases cases_new flip gl_convolution gl_percentage_closer measure_gl figures light_cuts) \
-    $(out)/tests/isa/listing.o $(out)/tests/figures/median_cut.o
+    $(out)/tests/isa/listing.o $(out)/tests/figures/median_cut.o $(out)/tests/figures/gl_median_cut.o
 stability_objects = $(call programs,stability) $(call part,svg) $(call support,families oracle_moments oracle_lightprobe scenes random)
 benches = $(patsubst tests/bench/%.c,$(out)/%,$(wildcard tests/bench/*.c))
 

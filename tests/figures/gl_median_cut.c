@@ -56,13 +56,13 @@ static const char columns_text[] =
     "    }\n"
     "}\n";
 
-// Each thread splits one region a round; a bitonic sorter moves the empty ones to the end and the
-// brightest to the front.
+// Each thread splits one region a round, which makes no more than 256; a bitonic sorter moves the
+// empty ones to the end and the brightest to the front.
 static const char cuts_text[] =
     "layout(local_size_x = 256) in;\n"
     "uniform int most;\n"
-    "shared uvec4 list[512];\n"
-    "shared float key[512];\n"
+    "shared uvec4 list[256];\n"
+    "shared float key[256];\n"
     "shared int filled;\n"
     "float luminance(uvec4 r)\n"
     "{\n"
@@ -100,9 +100,10 @@ static const char cuts_text[] =
     "}\n"
     "void sort(int lane)\n"
     "{\n"
-    "    for (int k = 2; k <= 512; k *= 2) {\n"
+    "    for (int k = 2; k <= 256; k *= 2) {\n"
     "        for (int j = k / 2; j > 0; j /= 2) {\n"
     "            barrier();\n"
+    "            if (lane >= 128) continue;\n"
     "            int a = 2 * lane - (lane & (j - 1)), b = a + j;\n"
     "            bool down = (a & k) == 0;\n"
     "            float one = key[a], other = key[b];\n"
@@ -120,7 +121,7 @@ static const char cuts_text[] =
     "void main()\n"
     "{\n"
     "    int lane = int(gl_LocalInvocationIndex), side = textureSize(colours, 0).x;\n"
-    "    key[lane] = key[lane + 256] = -1;\n"
+    "    key[lane] = -1;\n"
     "    barrier();\n"
     "    if (lane < 6) set(lane, uvec4(lane, side << 16, side << 16, 0));\n"
     "    int n = 6;\n"
@@ -140,11 +141,15 @@ static const char cuts_text[] =
     "    if (lane < n) regions[lane] = list[lane];\n"
     "}\n";
 
-// As lightprobe_light stands in C.
+// A record of its own, not the header's struct, which may grow: gl_median_cut_read() takes it apart.
+typedef struct record {
+    float direction[3], tan_half_u, axis_u[3], tan_half_v, axis_v[3], cos_alpha, irradiance[4];
+} record;
+
 static const char lights_text[] =
     "layout(local_size_x = 64) in;\n"
-    "layout(std430, binding = 1) writeonly buffer Lights { float lights[]; };\n"
-    "void put(int at, vec3 v) { lights[at] = v.x; lights[at + 1] = v.y; lights[at + 2] = v.z; }\n"
+    "struct Light { vec4 direction, axis_u, axis_v, irradiance; };\n"
+    "layout(std430, binding = 1) writeonly buffer Lights { Light lights[]; };\n"
     "vec3 world(uint face, float s, float t, float m)\n"
     "{\n"
     "    if (face == 0) return vec3(m, -t, -s);\n"
@@ -158,7 +163,7 @@ static const char lights_text[] =
     "1.0570);\n"
     "void main()\n"
     "{\n"
-    "    int i = int(gl_GlobalInvocationID.x), at = 17 * i;\n"
+    "    int i = int(gl_GlobalInvocationID.x);\n"
     "    if (i >= int(count)) return;\n"
     "    uvec4 r = regions[i];\n"
     "    ivec2 x = ivec2(r.y & 0xffffu, r.y >> 16), y = ivec2(r.z & 0xffffu, r.z >> 16);\n"
@@ -171,15 +176,9 @@ static const char lights_text[] =
     "    u -= dot(u, d) * d;\n"
     "    v -= dot(v, d) * d;\n"
     "    size *= vec2(length(u), length(v)) / distance;\n"
-    "    put(at, d);\n"
-    "    put(at + 3, normalize(u));\n"
-    "    put(at + 6, normalize(v));\n"
-    "    lights[at + 9] = size.x;\n"
-    "    lights[at + 10] = size.y;\n"
-    "    put(at + 11, rgb * c);\n"
-    "    lights[at + 14] = 0;\n"
-    "    lights[at + 15] = max(1 - 4 * size.x * size.y / 6.2831853, -1);\n"
-    "    lights[at + 16] = 0;\n"
+    "    float cos_alpha = max(1 - 4 * size.x * size.y / 6.2831853, -1);\n"
+    "    lights[i] = Light(vec4(d, size.x), vec4(normalize(u), size.y), vec4(normalize(v), cos_alpha), "
+    "vec4(rgb * c, 0));\n"
     "}\n";
 
 static GLuint program(const char *name, const char *first, const char *second, message *why)
@@ -210,7 +209,10 @@ static GLuint texture(int side)
     return t;
 }
 
-enum { LIGHT_BYTES = MEDIAN_CUT_MOST * 17 * 4, REGION_BYTES = 16 + 16 * MEDIAN_CUT_MOST };
+enum {
+    LIGHT_BYTES = MEDIAN_CUT_MOST * (int)sizeof(record),
+    REGION_BYTES = 16 + 16 * MEDIAN_CUT_MOST
+};
 
 bool gl_median_cut_create(gl_median_cut *m, const lightprobe_cube *cube, message *why)
 {
@@ -286,9 +288,24 @@ void gl_median_cut_lights(const gl_median_cut *m, int most)
 
 int gl_median_cut_read(const gl_median_cut *m, lightprobe_light lights[MEDIAN_CUT_MOST])
 {
+    static record found[MEDIAN_CUT_MOST];
     GLuint count = 0;
     gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     gl.GetNamedBufferSubData(m->regions, 0, sizeof count, &count);
-    gl.GetNamedBufferSubData(m->lights, 0, (GLsizeiptr)(count * sizeof *lights), lights);
+    gl.GetNamedBufferSubData(m->lights, 0, (GLsizeiptr)(count * sizeof *found), found);
+    for (GLuint i = 0; i < count; i++) {
+        const record *from = &found[i];
+        lightprobe_light *to = &lights[i];
+        memset(to, 0, sizeof *to);
+        for (int k = 0; k < 3; k++) {
+            to->direction[k] = from->direction[k];
+            to->axis_u[k] = from->axis_u[k];
+            to->axis_v[k] = from->axis_v[k];
+            to->irradiance[k] = from->irradiance[k];
+        }
+        to->tan_half_u = from->tan_half_u;
+        to->tan_half_v = from->tan_half_v;
+        to->cos_alpha = from->cos_alpha;
+    }
     return (int)count;
 }
