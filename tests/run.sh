@@ -143,6 +143,19 @@ promises()
     else
         echo "FAIL  stability, a quick run"
     fi
+    if $MAKE -s -j2 build/release/figures && mkdir -p build/figures &&
+        build/release/figures --quick build/figures 2>/dev/null; then
+        echo "ok    the papers' figures, a quick run"
+    else
+        echo "FAIL  the papers' figures, a quick run"
+    fi
+    mkdir -p build/no-egl && : >build/no-egl/libEGL.so.1
+    if LD_LIBRARY_PATH="$PWD/build/no-egl" build/release/figures --quick build/figures \
+        probe-times shadow-times many-lights 2>/dev/null | grep -ic 'left out\*\*.*libEGL' | grep -qx 3; then
+        echo "ok    the papers' figures say what is left out without EGL"
+    else
+        echo "FAIL  the papers' figures without EGL"
+    fi
 }
 
 # README and docs against docs/accuracy.csv, and the program that does this against false claims.

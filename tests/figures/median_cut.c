@@ -23,28 +23,32 @@ static float *entry(const median_cut *m, int face, int x, int y)
                (((size_t)face * (size_t)m->side + (size_t)y) * (size_t)m->side + (size_t)x);
 }
 
+// Four sums at a time, which gcc does not do by itself at -O2.
+typedef float floats __attribute__((vector_size(16)));
+
 void median_cut_sums(median_cut *m, const lightprobe_cube *cube)
 {
     const float step = 2.0f / (float)m->side;
+    const size_t row = MEDIAN_CUT_SUMS * (size_t)m->side;
     for (int face = 0; face < 6; face++) {
         const float *rgb = cube->face[face];
         for (int y = 0; y < m->side; y++) {
-            float row[MEDIAN_CUT_SUMS] = {0}, *to = entry(m, face, 0, y);
+            floats colour = {0}, moment = {0}, above[2] = {{0}, {0}};
+            float *to = entry(m, face, 0, y);
             const float v = step * ((float)y + 0.5f) - 1;
             for (int x = 0; x < m->side; x++, rgb += 3, to += MEDIAN_CUT_SUMS) {
                 const float u = step * ((float)x + 0.5f) - 1, r2 = 1 + u * u + v * v;
                 const float w = step * step / (r2 * sqrtf(r2)); // Eq. 8
                 const float r = w * rgb[0], g = w * rgb[1], b = w * rgb[2];
                 const float Y = 0.2126f * r + 0.7152f * g + 0.0722f * b;
-                row[0] += 0.4124f * r + 0.3576f * g + 0.1805f * b;
-                row[1] += Y;
-                row[2] += 0.0193f * r + 0.1192f * g + 0.9505f * b;
-                row[4] += Y * u;
-                row[5] += Y * v;
-                row[6] += Y * u * u;
-                row[7] += Y * v * v;
-                const float *below = y ? to - MEDIAN_CUT_SUMS * m->side : NULL;
-                for (int k = 0; k < MEDIAN_CUT_SUMS; k++) to[k] = row[k] + (below ? below[k] : 0);
+                const floats xyz = {0.4124f * r + 0.3576f * g + 0.1805f * b, Y,
+                                    0.0193f * r + 0.1192f * g + 0.9505f * b, 0};
+                const floats uv = {Y * u, Y * v, Y * u * u, Y * v * v};
+                colour += xyz;
+                moment += uv;
+                if (y) memcpy(above, to - row, sizeof above);
+                const floats sum[2] = {colour + above[0], moment + above[1]};
+                memcpy(to, sum, sizeof sum);
             }
         }
     }

@@ -51,9 +51,9 @@ void sheet_add(sheet *s, const image *picture, float exposure, const char *first
     const int top = s->panels / SHEET_COLUMNS * (PANEL_HEIGHT + LABEL + GAP);
     s->panels++;
     image_tonemap(picture, exposure, rgb);
-    for (int y = 0; y < PANEL_HEIGHT; y++) {
+    for (int y = 0; y < picture->height; y++) {
         memcpy(s->rgb + 3 * ((size_t)(top + LABEL + y) * (size_t)s->width + (size_t)left),
-               rgb + 3 * y * PANEL_WIDTH, 3 * PANEL_WIDTH);
+               rgb + 3 * y * picture->width, 3 * (size_t)picture->width);
     }
     put_text(s, left, top + 7, first);
     put_text(s, left, top + 17, second);
@@ -80,6 +80,11 @@ double series_at(const series *s, double x)
     for (int i = 0; i < s->count; i++)
         if (s->x[i] == x) return s->y[i];
     return NAN;
+}
+
+bool nearer(double growth, double one, double other)
+{
+    return fabs(log(growth / one)) < fabs(log(growth / other));
 }
 
 static bool shown_before(const panel *panels, int panel_index, int series_index)
@@ -132,8 +137,10 @@ static void draw_panel(svg *s, const panel *from, double x, double y, double wid
             axis_include(&p.up, from->list[k].y[i]);
         }
     }
-    for (int i = 0; from->count && i < from->list[0].count; i++)
-        axis_tick(&p.across, from->list[0].x[i]);
+    int full = 0; // tables have no percentage-closer shadows, and their row of the key is first
+    while (full < from->count && !from->list[full].count) full++;
+    for (int i = 0; full < from->count && i < from->list[full].count; i++)
+        axis_tick(&p.across, from->list[full].x[i]);
     axis_finish(&p.across);
     axis_finish(&p.up);
     plot_grid(&p);
@@ -145,7 +152,7 @@ static void draw_panel(svg *s, const panel *from, double x, double y, double wid
             up[i] = plot_y(&p, one->y[i]);
             svg_marker(s, across[i], up[i], one->shape, one->ink, 4);
         }
-        svg_polyline(s, one->count, across, up, one->ink, 2, one->dashed);
+        if (one->count) svg_polyline(s, one->count, across, up, one->ink, 2, one->dashed);
     }
 }
 
@@ -182,6 +189,7 @@ void chart_table(FILE *file, const char *corner, const panel *p)
     fputs("\n|---|", file);
     for (int i = 0; i < columns; i++) fputs("---|", file);
     for (int k = 0; k < p->count; k++) {
+        if (!p->list[k].count) continue;
         fprintf(file, "\n| %s |", p->list[k].name);
         for (int i = 0; i < columns; i++) {
             const double y = series_at(&p->list[k], x[i]);

@@ -11,6 +11,7 @@
 typedef struct page {
     FILE *file;
     const char *folder;
+    bool quick; // small and few: whether it works, not what it says
 } page;
 
 // The path of a file beside the page, in a buffer of the page's own.
@@ -30,7 +31,7 @@ typedef struct sheet {
 } sheet;
 
 bool sheet_create(sheet *s, int panels);
-// The next panel: a picture of PANEL_WIDTH x PANEL_HEIGHT, and two lines over it.
+// The next panel: a picture of at most PANEL_WIDTH x PANEL_HEIGHT, and two lines over it.
 void sheet_add(sheet *s, const image *picture, float exposure, const char *first,
                const char *second);
 // Saves and frees.
@@ -57,6 +58,8 @@ typedef struct panel {
 
 void series_add(series *s, double x, double y);
 double series_at(const series *s, double x); // NAN where there is none
+// Whether a growth is more like the one than like the other, by ratios.
+bool nearer(double growth, double one, double other);
 // Panels side by side, with one key: series of the same name look the same.
 bool chart_draw(const char *path, const char *title, const panel *panels, int count, message *why);
 // The same as a table: a row a series, a column an x.
