@@ -8,22 +8,14 @@ enum { TERMS_MAX = 16 };
 // of tests/support/scenes.h, at other lights and receivers than the tests'. The strengths that the
 // paper's pictures use (A = 30, B = 20, a scale that puts all ringing outside of [0,1]) make
 // shadows darker and sharper: rms .149, .118, .107 with 4, 8, 16 terms instead of .089, .073, .069.
-typedef struct tuning {
-    float period; // share of half a period that the depths of the map take up
-    float gap;    // how far behind the farthest caster empty texels lie, in depths of the map
-    float offset; // of the receiver towards the light, in depths of the map
-    float scale;  // of the series around 1/2, so that it rings outside of [0,1]
-    float shift;  // of the series, towards light
-    float a, b;   // of the sharpening exponent, Eq. 9
-} tuning;
-
-static const tuning tunings[3] = {{0.968f, 0.153f, 0.041f, 1.011f, 0.024f, 0.07f, 1},
-                                  {0.925f, 0.083f, 0.000f, 1.004f, 0.012f, 0.07f, 3},
-                                  {0.960f, 0.121f, 0.000f, 1.004f, 0.013f, 0.08f, 7}};
+static const convolution_tuning tunings[3] = {
+    {0.968f, 0.153f, 0.041f, 1.011f, 0.024f, 0, 0.07f, 1},
+    {0.925f, 0.083f, 0.000f, 1.004f, 0.012f, 0, 0.07f, 3},
+    {0.960f, 0.121f, 0.000f, 1.004f, 0.013f, 0, 0.08f, 7}};
 
 typedef struct state {
     view view;
-    tuning set;
+    convolution_tuning set;
     int terms;
     bool empty;              // no casters at all
     float nearest, range;    // depths of casters
@@ -49,7 +41,6 @@ void *convolution_create(const struct method *m, int side, size_t *bytes)
     const size_t entries = (size_t)(side + 1) * (size_t)(side + 1),
                  channels = 2 * (size_t)m->variant;
     p->terms = m->variant;
-    p->set = tunings[m->variant <= 4 ? 0 : m->variant <= 8 ? 1 : 2];
     p->to_stored = floorf(2147483000.0f / ((float)side * (float)side));
     p->from_stored = 1 / p->to_stored;
     p->shadow = calloc(entries * channels, sizeof *p->shadow);
@@ -59,11 +50,20 @@ void *convolution_create(const struct method *m, int side, size_t *bytes)
         convolution_destroy(p);
         return NULL;
     }
-    for (int k = 0; k < p->terms; k++) {
-        p->weight[k] = p->set.scale * 2 / (3.14159265f * (float)(2 * k + 1));
-    }
+    convolution_tune(p, &tunings[m->variant <= 4 ? 0 : m->variant <= 8 ? 1 : 2]);
     *bytes = entries * (2 * channels + 1) * sizeof(int32_t);
     return p;
+}
+
+void convolution_tune(void *state_, const convolution_tuning *to)
+{
+    state *p = state_;
+    p->set = *to;
+    for (int k = 0; k < p->terms; k++) {
+        const float order = (float)k / (float)p->terms;
+        p->weight[k] = p->set.scale * 2 / (3.14159265f * (float)(2 * k + 1));
+        if (to->damping > 0) p->weight[k] *= expf(-to->damping * order * order);
+    }
 }
 
 void convolution_destroy(void *state_)
@@ -249,7 +249,7 @@ static float blocked_phase(const state *p, const lookup *l, const float *own)
 float convolution_visibility(const void *state_, const float point[3], float bias, unsigned pixel)
 {
     const state *p = state_;
-    const tuning *set = &p->set;
+    const convolution_tuning *set = &p->set;
     place r;
     (void)pixel;
     if (p->empty || !place_of(&p->view, point, bias, &r)) return 1;

@@ -47,6 +47,19 @@ extern const int hard_method_count;
 
 const method *method_named(const char *name); // of either; NULL if there is none
 
+// What Annen's paper leaves to the reader of convolution soft shadows. The methods have what suits
+// the chart best; for other pictures, tune what create made, ahead of update.
+typedef struct convolution_tuning {
+    float period;  // share of half a period that the depths of the map take up
+    float gap;     // how far behind the farthest caster empty texels lie, in depths of the map
+    float offset;  // of the receiver towards the light, in depths of the map
+    float scale;   // of the series around 1/2, so that it rings outside of [0,1]
+    float shift;   // of the series, towards light
+    float damping; // of the terms, exp(-damping (k / terms)^2)
+    float a, b;    // of the sharpening exponent, Eq. 9
+} convolution_tuning;
+void convolution_tune(void *state, const convolution_tuning *to);
+
 // The Gaussian all of them share: weights of 2 * radius + 1 texels, standard deviation radius / 2,
 // sum 1. It is read bilinearly, so that its taps are joined by straight lines.
 enum { RADIUS_MOST = 32, TAPS_MOST = 2 * RADIUS_MOST + 1 };

@@ -563,7 +563,7 @@ static void write_gl(const figures *f, FILE *page)
         "whole "
         "map as published: such as grow with the slope or the kernel are not measured. Convolution "
         "has "
-        "the best offset, scale and sharpening that were found. Samples over 8 frames are added up "
+        "the offset, scale and sharpening that were found best for this very picture. Samples over 8 frames are added up "
         "under a light and a view "
         "that stand still, which no history can do better; a frame pays for one of them. Reads are "
         "texels for a receiver and light, updates everything between the depth maps and the "

@@ -2,30 +2,27 @@
 
 #include "../../examples/common/report.h"
 #include "../../examples/common/threads.h"
-#include "page.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    WIDTH = PANEL_WIDTH,
-    HEIGHT = PANEL_HEIGHT,
-    MAP_SIDE = 256,
-    MAP_SAMPLES = 4,
-    TRUTH_RAYS = 256
-};
+enum { MAP_SIDE = 256, MAP_SAMPLES = 4 };
 
-static bool trace_truth(studio *s, message *why)
+static bool trace_truth(studio *s, int rays_a_pixel, message *why)
 {
     image second = {0, 0, NULL};
-    light_source rays = {NULL, s->tree, &s->sampler, TRUTH_RAYS / 2, 1};
-    if (!image_create(&s->truth, WIDTH, HEIGHT) || !image_create(&second, WIDTH, HEIGHT)) {
+    light_source rays = {NULL, s->tree, &s->sampler, rays_a_pixel / 2, 1};
+    if (!image_create(&s->truth, s->view.width, s->view.height) ||
+        !image_create(&second, s->view.width, s->view.height)) {
         return fail(why, "no memory");
     }
     lighting_render(&s->view, &s->scene, &s->probe, &rays, &s->truth);
     rays.seed = 2;
     lighting_render(&s->view, &s->scene, &s->probe, &rays, &second);
-    s->noise = studio_error(s, &second, &s->truth) / 2;
+    const double noise = studio_error(s, &second, &s->truth) / 2,
+                 edge_noise = studio_edges(s, &second, &s->truth) / 2;
+    s->noise = noise; // of the mean; only now, since both take it off
+    s->edge_noise = edge_noise;
     image_average(&s->truth, &second);
     image_free(&second);
     s->exposure = lighting_exposure(&s->truth, &s->scene, &s->eye);
@@ -34,9 +31,10 @@ static bool trace_truth(studio *s, message *why)
 
 static void collect(studio *s)
 {
-    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+    const int width = s->view.width;
+    for (int i = 0; i < width * s->view.height; i++) {
         surface found[VIEW_SAMPLES];
-        s->count[i] = view_surfaces(&s->view, &s->scene, i % WIDTH, i / WIDTH, found);
+        s->count[i] = view_surfaces(&s->view, &s->scene, i % width, i / width, found);
         for (int k = 0; k < s->count[i]; k++) {
             s->pieces[i][k] = (piece){found[k].position, found[k].normal,
                                       s->scene.albedo[found[k].object], found[k].share};
@@ -44,23 +42,26 @@ static void collect(studio *s)
     }
 }
 
-bool studio_open(studio *s, float time, float turn, vec3 from, vec3 to, float angle, message *why)
+bool studio_open(studio *s, const shot *of, int width, int rays, message *why)
 {
+    const int height = width * 9 / 16;
+    const size_t pixels = (size_t)width * (size_t)height;
     probe still;
     memset(s, 0, sizeof *s);
-    s->eye = camera_look(from, to, angle, (float)WIDTH / HEIGHT);
-    s->pieces = malloc(sizeof *s->pieces * WIDTH * HEIGHT);
-    s->count = malloc(sizeof *s->count * WIDTH * HEIGHT);
-    if (!s->pieces || !s->count || !scene_create(&s->scene, time, NULL) ||
+    s->eye = camera_look(of->from, of->to, of->vertical_angle, (float)width / (float)height);
+    s->pieces = malloc(sizeof *s->pieces * pixels);
+    s->count = malloc(sizeof *s->count * pixels);
+    if (!s->pieces || !s->count || !scene_create(&s->scene, of->time, NULL) ||
         !probe_default(&still, PROBE_DEFAULT_SIDE) ||
-        !probe_create(&s->probe, PROBE_DEFAULT_SIDE) || !probe_rotate(&s->probe, &still, turn) ||
-        !(s->tree = bvh_create(&s->scene)) || !probe_sampler_create(&s->sampler, &s->probe) ||
-        !view_create(&s->view, &s->scene, &s->eye, WIDTH, HEIGHT)) {
+        !probe_create(&s->probe, PROBE_DEFAULT_SIDE) ||
+        !probe_rotate(&s->probe, &still, of->turn) || !(s->tree = bvh_create(&s->scene)) ||
+        !probe_sampler_create(&s->sampler, &s->probe) ||
+        !view_create(&s->view, &s->scene, &s->eye, width, height)) {
         return fail(why, "no memory for the scene");
     }
     probe_free(&still);
     collect(s);
-    return trace_truth(s, why);
+    return trace_truth(s, rays, why);
 }
 
 void studio_close(studio *s)
@@ -104,7 +105,8 @@ static float visibility_of(const shading *h, const piece *at, unsigned seed)
     const lightprobe_light *l = h->light;
     const float point[3] = {at->position.x, at->position.y, at->position.z};
     if (h->how->method) {
-        return h->how->method->visibility(h->state, point, h->how->method->bias, seed);
+        const float bias = h->how->bias * (h->how->tuning ? 2.0f : 1.0f);
+        return h->how->method->visibility(h->state, point, bias, seed);
     }
     if (h->how->own) return mssm_map_visibility(h->map, &h->frustum, h->how->own, point);
     const vec3 above = vec_mad(at->position, at->normal, 2e-3f), towards = vec_of(l->direction);
@@ -129,7 +131,8 @@ static void add_row(void *context, int y)
     const shading *h = context;
     const float little = 2e-5f * vec_luminance(vec_of(h->lights->l.stats.total));
     const vec3 flux = vec_of(h->light->irradiance);
-    for (int i = y * WIDTH; i < (y + 1) * WIDTH; i++) {
+    const int width = h->s->view.width;
+    for (int i = y * width; i < (y + 1) * width; i++) {
         vec3 sum = vec_of(h->out->rgb + 3 * i);
         for (int k = 0; k < h->s->count[i]; k++) {
             const piece *at = &h->s->pieces[i][k];
@@ -139,7 +142,7 @@ static void add_row(void *context, int y)
             const float seen = share * visibility_of(h, at, seed);
             sum = vec_mad(sum, vec_mul(at->albedo, flux), seen * at->share / VEC_PI);
         }
-        image_set(h->out, i % WIDTH, y, sum);
+        image_set(h->out, i % width, y, sum);
     }
 }
 
@@ -147,7 +150,8 @@ static void add_row(void *context, int y)
 static void start_row(void *context, int y)
 {
     const shading *h = context;
-    for (int i = y * WIDTH; i < (y + 1) * WIDTH; i++) {
+    const int width = h->s->view.width, height = h->s->view.height;
+    for (int i = y * width; i < (y + 1) * width; i++) {
         vec3 sum = vec(0, 0, 0);
         float rest = 1;
         for (int k = 0; k < h->s->count[i]; k++) {
@@ -158,10 +162,10 @@ static void start_row(void *context, int y)
             sum = vec_mad(sum, vec_mul(at->albedo, vec_of(rgb)), at->share / VEC_PI);
             rest -= at->share;
         }
-        const vec3 ray =
-            camera_ray(&h->s->eye, ((float)(i % WIDTH) + 0.5f) / WIDTH, ((float)y + 0.5f) / HEIGHT);
+        const vec3 ray = camera_ray(&h->s->eye, ((float)(i % width) + 0.5f) / (float)width,
+                                    ((float)y + 0.5f) / (float)height);
         if (rest > 0) sum = vec_mad(sum, probe_sample(&h->s->probe, ray), rest);
-        image_set(h->out, i % WIDTH, y, sum);
+        image_set(h->out, i % width, y, sum);
     }
 }
 
@@ -201,6 +205,7 @@ static bool open_map(shading *h, int side, message *why)
     } else if (done) {
         h->state = h->how->method->create(h->how->method, side, &bytes);
         done = h->state;
+        if (done && h->how->tuning) convolution_tune(h->state, h->how->tuning);
         if (done) h->how->method->update(h->state, &map);
     }
     return done || fail(why, "no memory for a map");
@@ -210,12 +215,13 @@ bool studio_shade(const studio *s, const studio_lights *lights, const shadowing 
                   message *why)
 {
     shading h = {.s = s, .lights = lights, .how = how, .out = out};
-    bool done = image_create(out, WIDTH, HEIGHT) || fail(why, "no memory");
-    if (done) parallel_for(HEIGHT, start_row, &h, NULL);
+    bool done = image_create(out, s->view.width, s->view.height) || fail(why, "no memory");
+    if (done) parallel_for(s->view.height, start_row, &h, NULL);
     for (int i = 0; i < lights->l.lights && done; i++) {
         h.light = &lights->l.light[i];
-        if (how->method || how->own) done = open_map(&h, lighting_map_side(&lights->l, i), why);
-        if (done) parallel_for(HEIGHT, add_row, &h, NULL);
+        if (how->method || how->own)
+            done = open_map(&h, lighting_map_side(&lights->l, i) * (how->tuning ? 2 : 1), why);
+        if (done) parallel_for(s->view.height, add_row, &h, NULL);
         close_map(&h);
     }
     return done;
@@ -223,18 +229,25 @@ bool studio_shade(const studio *s, const studio_lights *lights, const shadowing 
 
 // ---- Comparing ----------------------------------------------------------------------------------
 
+static double beyond(double error, double noise)
+{
+    return sqrt(fmax(error * error - noise * noise, 0));
+}
+
 double studio_error(const studio *s, const image *a, const image *truth)
 {
-    return 100 * report_difference(a, truth, &s->view);
+    const double error = 100 * report_difference(a, truth, &s->view);
+    return beyond(error, truth == &s->truth ? s->noise : 0);
 }
 
 double studio_edges(const studio *s, const image *a, const image *truth)
 {
+    const int width = s->view.width;
     double squares = 0, sum = 0, steps = 0;
-    for (int i = 0; i < WIDTH * (HEIGHT - 1) - 1; i++) {
-        if (!s->count[i] || !s->count[i + 1] || !s->count[i + WIDTH]) continue;
+    for (int i = 0; i < width * (s->view.height - 1) - 1; i++) {
+        if (!s->count[i] || !s->count[i + 1] || !s->count[i + width]) continue;
         for (int k = 0; k < 6; k++) {
-            const int from = 3 * i + k % 3, to = k < 3 ? from + 3 : from + 3 * WIDTH;
+            const int from = 3 * i + k % 3, to = k < 3 ? from + 3 : from + 3 * width;
             const double step = fabs((double)a->rgb[to] - (double)a->rgb[from]);
             const double right = fabs((double)truth->rgb[to] - (double)truth->rgb[from]);
             const double excess = step > right ? step - right : 0;
@@ -243,13 +256,13 @@ double studio_edges(const studio *s, const image *a, const image *truth)
             steps++;
         }
     }
-    return 100 * sqrt(squares * steps) / sum;
+    return beyond(100 * sqrt(squares * steps) / sum, truth == &s->truth ? s->edge_noise : 0);
 }
 
 double studio_brightness(const studio *s, const image *a, const image *truth)
 {
     double one = 0, other = 0;
-    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+    for (int i = 0; i < s->view.width * s->view.height; i++) {
         if (s->view.triangle[i * VIEW_SAMPLES] < 0) continue;
         one += (double)vec_luminance(vec_of(a->rgb + 3 * i));
         other += (double)vec_luminance(vec_of(truth->rgb + 3 * i));
@@ -260,7 +273,7 @@ double studio_brightness(const studio *s, const image *a, const image *truth)
 double studio_leak(const studio *s, const image *a, const image *truth)
 {
     double more = 0, sum = 0;
-    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+    for (int i = 0; i < s->view.width * s->view.height; i++) {
         if (s->view.triangle[i * VIEW_SAMPLES] < 0) continue;
         const double right = (double)vec_luminance(vec_of(truth->rgb + 3 * i));
         more += fmax((double)vec_luminance(vec_of(a->rgb + 3 * i)) - right, 0);
