@@ -12,7 +12,8 @@
 #   make chart         speed against accuracy, all methods: docs/accuracy.md, its pictures and figures
 #   make chart-quick   the same from fewer receivers, into build/docs
 #   make chart-check   whether README and docs still say what the figures say
-#   make figures       the papers' figures re-made: docs/figures.md and its pictures (some minutes)
+#   make figures       the papers' figures re-made: docs/figures.md and its pictures (some minutes; optipng, if
+#                      there, makes those a fifth smaller)
 #   make page          the hello scene and the demo's, live in WebGL 2: build/page/page.html (emscripten)
 #   make isa           what GPUs execute of the shaders, counted in their machine code: docs/gpu.md
 #   make fuzz          random and damaged input for both headers and the file readers, FUZZ_SECONDS=60 each
@@ -148,6 +149,7 @@ chart-check: $(out)/report
 
 figures: $(out)/figures
 	$(out)/figures docs
+	@! command -v optipng >/dev/null || optipng -quiet -o2 docs/figure_*.png
 
 # The page is one file. Node of others than Debian does not find Debian's acorn by itself.
 page_sources = examples/page.c $(filter-out examples/common/gl_%.c,$(wildcard examples/common/*.c))

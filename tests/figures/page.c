@@ -105,7 +105,7 @@ static double draw_key(svg *s, const panel *panels, int count, double top, bool 
         for (int k = 0; k < panels[i].count; k++) {
             const series *one = &panels[i].list[k];
             if (shown_before(panels, i, k)) continue;
-            const double wide = 40 + svg_text_width(one->name, 12);
+            const double wide = 48 + svg_text_width(one->name, 12);
             if (x + wide > s->width) {
                 x = 24;
                 y += 18;
