@@ -818,6 +818,12 @@ MSSM_SHARED float mssm_clamp(float x, float low, float high)
     return mssm_max(mssm_min(x, high), low);
 }
 
+// Without its fraction; from 0 to 2^31. floorf() is a call or ten instructions where SSE 4 is not.
+MSSM_SHARED float mssm_whole(float x)
+{
+    return (float)(int)x;
+}
+
 // The bits of a float as an integer.
 MSSM_SHARED int mssm_bits(float x)
 {
@@ -2315,8 +2321,8 @@ MSSM_SHARED struct mssm_strips mssm_cut(float begin, float to, float size)
     float inside = mssm_clamp(to, 0.0f, size) - mssm_clamp(begin, 0.0f, size);
     float low = mssm_max(begin, -inside);
     float high = mssm_min(to, size + inside);
-    float start = mssm_clamp(floorf(begin), 0.0f, size - 1.0f);
-    float end = mssm_clamp(floorf(to), 0.0f, size - 1.0f);
+    float start = mssm_whole(mssm_clamp(begin, 0.0f, size - 1.0f));
+    float end = mssm_whole(mssm_clamp(to, 0.0f, size - 1.0f));
     float next = start + 1.0f;
     r.edge[0] = start;
     r.edge[1] = next;
@@ -2342,10 +2348,12 @@ MSSM_SHARED struct mssm_span mssm_cut_texels(float begin, float to, float size)
 {
     struct mssm_span r;
     float inwards = mssm_clamp(0.125f * (to - begin - 1.0f), 0.0f, 0.5f);
-    r.low = mssm_clamp(floorf(begin + inwards), 0.0f, size - 1.0f);
+    r.low = mssm_whole(mssm_clamp(begin + inwards, 0.0f, size - 1.0f));
     // No more than a level's sums can hold, however begin and to were rounded.
     float most = mssm_min(r.low + MSSM_KERNEL, size);
-    r.high = mssm_clamp(-floorf(inwards - to), r.low + 1.0f, most);
+    float end = mssm_clamp(to - inwards, 0.0f, size);
+    float high = mssm_whole(end);
+    r.high = mssm_clamp(high < end ? high + 1.0f : high, r.low + 1.0f, most);
     return r;
 }
 
@@ -2375,18 +2383,28 @@ MSSM_SHARED struct mssm_span mssm_cut_depths(float x, float half_size, float sca
 }
 // [glsl end]
 
-// Sums of four neighbouring channels over the three strips of one row: a vector loop. Partial
-// strips come before whole ones, here and below: MSSM_BIAS*_TABLE was proved for this order of
-// rounding.
-MSSM_SHARED void mssm__add_strips(const uint32_t *low, const uint32_t *high, const size_t at[4],
-                                  struct mssm_strips x, float sum[4])
+// The strips of one row of a table, of four neighbouring channels: a vector loop, as is the next.
+MSSM_SHARED void mssm__cut_row(const uint32_t *row, const size_t at[4], uint32_t strip[3][4])
 {
-    const size_t a = at[0], b = at[1], c = at[2], d = at[3];
     for (size_t k = 0; k < 4; k++) {
-        const uint32_t left = high[a + k] - low[a + k], left1 = high[b + k] - low[b + k];
-        const uint32_t right = high[c + k] - low[c + k], right1 = high[d + k] - low[d + k];
-        const float first = (float)(int32_t)(left1 - left), last = (float)(int32_t)(right1 - right);
-        sum[k] = (x.first * first + x.last * last) + (float)(int32_t)(right - left1);
+        const uint32_t a = row[at[0] + k], b = row[at[1] + k];
+        const uint32_t c = row[at[2] + k], d = row[at[3] + k];
+        strip[0][k] = b - a;
+        strip[1][k] = c - b;
+        strip[2][k] = d - c;
+    }
+}
+
+// Sums between two rows. Partial strips come before whole ones, here and below: MSSM_BIAS*_TABLE was
+// proved for this order of rounding.
+MSSM_SHARED void mssm__add_strips(uint32_t low[3][4], uint32_t high[3][4], struct mssm_strips x,
+                                  float sum[4])
+{
+    for (size_t k = 0; k < 4; k++) {
+        const float first = (float)(int32_t)(high[0][k] - low[0][k]);
+        const float whole = (float)(int32_t)(high[1][k] - low[1][k]);
+        const float last = (float)(int32_t)(high[2][k] - low[2][k]);
+        sum[k] = (x.first * first + x.last * last) + whole;
     }
 }
 
@@ -2405,18 +2423,23 @@ static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float
     const float outside = (area - sx.known * sy.known) / area; // exactly 0 where nothing is
     const size_t channels = (size_t)map->moments;
     const size_t stride = (size_t)(map->size[level] + 1) * channels;
-    size_t at[4], row[4];
-    for (int i = 0; i < 4; i++) {
-        at[i] = (size_t)sx.edge[i] * channels;
-        row[i] = (size_t)sy.edge[i] * stride;
-    }
+    const size_t left = (size_t)sx.edge[0] * channels, right = (size_t)sx.edge[2] * channels;
+    const size_t at[4] = {left, left + channels, right, (size_t)sx.edge[3] * channels};
+    const size_t top = (size_t)sy.edge[0] * stride, bottom = (size_t)sy.edge[2] * stride;
+    const size_t row[4] = {top, top + stride, bottom, (size_t)sy.edge[3] * stride};
     mssm_moments6 t = {{0}};
     for (int first = 0; first <= moments - 4; first += 2) { // channels 0 to 3, then 2 to 5
         const uint32_t *table = map->table[level] + first;
+        uint32_t cut[4][3][4];
         float strip[3][4];
-        for (int j = 0; j < 3; j++) {
-            mssm__add_strips(table + row[j], table + row[j + 1], at, sx, strip[j]);
-        }
+        // No loops: compilers keep all of it in registers then, and a query takes a third less.
+        mssm__cut_row(table + row[0], at, cut[0]);
+        mssm__cut_row(table + row[1], at, cut[1]);
+        mssm__cut_row(table + row[2], at, cut[2]);
+        mssm__cut_row(table + row[3], at, cut[3]);
+        mssm__add_strips(cut[0], cut[1], sx, strip[0]);
+        mssm__add_strips(cut[1], cut[2], sx, strip[1]);
+        mssm__add_strips(cut[2], cut[3], sx, strip[2]);
         for (int k = 0; k < 4; k++) {
             const float partial = sy.first * strip[0][k] + sy.last * strip[2][k];
             t.b[first + k] = (partial + strip[1][k]) * inverse + outside;
@@ -2455,11 +2478,13 @@ static float mssm__least(const mssm_map *map, float x, float y, float half_size,
     const float scale = 0.5f / (float)(1 << level);
     const struct mssm_span sx = mssm_cut_depths(x, half_size, scale, (float)size);
     const struct mssm_span sy = mssm_cut_depths(y, half_size, scale, (float)size);
-    const int first = (int)sx.low, last = (int)sx.high, top = (int)sy.high;
+    const int first = (int)sx.low, last = (int)sx.high, middle = (first + last) / 2;
+    const int top = (int)sy.high;
     float least = 1.0f;
-    for (int j = (int)sy.low; j <= top; j++) {
+    for (int j = (int)sy.low; j <= top; j++) { // a column read twice costs less than a loop
         const float *row = &map->depth[level][(size_t)j * (size_t)size][which];
-        for (int i = first; i <= last; i++) least = mssm_min(row[2 * i], least);
+        least = mssm_min(mssm_min(row[2 * first], row[2 * last]), least);
+        least = mssm_min(row[2 * middle], least);
     }
     return least;
 }
@@ -2543,7 +2568,7 @@ MSSM_SHARED float mssm_row(mssm_view v, int row, float x, float y, float z)
 }
 
 // From shadow-space coordinates. Overflow and NaN end up far outside of the map.
-MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_options o, float x,
+MSSM_SHARED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_options o, float x,
                                                  float y, float depth)
 {
     struct mssm_receiver r;
@@ -2573,7 +2598,7 @@ MSSM_CALLED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     return r;
 }
 
-MSSM_CALLED struct mssm_receiver mssm_receive(mssm_view v, struct mssm_options o, float x, float y,
+MSSM_SHARED struct mssm_receiver mssm_receive(mssm_view v, struct mssm_options o, float x, float y,
                                               float z)
 {
     float u = mssm_row(v, 0, x, y, z);
@@ -2720,7 +2745,7 @@ MSSM_SHARED struct mssm_kernel6 mssm_kernel6_stored(mssm_moments6 t, float alpha
 }
 
 // The depths that Chebyshev moments hold; z[0] is the receiver's.
-MSSM_CALLED mssm_points4 mssm_layers(struct mssm_options o, int moments, mssm_moments6 t, float z)
+MSSM_SHARED mssm_points4 mssm_layers(struct mssm_options o, int moments, mssm_moments6 t, float z)
 {
     if (moments == 6) return mssm_points_of6(mssm_kernel6_stored(t, o.alpha6, z));
     mssm_points3 p = mssm_points_of4(mssm_kernel4_stored(t, o.alpha4, z));
@@ -2802,7 +2827,7 @@ MSSM_SHARED float mssm_cone_least(MSSM_MAP map, mssm_view v, struct mssm_receive
 // The least distance that the kernel of every blocker of the receiver reaches no further than, or 0
 // where nothing can block: from the least depth in the cone of the light up to the near plane, and
 // then in the cone up to there, as long as that helps.
-MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receiver r)
+MSSM_SHARED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receiver r)
 {
     float kernel = mssm_max(r.kernel_u, r.kernel_v);
     float d = r.d_max;
@@ -2872,11 +2897,15 @@ struct mssm_occlusion {
     float past;
 };
 
-// Linear in the area of kernels: 0 at distance a, 1 at b.
-MSSM_SHARED float mssm_between(float distance, float a, float b)
+// Linear in the area of kernels: 0 at distance a, 1 at b; inverse is mssm_inverse_between(a, b).
+MSSM_SHARED float mssm_between(float distance, float a, float inverse)
 {
-    return mssm_clamp((distance - a) * (distance + a) / mssm_max((b - a) * (b + a), 1e-37f), 0.0f,
-                      1.0f);
+    return mssm_clamp((distance - a) * (distance + a) * inverse, 0.0f, 1.0f);
+}
+
+MSSM_SHARED float mssm_inverse_between(float a, float b)
+{
+    return 1.0f / mssm_max((b - a) * (b + a), 1e-37f);
 }
 
 // Share of a depth behind the receiver that counts as its own surface going on there; distance in
@@ -2927,6 +2956,8 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
     float nearer = 1.0f / (0.3f * k.d + 1e-30f);
     float past = k.first == 1 ? 0.0f : 0.3f * nearer;
+    float inverse = mssm_inverse_between(k.inner, k.d);
+    float inverse_outer = mssm_inverse_between(k.d, k.outer);
     float near_by = 0.0f;
     float seen = p.w[0];
     struct mssm_occlusion s;
@@ -2940,8 +2971,8 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
         // The mirror reaches a fifth further: the bias keeps what is close out of the front, but
         // not out of what lies behind, whose mean is nearer then.
         float at = p.z[j] < r.z_test ? distance : 1.2f * distance;
-        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, k.d);
-        float fresh = k.first == 1 ? counted : counted - mssm_between(at, k.d, k.outer);
+        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, inverse);
+        float fresh = counted - mssm_between(at, k.d, inverse_outer);
         float w;
         if (p.z[j] < r.z_test) {
             w = mssm_blocked(r, p.z[j], p.w[j]);
@@ -2979,10 +3010,11 @@ MSSM_SHARED float mssm_next_distance(mssm_view v, struct mssm_receiver r, float 
 {
     float sum = 0.2f;
     float first = 0.07f * d;
+    float inverse = mssm_inverse_between(0.0f, d);
     for (int j = 1; j < 4; j++) {
         if (p.z[j] >= r.z_test) continue;
         float distance = mssm_blur_distance(v, r, p.z[j]);
-        float w = mssm_blocked(r, p.z[j], p.w[j]) * (1.0f - mssm_between(distance, 0.0f, d));
+        float w = mssm_blocked(r, p.z[j], p.w[j]) * (1.0f - mssm_between(distance, 0.0f, inverse));
         sum += w;
         first += w * distance;
     }
@@ -3782,7 +3814,7 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     "#define mssm_bits floatBitsToInt\n"                                                         \
     "#define sqrtf sqrt\n"                                                                       \
     "#define fabsf abs\n"                                                                        \
-    "#define floorf floor\n"                                                                     \
+    "#define mssm_whole floor\n"                                                                 \
     "#define powf pow\n"
 #define MSSM__GLSL_FORGET   \
     "#undef MSSM_SHARED\n"  \
@@ -3790,7 +3822,7 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     "#undef MSSM_PRECISE\n" \
     "#undef sqrtf\n"        \
     "#undef fabsf\n"        \
-    "#undef floorf\n"       \
+    "#undef mssm_whole\n"   \
     "#undef powf\n"
 
 #define MSSM__TEXT_OF(x) #x
@@ -7444,8 +7476,8 @@ const char *mssm_glsl_shading(void)
     "    float inside = mssm_clamp(to, 0.0f, size) - mssm_clamp(begin, 0.0f, size);\n"
     "    float low = mssm_max(begin, -inside);\n"
     "    float high = mssm_min(to, size + inside);\n"
-    "    float start = mssm_clamp(floorf(begin), 0.0f, size - 1.0f);\n"
-    "    float end = mssm_clamp(floorf(to), 0.0f, size - 1.0f);\n"
+    "    float start = mssm_whole(mssm_clamp(begin, 0.0f, size - 1.0f));\n"
+    "    float end = mssm_whole(mssm_clamp(to, 0.0f, size - 1.0f));\n"
     "    float next = start + 1.0f;\n"
     "    r.edge[0] = start;\n"
     "    r.edge[1] = next;\n"
@@ -7471,10 +7503,12 @@ const char *mssm_glsl_shading(void)
     "{\n"
     "    mssm_span r;\n"
     "    float inwards = mssm_clamp(0.125f * (to - begin - 1.0f), 0.0f, 0.5f);\n"
-    "    r.low = mssm_clamp(floorf(begin + inwards), 0.0f, size - 1.0f);\n"
+    "    r.low = mssm_whole(mssm_clamp(begin + inwards, 0.0f, size - 1.0f));\n"
     "    // No more than a level's sums can hold, however begin and to were rounded.\n"
     "    float most = mssm_min(r.low + MSSM_KERNEL, size);\n"
-    "    r.high = mssm_clamp(-floorf(inwards - to), r.low + 1.0f, most);\n"
+    "    float end = mssm_clamp(to - inwards, 0.0f, size);\n"
+    "    float high = mssm_whole(end);\n"
+    "    r.high = mssm_clamp(high < end ? high + 1.0f : high, r.low + 1.0f, most);\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -7572,7 +7606,7 @@ const char *mssm_glsl_shading(void)
     "}\n"
     "\n"
     "// From shadow-space coordinates. Overflow and NaN end up far outside of the map.\n"
-    "MSSM_CALLED mssm_receiver mssm_receive_at(mssm_view v, mssm_options o, float x,\n"
+    "MSSM_SHARED mssm_receiver mssm_receive_at(mssm_view v, mssm_options o, float x,\n"
     "                                                 float y, float depth)\n"
     "{\n"
     "    mssm_receiver r;\n"
@@ -7602,7 +7636,7 @@ const char *mssm_glsl_shading(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "MSSM_CALLED mssm_receiver mssm_receive(mssm_view v, mssm_options o, float x, float y,\n"
+    "MSSM_SHARED mssm_receiver mssm_receive(mssm_view v, mssm_options o, float x, float y,\n"
     "                                              float z)\n"
     "{\n"
     "    float u = mssm_row(v, 0, x, y, z);\n"
@@ -7737,7 +7771,7 @@ const char *mssm_glsl_shading(void)
     "}\n"
     "\n"
     "// The depths that Chebyshev moments hold; z[0] is the receiver's.\n"
-    "MSSM_CALLED mssm_points4 mssm_layers(mssm_options o, int moments, mssm_moments6 t, float z)\n"
+    "MSSM_SHARED mssm_points4 mssm_layers(mssm_options o, int moments, mssm_moments6 t, float z)\n"
     "{\n"
     "    if (moments == 6) return mssm_points_of6(mssm_kernel6_stored(t, o.alpha6, z));\n"
     "    mssm_points3 p = mssm_points_of4(mssm_kernel4_stored(t, o.alpha4, z));\n"
@@ -7826,11 +7860,15 @@ const char *mssm_glsl_shading(void)
     "    float past;\n"
     "};\n"
     "\n"
-    "// Linear in the area of kernels: 0 at distance a, 1 at b.\n"
-    "MSSM_SHARED float mssm_between(float distance, float a, float b)\n"
+    "// Linear in the area of kernels: 0 at distance a, 1 at b; inverse is mssm_inverse_between(a, b).\n"
+    "MSSM_SHARED float mssm_between(float distance, float a, float inverse)\n"
     "{\n"
-    "    return mssm_clamp((distance - a) * (distance + a) / mssm_max((b - a) * (b + a), 1e-37f), 0.0f,\n"
-    "                      1.0f);\n"
+    "    return mssm_clamp((distance - a) * (distance + a) * inverse, 0.0f, 1.0f);\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED float mssm_inverse_between(float a, float b)\n"
+    "{\n"
+    "    return 1.0f / mssm_max((b - a) * (b + a), 1e-37f);\n"
     "}\n"
     "\n"
     "// Share of a depth behind the receiver that counts as its own surface going on there; distance in\n"
@@ -7881,6 +7919,8 @@ const char *mssm_glsl_shading(void)
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
     "    float nearer = 1.0f / (0.3f * k.d + 1e-30f);\n"
     "    float past = k.first == 1 ? 0.0f : 0.3f * nearer;\n"
+    "    float inverse = mssm_inverse_between(k.inner, k.d);\n"
+    "    float inverse_outer = mssm_inverse_between(k.d, k.outer);\n"
     "    float near_by = 0.0f;\n"
     "    float seen = p.w[0];\n"
     "    mssm_occlusion s;\n"
@@ -7894,8 +7934,8 @@ const char *mssm_glsl_shading(void)
     "        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but\n"
     "        // not out of what lies behind, whose mean is nearer then.\n"
     "        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;\n"
-    "        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, k.d);\n"
-    "        float fresh = k.first == 1 ? counted : counted - mssm_between(at, k.d, k.outer);\n"
+    "        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, inverse);\n"
+    "        float fresh = counted - mssm_between(at, k.d, inverse_outer);\n"
     "        float w;\n"
     "        if (p.z[j] < r.z_test) {\n"
     "            w = mssm_blocked(r, p.z[j], p.w[j]);\n"
@@ -7933,10 +7973,11 @@ const char *mssm_glsl_shading(void)
     "{\n"
     "    float sum = 0.2f;\n"
     "    float first = 0.07f * d;\n"
+    "    float inverse = mssm_inverse_between(0.0f, d);\n"
     "    for (int j = 1; j < 4; j++) {\n"
     "        if (p.z[j] >= r.z_test) continue;\n"
     "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
-    "        float w = mssm_blocked(r, p.z[j], p.w[j]) * (1.0f - mssm_between(distance, 0.0f, d));\n"
+    "        float w = mssm_blocked(r, p.z[j], p.w[j]) * (1.0f - mssm_between(distance, 0.0f, inverse));\n"
     "        sum += w;\n"
     "        first += w * distance;\n"
     "    }\n"
@@ -7964,7 +8005,7 @@ const char *mssm_glsl_shading(void)
     "// The least distance that the kernel of every blocker of the receiver reaches no further than, or 0\n"
     "// where nothing can block: from the least depth in the cone of the light up to the near plane, and\n"
     "// then in the cone up to there, as long as that helps.\n"
-    "MSSM_CALLED float mssm_cone_reach(MSSM_MAP map, mssm_view v, mssm_receiver r)\n"
+    "MSSM_SHARED float mssm_cone_reach(MSSM_MAP map, mssm_view v, mssm_receiver r)\n"
     "{\n"
     "    float kernel = mssm_max(r.kernel_u, r.kernel_v);\n"
     "    float d = r.d_max;\n"
