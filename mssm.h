@@ -395,9 +395,9 @@ typedef struct mssm_texels {
 } mssm_texels;
 
 // which 0: moments 1 to 4 (RGBA32I); 1: moments 5 and 6 (RG32I); 2: least depths and least -depths
-// (RG32F). texels may be NULL, to ask for sizes. MSSM_ERROR_ARGUMENT, with all untouched, ends a
-// loop over levels: there is no such level or, with 4 moments, no texture 1; MSSM_ERROR_MEMORY if
-// bytes are too few.
+// (RG32F), from level 1 on of 2 x 2 texels together. texels may be NULL, to ask for sizes.
+// MSSM_ERROR_ARGUMENT, with all untouched, ends a loop over levels: there is no such level or, with 4
+// moments, no texture 1; MSSM_ERROR_MEMORY if bytes are too few.
 MSSM_API mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texels *info,
                                      void *texels, size_t bytes);
 
@@ -2064,7 +2064,7 @@ struct mssm_map {
     int averaged; // made of front and back faces
     int size[MSSM__LEVELS];
     uint32_t *table[MSSM__LEVELS];
-    int depths; // levels of least depths: level l has those of 2^(l + 1) x 2^(l + 1) texels
+    int depths; // levels of least depths: level 0 has those of 2 x 2 texels, see mssm_depth_level
     int size_of_depths[MSSM__DEPTHS];
     float (*depth[MSSM__DEPTHS])[2]; // the least depth, and the least of -depth
 };
@@ -2226,32 +2226,45 @@ static void mssm__fill_level(mssm_map *map, int level, const float *front, const
     }
 }
 
-// Least depths and greatest ones of all levels, or without a map 1.
-static void mssm__fill_depths(mssm_map *map, const float *front, const float *back, int samples)
+// From level 0 the others.
+static void mssm__coarsen_depths(mssm_map *map)
 {
-    for (int level = 0, size = (map->side + 1) / 2; level < map->depths;
-         level++, size = (size + 1) / 2) {
-        for (size_t i = 0; i < (size_t)size * (size_t)size; i++) {
-            map->depth[level][i][0] = 1;
-            map->depth[level][i][1] = front ? 1.0f : -1.0f;
-        }
-        const int finer = level ? map->size_of_depths[level - 1] : map->side,
-                  each = level ? 1 : samples;
-        map->size_of_depths[level] = size;
-        if (!front) continue;
-        for (int y = 0; y < finer; y++) {
-            float(*row)[2] = map->depth[level] + (size_t)(y / 2) * (size_t)size;
-            const size_t first = (size_t)y * (size_t)finer * (size_t)each;
-            for (int i = 0; i < finer * each; i++) {
-                const size_t at = first + (size_t)i;
-                float z = level ? 0 : mssm__depth(front[at]);
-                if (back && !level) z = 0.5f * (z + mssm__depth(back[at]));
-                float *least = row[i / each / 2];
-                least[0] = mssm_min(level ? map->depth[level - 1][at][0] : z, least[0]);
-                least[1] = mssm_min(level ? map->depth[level - 1][at][1] : -z, least[1]);
+    for (int level = 1; level < map->depths; level++) {
+        const int size = map->size_of_depths[level], finer = map->size_of_depths[level - 1];
+        const int step = level > 1 ? 2 : 1; // from level 1 on a texel has the next in it
+        for (int p = 0; p < size * size; p++) {
+            const int x = 2 * (p % size), y = 2 * (p / size);
+            float *least = map->depth[level][p];
+            least[0] = least[1] = 1;
+            for (int i = y; i < y + 4 && i < finer; i += step) {
+                for (int j = x; j < x + 4 && j < finer; j += step) {
+                    const float *at = map->depth[level - 1][(size_t)i * (size_t)finer + (size_t)j];
+                    least[0] = mssm_min(at[0], least[0]);
+                    least[1] = mssm_min(at[1], least[1]);
+                }
             }
         }
     }
+}
+
+// Least depths and greatest ones of all levels, or without a map 1.
+static void mssm__fill_depths(mssm_map *map, const float *front, const float *back, int samples)
+{
+    const size_t size = (size_t)map->size_of_depths[0], side = (size_t)map->side;
+    const size_t wide = side * (size_t)samples;
+    for (size_t i = 0; i < size * size; i++) {
+        map->depth[0][i][0] = 1;
+        map->depth[0][i][1] = front ? 1.0f : -1.0f;
+    }
+    for (size_t i = 0; front && i < side * wide; i++) {
+        const size_t x = i % wide / (size_t)samples, y = i / wide;
+        float *least = map->depth[0][y / 2 * size + x / 2];
+        float z = mssm__depth(front[i]);
+        if (back) z = 0.5f * (z + mssm__depth(back[i]));
+        least[0] = mssm_min(z, least[0]);
+        least[1] = mssm_min(-z, least[1]);
+    }
+    mssm__coarsen_depths(map);
 }
 
 static void mssm__fill(mssm_map *map, const float *front, const float *back, int samples)
@@ -2283,6 +2296,7 @@ mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, int side, 
     m->depths = mssm__levels((side + 1) / 2, 1);
     float(*depth)[2] = (float(*)[2])(void *)table;
     for (int level = 0, size = (side + 1) / 2; level < m->depths; level++, size = (size + 1) / 2) {
+        m->size_of_depths[level] = size;
         m->depth[level] = depth;
         depth += (size_t)size * (size_t)size;
     }
@@ -2365,15 +2379,19 @@ MSSM_SHARED int mssm_level_of(float width, int levels)
     return level < levels - 1 ? level : levels - 1;
 }
 
-// The level of least depth whose texels, 2^(level + 1) wide, are at least as wide as half_size.
+// The level of least depth that serves such a square: 0, of 2 x 2 texels, as long as it touches no
+// more than two of them on an axis; then the one whose texels, 2^(level + 1) wide, are as wide as
+// half_size, so that it touches three. There each has the least of itself and the next, right and
+// below: two reads on an axis see three texels.
 MSSM_SHARED int mssm_depth_level(float half_size, int levels)
 {
-    int level = (mssm_bits(mssm_max(half_size, 2.0f)) - mssm_bits(2.0f) + 0x7fffff) >> 23;
+    int level = (mssm_bits(mssm_max(half_size, 4.0f)) - mssm_bits(2.0f) + 0x7fffff) >> 23;
+    level = half_size > 1.0f ? level : 0;
     return level < levels - 1 ? level : levels - 1;
 }
 
-// First and last of at most three texels of least depth on one axis, as they are before the
-// fraction is cut off; scale is one over their width.
+// First and last texel of least depth on one axis, as they are before the fraction is cut off; scale
+// is one over their width.
 MSSM_SHARED struct mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)
 {
     struct mssm_span r;
@@ -2471,22 +2489,20 @@ static mssm_moments6 mssm__query_texels(const mssm_map *map, int moments, float 
 }
 
 // Least depth, or least of -depth, of all texels within half_size texels of (x, y), and of some
-// around: at most nine reads.
+// around: four reads.
 static float mssm__least(const mssm_map *map, float x, float y, float half_size, int which)
 {
     const int level = mssm_depth_level(half_size, map->depths), size = map->size_of_depths[level];
     const float scale = 0.5f / (float)(1 << level);
     const struct mssm_span sx = mssm_cut_depths(x, half_size, scale, (float)size);
     const struct mssm_span sy = mssm_cut_depths(y, half_size, scale, (float)size);
-    const int first = (int)sx.low, last = (int)sx.high, middle = (first + last) / 2;
-    const int top = (int)sy.high;
-    float least = 1.0f;
-    for (int j = (int)sy.low; j <= top; j++) { // a column read twice costs less than a loop
-        const float *row = &map->depth[level][(size_t)j * (size_t)size][which];
-        least = mssm_min(mssm_min(row[2 * first], row[2 * last]), least);
-        least = mssm_min(row[2 * middle], least);
-    }
-    return least;
+    const int next = level > 0, left = (int)sx.low, top = (int)sy.low;
+    const int right = (int)sx.high - next > left ? (int)sx.high - next : left;
+    const int bottom = (int)sy.high - next > top ? (int)sy.high - next : top;
+    const float *high = &map->depth[level][(size_t)top * (size_t)size][which];
+    const float *low = &map->depth[level][(size_t)bottom * (size_t)size][which];
+    return mssm_min(mssm_min(high[2 * left], high[2 * right]),
+                    mssm_min(low[2 * left], low[2 * right]));
 }
 
 // ---- Estimators (docs/moments.md, "Layers") ---- >>estimators
@@ -3521,12 +3537,9 @@ mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded)
     for (int i = 0; i < side * side; i++) {
         // Where anything is, it may be as near as depth goes.
         if (encoded[(size_t)i * (size_t)moments] >= MSSM__EMPTY) continue;
-        for (int level = 0; level < map->depths; level++) {
-            const int size = map->size_of_depths[level], x = (i % side) >> (level + 1);
-            map->depth[level][(size_t)((i / side) >> (level + 1)) * (size_t)size + (size_t)x][0] =
-                -1;
-        }
+        map->depth[0][i / side / 2 * map->size_of_depths[0] + i % side / 2][0] = -1;
     }
+    mssm__coarsen_depths(map);
     map->averaged = 0;
     return MSSM_OK;
 }
@@ -4274,40 +4287,44 @@ static const char mssm__glsl_resolve[] =
     "    imageStore(depths, ivec3(p / 2, job[1]), least.xyxy);\n" // beyond the image nothing is stored
     "}\n";
 
-// Least depths of three levels from the one below: a work group's 8 x 8, 4 x 4 and 2 x 2 texels.
+// Least depths of three levels from the one below, by mssm__coarsen_depths: a work group's 8 x 8, 4 x 4
+// and 2 x 2 texels, and as many of the next groups' as these have in them.
 static const char mssm__glsl_least[] =
-    "layout(local_size_x = 8, local_size_y = 8) in;\n"
+    "layout(local_size_x = 11, local_size_y = 11) in;\n"
     "layout(binding = 0, rg32f) readonly uniform image2DArray finer;\n"
     "layout(binding = 1, rg32f) writeonly uniform image2DArray half_size;\n"
     "layout(binding = 2, rg32f) writeonly uniform image2DArray quarter;\n"
     "layout(binding = 3, rg32f) writeonly uniform image2DArray eighth;\n"
     "layout(location = 0) uniform int layers[MSSM_BATCH];\n"
-    "shared vec2 nearest[64];\n"
-    "vec2 least_of(int i, int step)\n"
+    "layout(location = MSSM_BATCH) uniform int stride;\n"
+    "shared vec2 nearest[121];\n"
+    "vec2 next_of(ivec2 p)\n"
     "{\n"
     "    memoryBarrierShared();\n"
     "    barrier();\n"
-    "    int j = min(i, 54);\n" // threads of the border have nothing to say
-    "    return min(min(nearest[j], nearest[j + step]), min(nearest[j + 8 * step], nearest[j + 9 * step]));\n"
+    "    int i = 2 * min(p.x, 4) + 22 * min(p.y, 4);\n" // threads beyond have nothing to say
+    "    return min(min(nearest[i], nearest[i + 2]), min(nearest[i + 22], nearest[i + 24]));\n"
     "}\n"
     "void main()\n"
     "{\n"
-    "    ivec3 p = ivec3(gl_GlobalInvocationID.xy, layers[gl_WorkGroupID.z]);\n"
-    "    ivec3 q = ivec3(2 * p.xy, p.z);\n"
-    "    int i = int(gl_LocalInvocationIndex);\n"
-    "    vec2 least = min(min(imageLoad(finer, q).xy, imageLoad(finer, q + ivec3(1, 0, 0)).xy),\n"
-    "                      min(imageLoad(finer, q + ivec3(0, 1, 0)).xy, imageLoad(finer, q + ivec3(1, 1, 0)).xy));\n"
-    "    imageStore(half_size, p, least.xyxy);\n"
+    "    ivec2 p = ivec2(gl_LocalInvocationID.xy), group = ivec2(gl_WorkGroupID.xy);\n"
+    "    ivec2 from = 2 * (8 * group + p), last = imageSize(finer).xy - 1;\n"
+    "    int i = int(gl_LocalInvocationIndex), layer = layers[gl_WorkGroupID.z];\n"
+    "    vec2 least = vec2(1.0);\n"
+    "    for (int y = 0; y < 4; y += stride) {\n"
+    "        for (int x = 0; x < 4; x += stride) {\n"
+    "            least = min(imageLoad(finer, ivec3(min(from + ivec2(x, y), last), layer)).xy, least);\n"
+    "        }\n"
+    "    }\n"
+    "    if (max(p.x, p.y) < 8) imageStore(half_size, ivec3(8 * group + p, layer), least.xyxy);\n"
     "    nearest[i] = least;\n"
-    "    least = least_of(i, 1);\n"
+    "    least = next_of(p);\n"
+    "    if (max(p.x, p.y) < 4) imageStore(quarter, ivec3(4 * group + p, layer), least.xyxy);\n"
     "    memoryBarrierShared();\n"
     "    barrier();\n"
-    "    if (all(equal(p.xy & 1, ivec2(0)))) {\n"
-    "        imageStore(quarter, ivec3(p.xy / 2, p.z), least.xyxy);\n"
-    "        nearest[i] = least;\n"
-    "    }\n"
-    "    least = least_of(min(i, 36), 2);\n"
-    "    if (all(equal(p.xy & 3, ivec2(0)))) imageStore(eighth, ivec3(p.xy / 4, p.z), least.xyxy);\n"
+    "    nearest[i] = least;\n"
+    "    least = next_of(p);\n"
+    "    if (max(p.x, p.y) < 2) imageStore(eighth, ivec3(2 * group + p, layer), least.xyxy);\n"
     "}\n";
 
 // What the table passes share: the level in hand, and the lights of a batch. Channels 5 and 6 are
@@ -4628,16 +4645,13 @@ static const char mssm__glsl_texels[] =
     "    float scale = intBitsToFloat((126 - level) << 23);\n"
     "    mssm_span sx = mssm_cut_depths(x, half_size, scale, size);\n"
     "    mssm_span sy = mssm_cut_depths(y, half_size, scale, size);\n"
-    "    ivec3 x3 = ivec3(int(sx.low), min(int(sx.low) + 1, int(sx.high)), int(sx.high));\n"
-    "    ivec3 y3 = ivec3(int(sy.low), min(int(sy.low) + 1, int(sy.high)), int(sy.high));\n"
-    "    float least = 1.0;\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        for (int j = 0; j < 3; j++) {\n"
-    "            ivec3 at = ivec3(x3[j], y3[i], map.light);\n"
-    "            least = min(texelFetch($depths, at, level)[which], least);\n"
-    "        }\n"
-    "    }\n"
-    "    return least;\n"
+    "    ivec3 low = ivec3(int(sx.low), int(sy.low), map.light);\n"
+    "    ivec2 high = max(ivec2(int(sx.high), int(sy.high)) - min(level, 1), low.xy);\n"
+    "    float a = texelFetch($depths, low, level)[which];\n"
+    "    float b = texelFetch($depths, ivec3(high.x, low.yz), level)[which];\n"
+    "    float c = texelFetch($depths, ivec3(low.x, high.y, low.z), level)[which];\n"
+    "    float d = texelFetch($depths, ivec3(high, low.z), level)[which];\n"
+    "    return min(min(a, b), min(c, d));\n"
     "}\n";
 
 // One triangle over the whole viewport, and where in it a fragment is.
@@ -5708,6 +5722,7 @@ static void mssm__build_depths(mssm_gl *gl, int count)
             f->BindImageTexture((unsigned)i, at > level || !i ? gl->table[2] : 0, at, 1, 0,
                                 MSSM__GL_READ_WRITE, MSSM__GL_RG32F);
         }
+        f->ProgramUniform1i(gl->program[MSSM__LEAST], MSSM__BATCH, level > 0 ? 2 : 1);
         f->DispatchCompute((size + 7) / 8, (size + 7) / 8, (unsigned)count);
         (f->MemoryBarrier)(MSSM__GL_BARRIERS);
     }
@@ -7520,15 +7535,19 @@ const char *mssm_glsl_shading(void)
     "    return level < levels - 1 ? level : levels - 1;\n"
     "}\n"
     "\n"
-    "// The level of least depth whose texels, 2^(level + 1) wide, are at least as wide as half_size.\n"
+    "// The level of least depth that serves such a square: 0, of 2 x 2 texels, as long as it touches no\n"
+    "// more than two of them on an axis; then the one whose texels, 2^(level + 1) wide, are as wide as\n"
+    "// half_size, so that it touches three. There each has the least of itself and the next, right and\n"
+    "// below: two reads on an axis see three texels.\n"
     "MSSM_SHARED int mssm_depth_level(float half_size, int levels)\n"
     "{\n"
-    "    int level = (mssm_bits(mssm_max(half_size, 2.0f)) - mssm_bits(2.0f) + 0x7fffff) >> 23;\n"
+    "    int level = (mssm_bits(mssm_max(half_size, 4.0f)) - mssm_bits(2.0f) + 0x7fffff) >> 23;\n"
+    "    level = half_size > 1.0f ? level : 0;\n"
     "    return level < levels - 1 ? level : levels - 1;\n"
     "}\n"
     "\n"
-    "// First and last of at most three texels of least depth on one axis, as they are before the\n"
-    "// fraction is cut off; scale is one over their width.\n"
+    "// First and last texel of least depth on one axis, as they are before the fraction is cut off; scale\n"
+    "// is one over their width.\n"
     "MSSM_SHARED mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)\n"
     "{\n"
     "    mssm_span r;\n"

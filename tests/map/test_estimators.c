@@ -747,7 +747,7 @@ static int cone_is_free(const setup *u, double x, double y, double z, double hal
     return 1;
 }
 
-// Nine texels of least depth are read, so what is close by may turn one kernel into several.
+// Least depths are of some texels around too, so what is close by may turn one kernel into several.
 static void points_with_a_free_cone_are_lit(void)
 {
     static const int sides[6] = {1, 2, 3, 57, 255, 257};

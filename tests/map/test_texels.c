@@ -48,7 +48,7 @@ static double mean(const float *depth, int side, int k, int x0, int y0, int x1, 
 }
 
 // Each texel of a level is one entry less its neighbours: the mean of the texels of the map that it
-// covers.
+// covers. Those of least depth, but for the finest, stand for the next ones too.
 static void check_level(const mssm_map *map, const float *depth, int side, int which, int level)
 {
     mssm_texels t;
@@ -65,13 +65,14 @@ static void check_level(const mssm_map *map, const float *depth, int side, int w
           "side %d, %d bytes", t.side, (int)t.bytes);
     const int32_t *table = (const int32_t *)(const void *)bytes;
     const float *depths = (const float *)(const void *)bytes;
+    const int wide = which == 2 && level ? 2 * texel : texel;
     double worst = 0, least[2];
     for (int y = 0; y < t.side; y++) {
         for (int x = 0; x < t.side; x++) {
             const int at = y * t.side + x;
             for (int c = 0; c < channels; c++) {
                 const double truth = mean(depth, side, 4 * which + c + 1, x * texel, y * texel,
-                                          (x + 1) * texel, (y + 1) * texel, least);
+                                          x * texel + wide, y * texel + wide, least);
                 if (which == 2) {
                     CHECK(depths[2 * at + c] == (float)least[c],
                           "least depth at (%d, %d) of level %d", x, y, level);
