@@ -606,9 +606,10 @@ typedef struct mssm_gl_desc { // zero means default everywhere
 typedef struct mssm_gl mssm_gl;
 
 // Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 25
-// bytes and a third more, and two depth targets of side^2 * samples * 4. Filtered: N * side^2 * 8
-// (12 with 6 moments) and a third more, and to work in side^2 * (4 * samples + 79). On failure *gl
-// is untouched, nothing is left behind, and the log has said why.
+// bytes and a third more, and a depth target of side^2 * samples * 4 a layer: N + 1 layers, of these
+// at most 16 and 32 MiB, but always two. Filtered: N * side^2 * 8 (12 with 6 moments) and a third
+// more, and to work in side^2 * (4 * samples + 79). On failure *gl is untouched, nothing is left
+// behind, and the log has said why.
 MSSM_API mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
 
 // Bytes of its textures and buffers, if the driver gives the samples asked for. Needs no context.
@@ -629,12 +630,15 @@ MSSM_API mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light 
 // multisampled framebuffer without colour, sets viewport, depth test, depth range and clip control
 // (-1 to 1) and clears depth; culling is off, or with back_faces front faces are culled; whatever
 // else could keep fragments or colours out is off: clip distances, stencil, masks, alpha test ...
-// end restores all of that; depth becomes moments with whatever call comes next, so that front
-// faces need not where back faces follow. A pass with back_faces must directly follow the light's
-// pass without: the mean of both is used then, sample by sample, as with mssm_map_update. Filtered
-// maps take none.
+// end restores all of that; depth becomes moments when the target is full or with mssm_gl_build, of
+// all lights at once. A pass with back_faces must directly follow the light's pass without: the
+// mean of both is used then, sample by sample, as with mssm_map_update. Filtered maps take none.
 MSSM_API mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces);
 MSSM_API mssm_result mssm_gl_end_depth(mssm_gl *gl);
+
+// Where the pass under way draws: a layer of its GL_TEXTURE_2D_MULTISAMPLE_ARRAY, the framebuffer's
+// depth attachment. -1: none is. Mesa does not tell it of the attachment.
+MSSM_API int mssm_gl_layer(const mssm_gl *gl);
 
 // How a depth map holds depth.
 typedef enum mssm_stored {
@@ -3909,89 +3913,89 @@ typedef unsigned char mssm__glboolean;
 // X(result, name without "gl", parameters)
 // Not those by name that Intel's driver for Windows takes without a word and does not carry out:
 // clears, buffers, glBindTextureUnit, queries.
-#define MSSM__GL_FUNCTIONS(X)                                                                      \
-    X(void, GetIntegerv, (mssm__glenum, int *))                                                    \
-    X(const unsigned char *, GetString, (mssm__glenum))                                            \
-    X(mssm__glenum, GetError, (void))                                                              \
-    X(void, GetIntegeri_v, (mssm__glenum, unsigned, int *))                                        \
-    X(void, GetFloati_v, (mssm__glenum, unsigned, float *))                                        \
-    X(void, GetDoublei_v, (mssm__glenum, unsigned, double *))                                      \
-    X(void, GetBooleani_v, (mssm__glenum, unsigned, mssm__glboolean *))                            \
-    X(const unsigned char *, GetStringi, (mssm__glenum, unsigned))                                 \
-    X(mssm__glboolean, IsTexture, (unsigned))                                                      \
-    X(void, CreateVertexArrays, (int, unsigned *))                                                 \
-    X(void, DeleteVertexArrays, (int, const unsigned *))                                           \
-    X(void, BindVertexArray, (unsigned))                                                           \
-    X(mssm__glboolean, IsVertexArray, (unsigned))                                                  \
-    X(mssm__glboolean, IsSampler, (unsigned))                                                      \
-    X(mssm__glboolean, IsFramebuffer, (unsigned))                                                  \
-    X(mssm__glboolean, IsProgram, (unsigned))                                                      \
-    X(mssm__glboolean, IsEnabled, (mssm__glenum))                                                  \
-    X(mssm__glboolean, IsEnabledi, (mssm__glenum, unsigned))                                       \
-    X(void, Enable, (mssm__glenum))                                                                \
-    X(void, Disable, (mssm__glenum))                                                               \
-    X(void, Enablei, (mssm__glenum, unsigned))                                                     \
-    X(void, Disablei, (mssm__glenum, unsigned))                                                    \
-    X(void, ViewportIndexedf, (unsigned, float, float, float, float))                              \
-    X(void, DepthRangeIndexed, (unsigned, double, double))                                         \
-    X(void, DepthFunc, (mssm__glenum))                                                             \
-    X(void, DepthMask, (mssm__glboolean))                                                          \
-    X(void, ColorMaski,                                                                            \
-      (unsigned, mssm__glboolean, mssm__glboolean, mssm__glboolean, mssm__glboolean))              \
-    X(void, ClipControl, (mssm__glenum, mssm__glenum))                                             \
-    X(void, CullFace, (mssm__glenum))                                                              \
-    X(void, PolygonMode, (mssm__glenum, mssm__glenum))                                             \
-    X(void, BindFramebuffer, (mssm__glenum, unsigned))                                             \
-    X(void, CreateFramebuffers, (int, unsigned *))                                                 \
-    X(void, DeleteFramebuffers, (int, const unsigned *))                                           \
-    X(void, NamedFramebufferTexture, (unsigned, mssm__glenum, unsigned, int))                      \
-    X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int))            \
-    X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))                    \
-    X(void, NamedFramebufferDrawBuffer, (unsigned, mssm__glenum))                                  \
-    X(void, NamedFramebufferReadBuffer, (unsigned, mssm__glenum))                                  \
-    X(mssm__glenum, CheckNamedFramebufferStatus, (unsigned, mssm__glenum))                         \
-    X(void, ClearBufferfv, (mssm__glenum, int, const float *))                                     \
-    X(void, CreateTextures, (mssm__glenum, int, unsigned *))                                       \
-    X(void, DeleteTextures, (int, const unsigned *))                                               \
-    X(void, TextureStorage3D, (unsigned, int, mssm__glenum, int, int, int))                        \
-    X(void, TextureStorage2DMultisample, (unsigned, int, mssm__glenum, int, int, mssm__glboolean)) \
-    X(void, TextureParameteri, (unsigned, mssm__glenum, int))                                      \
-    X(void, GetTexLevelParameteriv, (mssm__glenum, int, mssm__glenum, int *))                      \
-    X(void, ActiveTexture, (mssm__glenum))                                                         \
-    X(void, BindTexture, (mssm__glenum, unsigned))                                                 \
-    X(void, BindSampler, (unsigned, unsigned))                                                     \
-    X(void, CreateSamplers, (int, unsigned *))                                                     \
-    X(void, DeleteSamplers, (int, const unsigned *))                                               \
-    X(void, SamplerParameteri, (unsigned, mssm__glenum, int))                                      \
-    X(void, GetTexParameteriv, (mssm__glenum, mssm__glenum, int *))                                \
-    X(void, TexParameteri, (mssm__glenum, mssm__glenum, int))                                      \
-    X(void, BindImageTexture,                                                                      \
-      (unsigned, unsigned, int, mssm__glboolean, int, mssm__glenum, mssm__glenum))                 \
-    X(void, CreateBuffers, (int, unsigned *))                                                      \
-    X(void, DeleteBuffers, (int, const unsigned *))                                                \
-    X(void, BufferStorage, (mssm__glenum, ptrdiff_t, const void *, unsigned))                      \
-    X(void, BufferSubData, (mssm__glenum, ptrdiff_t, ptrdiff_t, const void *))                     \
-    X(void, BindBuffer, (mssm__glenum, unsigned))                                                  \
-    X(void, BindBufferBase, (mssm__glenum, unsigned, unsigned))                                    \
-    X(unsigned, CreateShader, (mssm__glenum))                                                      \
-    X(void, DeleteShader, (unsigned))                                                              \
-    X(void, ShaderSource, (unsigned, int, const char *const *, const int *))                       \
-    X(void, CompileShader, (unsigned))                                                             \
-    X(void, GetShaderiv, (unsigned, mssm__glenum, int *))                                          \
-    X(void, GetShaderInfoLog, (unsigned, int, int *, char *))                                      \
-    X(unsigned, CreateProgram, (void))                                                             \
-    X(void, DeleteProgram, (unsigned))                                                             \
-    X(void, AttachShader, (unsigned, unsigned))                                                    \
-    X(void, LinkProgram, (unsigned))                                                               \
-    X(void, GetProgramiv, (unsigned, mssm__glenum, int *))                                         \
-    X(void, GetProgramInfoLog, (unsigned, int, int *, char *))                                     \
-    X(void, UseProgram, (unsigned))                                                                \
-    X(void, ProgramUniform1i, (unsigned, int, int))                                                \
-    X(void, ProgramUniform1iv, (unsigned, int, int, const int *))                                  \
-    X(void, ProgramUniform4f, (unsigned, int, float, float, float, float))                         \
-    X(void, DispatchCompute, (unsigned, unsigned, unsigned))                                       \
-    X(void, DrawArrays, (mssm__glenum, int, int))                                                  \
-    X(void, MemoryBarrier, (unsigned))                                                             \
+#define MSSM__GL_FUNCTIONS(X)                                                           \
+    X(void, GetIntegerv, (mssm__glenum, int *))                                         \
+    X(const unsigned char *, GetString, (mssm__glenum))                                 \
+    X(mssm__glenum, GetError, (void))                                                   \
+    X(void, GetIntegeri_v, (mssm__glenum, unsigned, int *))                             \
+    X(void, GetFloati_v, (mssm__glenum, unsigned, float *))                             \
+    X(void, GetDoublei_v, (mssm__glenum, unsigned, double *))                           \
+    X(void, GetBooleani_v, (mssm__glenum, unsigned, mssm__glboolean *))                 \
+    X(const unsigned char *, GetStringi, (mssm__glenum, unsigned))                      \
+    X(mssm__glboolean, IsTexture, (unsigned))                                           \
+    X(void, CreateVertexArrays, (int, unsigned *))                                      \
+    X(void, DeleteVertexArrays, (int, const unsigned *))                                \
+    X(void, BindVertexArray, (unsigned))                                                \
+    X(mssm__glboolean, IsVertexArray, (unsigned))                                       \
+    X(mssm__glboolean, IsSampler, (unsigned))                                           \
+    X(mssm__glboolean, IsFramebuffer, (unsigned))                                       \
+    X(mssm__glboolean, IsProgram, (unsigned))                                           \
+    X(mssm__glboolean, IsEnabled, (mssm__glenum))                                       \
+    X(mssm__glboolean, IsEnabledi, (mssm__glenum, unsigned))                            \
+    X(void, Enable, (mssm__glenum))                                                     \
+    X(void, Disable, (mssm__glenum))                                                    \
+    X(void, Enablei, (mssm__glenum, unsigned))                                          \
+    X(void, Disablei, (mssm__glenum, unsigned))                                         \
+    X(void, ViewportIndexedf, (unsigned, float, float, float, float))                   \
+    X(void, DepthRangeIndexed, (unsigned, double, double))                              \
+    X(void, DepthFunc, (mssm__glenum))                                                  \
+    X(void, DepthMask, (mssm__glboolean))                                               \
+    X(void, ColorMaski,                                                                 \
+      (unsigned, mssm__glboolean, mssm__glboolean, mssm__glboolean, mssm__glboolean))   \
+    X(void, ClipControl, (mssm__glenum, mssm__glenum))                                  \
+    X(void, CullFace, (mssm__glenum))                                                   \
+    X(void, PolygonMode, (mssm__glenum, mssm__glenum))                                  \
+    X(void, BindFramebuffer, (mssm__glenum, unsigned))                                  \
+    X(void, CreateFramebuffers, (int, unsigned *))                                      \
+    X(void, DeleteFramebuffers, (int, const unsigned *))                                \
+    X(void, NamedFramebufferTextureLayer, (unsigned, mssm__glenum, unsigned, int, int)) \
+    X(void, NamedFramebufferDrawBuffers, (unsigned, int, const mssm__glenum *))         \
+    X(void, NamedFramebufferDrawBuffer, (unsigned, mssm__glenum))                       \
+    X(void, NamedFramebufferReadBuffer, (unsigned, mssm__glenum))                       \
+    X(mssm__glenum, CheckNamedFramebufferStatus, (unsigned, mssm__glenum))              \
+    X(void, ClearBufferfv, (mssm__glenum, int, const float *))                          \
+    X(void, CreateTextures, (mssm__glenum, int, unsigned *))                            \
+    X(void, DeleteTextures, (int, const unsigned *))                                    \
+    X(void, TextureStorage3D, (unsigned, int, mssm__glenum, int, int, int))             \
+    X(void, TextureStorage3DMultisample,                                                \
+      (unsigned, int, mssm__glenum, int, int, int, mssm__glboolean))                    \
+    X(void, TextureParameteri, (unsigned, mssm__glenum, int))                           \
+    X(void, GetTexLevelParameteriv, (mssm__glenum, int, mssm__glenum, int *))           \
+    X(void, ActiveTexture, (mssm__glenum))                                              \
+    X(void, BindTexture, (mssm__glenum, unsigned))                                      \
+    X(void, BindSampler, (unsigned, unsigned))                                          \
+    X(void, CreateSamplers, (int, unsigned *))                                          \
+    X(void, DeleteSamplers, (int, const unsigned *))                                    \
+    X(void, SamplerParameteri, (unsigned, mssm__glenum, int))                           \
+    X(void, GetTexParameteriv, (mssm__glenum, mssm__glenum, int *))                     \
+    X(void, TexParameteri, (mssm__glenum, mssm__glenum, int))                           \
+    X(void, BindImageTexture,                                                           \
+      (unsigned, unsigned, int, mssm__glboolean, int, mssm__glenum, mssm__glenum))      \
+    X(void, CreateBuffers, (int, unsigned *))                                           \
+    X(void, DeleteBuffers, (int, const unsigned *))                                     \
+    X(void, BufferStorage, (mssm__glenum, ptrdiff_t, const void *, unsigned))           \
+    X(void, BufferSubData, (mssm__glenum, ptrdiff_t, ptrdiff_t, const void *))          \
+    X(void, BindBuffer, (mssm__glenum, unsigned))                                       \
+    X(void, BindBufferBase, (mssm__glenum, unsigned, unsigned))                         \
+    X(unsigned, CreateShader, (mssm__glenum))                                           \
+    X(void, DeleteShader, (unsigned))                                                   \
+    X(void, ShaderSource, (unsigned, int, const char *const *, const int *))            \
+    X(void, CompileShader, (unsigned))                                                  \
+    X(void, GetShaderiv, (unsigned, mssm__glenum, int *))                               \
+    X(void, GetShaderInfoLog, (unsigned, int, int *, char *))                           \
+    X(unsigned, CreateProgram, (void))                                                  \
+    X(void, DeleteProgram, (unsigned))                                                  \
+    X(void, AttachShader, (unsigned, unsigned))                                         \
+    X(void, LinkProgram, (unsigned))                                                    \
+    X(void, GetProgramiv, (unsigned, mssm__glenum, int *))                              \
+    X(void, GetProgramInfoLog, (unsigned, int, int *, char *))                          \
+    X(void, UseProgram, (unsigned))                                                     \
+    X(void, ProgramUniform1i, (unsigned, int, int))                                     \
+    X(void, ProgramUniform1iv, (unsigned, int, int, const int *))                       \
+    X(void, ProgramUniform4f, (unsigned, int, float, float, float, float))              \
+    X(void, DispatchCompute, (unsigned, unsigned, unsigned))                            \
+    X(void, DrawArrays, (mssm__glenum, int, int))                                       \
+    X(void, MemoryBarrier, (unsigned))                                                  \
     X(void, ObjectLabel, (mssm__glenum, unsigned, int, const char *))
 
 // clang-format off
@@ -4093,10 +4097,13 @@ enum {
     MSSM__PROGRAMS = MSSM__GIVEN + 12
 }; // a given depth map: for each target, without and with back faces
 
-// Textures of an mssm_gl after the three that shading reads, and the framebuffer after those of
-// front and back faces: of filtered maps, to work in.
+// Textures of an mssm_gl after the three that shading reads, and the framebuffer after that of
+// depth passes: of filtered maps, to work in.
 enum { MSSM__LEAST_DEPTHS = 2, MSSM__WORK, MSSM__BLURRED_ROWS, MSSM__FARTHEST, MSSM__TABLES };
-enum { MSSM__TRANSLUCENT = 2, MSSM__FRAMEBUFFERS };
+enum { MSSM__TRANSLUCENT = 1, MSSM__FRAMEBUFFERS };
+// Layers of the depth target at most, and bytes if there are more than a light needs. GPUs wait for
+// a target that is drawn to before they read it: the more passes it holds, the fewer of these waits.
+enum { MSSM__LAYERS = 16, MSSM__TARGET_BYTES = 32 << 20 };
 enum { MSSM__BATCH = 256 };       // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 23 }; // at most
 
@@ -4140,15 +4147,16 @@ struct mssm_gl {
     mssm__glenum capability[MSSM__CAPABILITIES]; // those that there are in this context
     int capabilities, compatible;                // with the compatibility profile
     int levels, depth_levels, padded,
-        samples;                     // samples that the driver gives: at least those asked for
-    int drawing, back;               // light of the pass between begin and end, or -1; which faces
-    int front_of;                    // light whose front faces the depth target holds, or -1
-    int unresolved;                  // that light, while these have not become moments
-    int stale;                       // something has changed since the last build
+        samples;               // samples that the driver gives: at least those asked for
+    int drawing, back;         // light of the pass between begin and end, or -1; which faces
+    int front_of;              // light of the last pass, if that was of front faces, or -1
+    int layers, used;          // of the depth target; those of passes that are not moments
+    int waiting[MSSM__LAYERS]; // lights whose front faces these hold, or -1; back faces follow
+    int stale;                 // something has changed since the last build
     int first_changed, last_changed; // lights whose views the buffer does not have
     int bound;                       // by mssm_gl_bind, at least once
     const mssm__glenum *format;      // of the tables, 0: this kind has none
-    unsigned depth[2], framebuffer[MSSM__FRAMEBUFFERS], table[MSSM__TABLES], views,
+    unsigned depth, framebuffer[MSSM__FRAMEBUFFERS], table[MSSM__TABLES], views,
         program[MSSM__PROGRAMS];
     unsigned sampler; // that of given depth maps
     unsigned array;   // without attributes
@@ -4167,7 +4175,9 @@ struct mssm_gl {
 
 #ifndef MSSM_NO_FILTERED
 static const char *mssm__glsl_filtered(void);
-static void mssm__filtered_build(mssm_gl *gl);
+static void mssm__filtered_build(mssm_gl *gl, int instead);
+#else
+#define mssm__filtered_build(gl, instead) // nothing
 #endif
 
 // ---- GLSL by hand, each text for the C of its name ---- >>shaders
@@ -4187,29 +4197,31 @@ static const char mssm__glsl_end[] = "#line 1\n";
 
 // Depth as drawn to depth linear in distance.
 static const char mssm__glsl_linear_depth[] =
-    "layout(location = 0) uniform vec4 range;  // perspective: 1, near, far\n"
-    "layout(location = 1) uniform int job[3];  // samples, light, side of its map\n"
+    "// samples, side of the maps; of each light its index, layer of its depth, 1: perspective; near, far\n"
+    "layout(location = 0) uniform int job[2 + 5 * MSSM_LAYERS];\n"
+    "int first = 2 + 5 * int(gl_WorkGroupID.z), light = job[first], layer = job[first + 1];\n"
+    "float near = intBitsToFloat(job[first + 3]), far = intBitsToFloat(job[first + 4]);\n"
     "float linear_depth(float d)\n"
     "{\n"
     "    precise float z = 2.0 * d - 1.0;\n"
-    "    float w = 2.0 * range.y * range.z / (range.z + range.y - z * (range.z - range.y));\n"
-    "    float linear = -1.0 + 2.0 * (w - range.y) / (range.z - range.y);\n"
-    "    return d >= 1.0 ? 1.0 : clamp(range.x > 0.0 ? linear : z, -1.0, 1.0);\n"
+    "    float w = 2.0 * near * far / (far + near - z * (far - near));\n"
+    "    float linear = -1.0 + 2.0 * (w - near) / (far - near);\n"
+    "    return d >= 1.0 ? 1.0 : clamp(job[first + 2] > 0 ? linear : z, -1.0, 1.0);\n"
     "}\n";
 
-// Of a pass of our own: sample s of a texel.
+// Of a pass of our own: sample s of a texel; back faces have the layer after the front faces.
 static const char mssm__glsl_drawn[] =
-    "#define MSSM_SAMPLER sampler2DMS\n"
-    "#define MSSM_DEPTH(map, i, p, s) linear_depth(texelFetch(map, p, s).x)\n";
+    "#define MSSM_SAMPLER sampler2DMSArray\n"
+    "#define MSSM_DEPTH(map, i, p, s) linear_depth(texelFetch(front, ivec3(p, layer + i), s).x)\n";
 
 // Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth.
 // No branch hangs on a uniform: zink of Mesa 22 takes the one of the dispatch before.
 static const char mssm__glsl_given[] =
     "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 3 + 3 * i), from[5 + 3 * i], s % from[2]), p)\n"
-    "layout(location = 4) uniform vec4 stored;  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
-    "layout(location = 5) uniform vec4 law;  // distance as a quotient of polynomials of nearness\n"
-    "layout(location = 6) uniform vec4 straight;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
-    "layout(location = 7) uniform int from[9];  // texels across and up, samples of each; x, y, layer of each map\n"
+    "layout(location = 82) uniform vec4 stored;  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
+    "layout(location = 83) uniform vec4 law;  // distance as a quotient of polynomials of nearness\n"
+    "layout(location = 84) uniform vec4 straight;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
+    "layout(location = 85) uniform int from[9];  // texels across and up, samples of each; x, y, layer of each map\n"
     "ivec2 given_texel(ivec2 p, int s, int x)\n"
     "{\n"
     "    int t = s / from[2];\n"
@@ -4226,9 +4238,9 @@ static const char mssm__glsl_given[] =
     "float given_depth(float v, ivec2 p)\n"
     "{\n"
     "    float nearness = v * stored.x + stored.y;\n"
-    "    vec2 at = (2.0 * vec2(p) + 1.0) / float(job[2]) - 1.0;\n"
+    "    vec2 at = (2.0 * vec2(p) + 1.0) / float(job[1]) - 1.0;\n"
     "    float w = (law.x + law.y * nearness) / ((law.z + law.w * nearness) * length(vec3(at * stored.zw, 1.0)));\n"
-    "    float z = mssm_clamp(-1.0 + 2.0 * (w - range.y) / (range.z - range.y), -1.0, 1.0);\n"
+    "    float z = mssm_clamp(-1.0 + 2.0 * (w - near) / (far - near), -1.0, 1.0);\n"
     "    float drawn = linear_depth(v), reversed = clamp(1.0 - 2.0 * v, -1.0, 1.0);\n"
     "    z = straight.x > 0.0 ? drawn : z;\n"
     "    z = straight.x < 0.0 ? reversed : z;\n"
@@ -4257,7 +4269,7 @@ static const char mssm__glsl_resolve[] =
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    bool inside = all(lessThan(p, ivec2(job[2])));\n"
+    "    bool inside = all(lessThan(p, ivec2(job[1])));\n"
     "    vec2 least = vec2(1.0);\n"
     "    precise vec4 sum = vec4(0.0);\n"
     "    precise vec4 more = vec4(0.0);\n"
@@ -4273,9 +4285,9 @@ static const char mssm__glsl_resolve[] =
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
     "    } while (++s < job[0]);\n"
     "    if (all(lessThan(p, imageSize(table0).xy))) {\n"
-    "        imageStore(table0, ivec3(p, job[1]), to_integer(sum));\n"
+    "        imageStore(table0, ivec3(p, light), to_integer(sum));\n"
     "#if MSSM_MOMENTS == 6\n"
-    "        imageStore(table1, ivec3(p, job[1]), to_integer(more));\n"
+    "        imageStore(table1, ivec3(p, light), to_integer(more));\n"
     "#endif\n"
     "    }\n"
     "    int i = int(gl_LocalInvocationIndex);\n"
@@ -4284,7 +4296,7 @@ static const char mssm__glsl_resolve[] =
     "    barrier();\n"
     "    if (i >= 32 || (i & 1) == 1) return;\n"
     "    least = min(min(nearest[i], nearest[i + 1]), min(nearest[i + 32], nearest[i + 33]));\n"
-    "    imageStore(depths, ivec3(p / 2, job[1]), least.xyxy);\n" // beyond the image nothing is stored
+    "    imageStore(depths, ivec3(p / 2, light), least.xyxy);\n" // beyond the image nothing is stored
     "}\n";
 
 // Least depths of three levels from the one below, by mssm__coarsen_depths: a work group's 8 x 8, 4 x 4
@@ -4703,7 +4715,7 @@ static const char mssm__glsl_filtered_resolve[] =
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    if (any(greaterThanEqual(p, ivec2(job[2])))) return;\n"
+    "    if (any(greaterThanEqual(p, ivec2(job[1])))) return;\n"
     "    vec3 low = vec3(0.0), high = vec3(0.0);\n"
     "    for (int s = 0; s < job[0]; s++) {\n"
     "        mssm_moments6 t = mssm_chebyshev(MSSM_DEPTH(front, 0, p, s));\n"
@@ -4718,13 +4730,13 @@ static const char mssm__glsl_filtered_resolve[] =
 // cut a rim out of the smoke before it. Multisampled depth blits are where drivers fail, and take
 // any sample.
 static const char mssm__glsl_copy[] =
-    "layout(binding = MSSM_UNIT) uniform sampler2DMS front;\n"
+    "layout(binding = MSSM_UNIT) uniform sampler2DMSArray front;\n"
     "layout(location = 0) uniform int samples;\n"
     "void main()\n"
     "{\n"
     "    float farthest = 0.0;\n"
     "    for (int s = 0; s < samples; s++) {\n"
-    "        farthest = max(farthest, texelFetch(front, ivec2(gl_FragCoord.xy), s).x);\n"
+    "        farthest = max(farthest, texelFetch(front, ivec3(gl_FragCoord.xy, 0), s).x);\n"
     "    }\n"
     "    gl_FragDepth = farthest;\n"
     "}\n";
@@ -5169,9 +5181,9 @@ static mssm_result mssm__make_program(mssm_gl *gl, int which, const char *option
     mssm_result r;
     snprintf(defines, sizeof defines,
              "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
-             "#define MSSM_BATCH %d\n#define MSSM_SCALE %d\n",
+             "#define MSSM_BATCH %d\n#define MSSM_LAYERS %d\n#define MSSM_SCALE %d\n",
              gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
-             (int)MSSM__BATCH, MSSM_SCALE);
+             (int)MSSM__BATCH, (int)MSSM__LAYERS, MSSM_SCALE);
     for (int i = 0; i < 6 && texts[i]; i++) all[count++] = texts[i];
     if (which == MSSM__COPY || which == MSSM__SHOW) {
         r = mssm__add_shader(gl, which, MSSM__GL_VERTEX_SHADER, vertex, 2);
@@ -5226,7 +5238,7 @@ static void mssm__delete_storage(mssm_gl *gl)
 {
     const mssm__gl_functions *f = &gl->f;
     f->DeleteFramebuffers(MSSM__FRAMEBUFFERS, gl->framebuffer); // GL passes over names that are 0
-    f->DeleteTextures(2, gl->depth);
+    f->DeleteTextures(1, &gl->depth);
     f->DeleteTextures(MSSM__TABLES, gl->table);
     if (gl->views) {
         // Mesa forgets the generic binding too when a buffer with an indexed binding is deleted.
@@ -5264,26 +5276,26 @@ static mssm_result mssm__prepare_array(mssm_gl *gl)
     return MSSM_OK;
 }
 
-static mssm_result mssm__create_depth(mssm_gl *gl, int i)
+static mssm_result mssm__create_depth(mssm_gl *gl)
 {
-    static const char *const names[] = {"mssm depth, front faces", "mssm depth, back faces"};
     const mssm__gl_functions *f = &gl->f;
-    f->CreateTextures(MSSM__GL_TEXTURE_2D_MULTISAMPLE, 1, &gl->depth[i]);
-    f->CreateFramebuffers(1, &gl->framebuffer[i]);
-    if (!gl->depth[i] || !gl->framebuffer[i]) return MSSM_ERROR_GL;
-    f->TextureStorage2DMultisample(gl->depth[i], gl->desc.samples, MSSM__GL_DEPTH_COMPONENT32F,
-                                   gl->desc.side, gl->desc.side, 1);
-    const int bound = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE);
-    f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, gl->depth[i]);
-    gl->samples =
-        mssm__ask_texture(gl, MSSM__GL_TEXTURE_2D_MULTISAMPLE, 0, MSSM__GL_TEXTURE_SAMPLES);
-    f->BindTexture(MSSM__GL_TEXTURE_2D_MULTISAMPLE, (unsigned)bound);
-    f->ObjectLabel(MSSM__GL_TEXTURE, gl->depth[i], -1, names[i]);
-    f->NamedFramebufferTexture(gl->framebuffer[i], MSSM__GL_DEPTH_ATTACHMENT, gl->depth[i], 0);
-    f->NamedFramebufferDrawBuffer(gl->framebuffer[i], 0);
-    f->NamedFramebufferReadBuffer(gl->framebuffer[i], 0);
-    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, gl->framebuffer[i], -1, names[i]);
-    return mssm__is_complete(gl, gl->framebuffer[i]) ? MSSM_OK : MSSM_ERROR_GL;
+    const mssm__glenum target = MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY;
+    unsigned *framebuffer = &gl->framebuffer[0];
+    f->CreateTextures(target, 1, &gl->depth);
+    f->CreateFramebuffers(1, framebuffer);
+    if (!gl->depth || !*framebuffer) return MSSM_ERROR_GL;
+    f->TextureStorage3DMultisample(gl->depth, gl->desc.samples, MSSM__GL_DEPTH_COMPONENT32F,
+                                   gl->desc.side, gl->desc.side, gl->layers, 1);
+    const int bound = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY);
+    f->BindTexture(target, gl->depth);
+    gl->samples = mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_SAMPLES);
+    f->BindTexture(target, (unsigned)bound);
+    f->ObjectLabel(MSSM__GL_TEXTURE, gl->depth, -1, "mssm depth");
+    f->NamedFramebufferTextureLayer(*framebuffer, MSSM__GL_DEPTH_ATTACHMENT, gl->depth, 0, 0);
+    f->NamedFramebufferDrawBuffer(*framebuffer, 0);
+    f->NamedFramebufferReadBuffer(*framebuffer, 0);
+    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, *framebuffer, -1, "mssm depth");
+    return mssm__is_complete(gl, *framebuffer) ? MSSM_OK : MSSM_ERROR_GL;
 }
 
 // Mip levels, side and layers of one of the 2D arrays; 0: it has none.
@@ -5385,13 +5397,12 @@ static mssm_result mssm__filtered_targets(mssm_gl *gl)
 static mssm_result mssm__create_storage(mssm_gl *gl)
 {
     const size_t count = (size_t)gl->desc.lights;
-    mssm_result r = MSSM_OK;
     gl->lights = (mssm__gl_light *)MSSM_MALLOC(count * sizeof *gl->lights);
     gl->view = (mssm_view *)MSSM_MALLOC(count * sizeof *gl->view);
     if (!gl->lights || !gl->view) return mssm__report(gl, MSSM_ERROR_MEMORY, "no memory");
     memset(gl->lights, 0, count * sizeof *gl->lights);
     memset(gl->view, 0, count * sizeof *gl->view);
-    for (int i = 0; i < (gl->filtered ? 1 : 2) && !r; i++) r = mssm__create_depth(gl, i);
+    mssm_result r = mssm__create_depth(gl);
     if (!r) r = mssm__create_arrays(gl);
     if (!r) r = mssm__create_views(gl);
 #ifndef MSSM_NO_FILTERED
@@ -5403,8 +5414,8 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
                             error == MSSM__GL_OUT_OF_MEMORY ? "out of memory"
                                                             : "the driver refuses it");
     }
-    gl->drawing = gl->front_of = gl->ready = gl->unresolved = gl->last_changed = -1;
-    gl->stale = 0;
+    gl->drawing = gl->front_of = gl->ready = gl->last_changed = -1;
+    gl->used = gl->stale = 0;
     return MSSM_OK;
 }
 
@@ -5413,10 +5424,10 @@ static const struct {
     mssm__glenum target, binding;
     const char *name, *text;
 } mssm__targets[6] = {
-    {MSSM__GL_TEXTURE_2D_MULTISAMPLE, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE,
-     "GL_TEXTURE_2D_MULTISAMPLE",
-     "#define MSSM_SAMPLER sampler2DMS\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, s).x\n"},
+    {MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY,
+     "GL_TEXTURE_2D_MULTISAMPLE_ARRAY",
+     "#define MSSM_SAMPLER sampler2DMSArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), s).x\n"},
     {MSSM__GL_TEXTURE_2D, MSSM__GL_TEXTURE_BINDING_2D, "GL_TEXTURE_2D",
      "#define MSSM_SAMPLER sampler2D\n"
      "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, 0).x\n"},
@@ -5432,10 +5443,10 @@ static const struct {
      "#define MSSM_SAMPLER samplerCubeArray\n"
      "#define MSSM_FETCH(map, at, layer, s) "
      "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), float((layer) / 6)), 0.0).x\n"},
-    {MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY,
-     "GL_TEXTURE_2D_MULTISAMPLE_ARRAY",
-     "#define MSSM_SAMPLER sampler2DMSArray\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), s).x\n"}};
+    {MSSM__GL_TEXTURE_2D_MULTISAMPLE, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE,
+     "GL_TEXTURE_2D_MULTISAMPLE",
+     "#define MSSM_SAMPLER sampler2DMS\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, s).x\n"}};
 
 // ---- State that is put back ---- >>state
 
@@ -5537,17 +5548,26 @@ static void mssm__bind_level(const mssm_gl *gl, int first_unit, int level)
 
 // ---- Passes and calls ---- >>passes
 
-// Depth that is bound, as moments: into the map of a light, or into the work of filtered ones.
-static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linear, int samples)
+// What kernels are told of a light whose depth they take.
+static void mssm__describe(const mssm_gl *gl, int index, int layer, int hyperbolic, int to[5])
+{
+    const mssm_light *light = &gl->lights[index].drawn;
+    to[0] = index;
+    to[1] = layer;
+    to[2] = hyperbolic;
+    to[3] = mssm_bits(light->z_near);
+    to[4] = mssm_bits(light->z_far);
+}
+
+// Depth that is bound, of some lights, as moments: into their maps, or into the work of filtered
+// ones. job: samples, side and the lights.
+static void mssm__take_depth(mssm_gl *gl, unsigned program, const int *job, int count)
 {
     const mssm__gl_functions *f = &gl->f;
-    const mssm_light *light = &gl->lights[index].drawn;
     // All of the least depths too, which are filled up to a power of two.
     const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
     const unsigned side = padded > all ? padded : all;
-    const int job[3] = {samples, index, gl->desc.side};
-    f->ProgramUniform4f(program, 0, linear ? 0.0f : 1.0f, light->z_near, light->z_far, 0);
-    f->ProgramUniform1iv(program, 1, 3, job);
+    f->ProgramUniform1iv(program, 0, 2 + 5 * count, job);
     f->UseProgram(program);
     if (gl->filtered) {
         mssm__bind_image(gl, 0, MSSM__WORK, 0);
@@ -5557,34 +5577,39 @@ static void mssm__take_depth(mssm_gl *gl, int index, unsigned program, int linea
     }
     mssm__bind_level(gl, 0, 0);
     mssm__bind_image(gl, 2, MSSM__LEAST_DEPTHS, 0);
-    // After shading, or an earlier resolve of this layer; what follows has the barrier of the
+    // After shading, or an earlier resolve of these layers; what follows has the barrier of the
     // build.
     (f->MemoryBarrier)(MSSM__GL_BARRIERS);
-    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, 1);
+    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, (unsigned)count);
 }
 
-static void mssm__resolve(mssm_gl *gl, int index)
+// Depth of all passes that wait: of lights with front faces only, then of those with back faces.
+static void mssm__resolve(mssm_gl *gl)
 {
-    const int average = gl->lights[index].averaged && !gl->filtered;
+    if (!gl->used) return;
     mssm__save_bindings(gl);
-    for (int i = 0; i <= average; i++) {
-        mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
-                           gl->depth[i]);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit, mssm__targets[0].target, gl->depth);
+    for (int average = 0; average < 2; average++) {
+        int job[2 + 5 * MSSM__LAYERS] = {gl->samples, gl->desc.side}, count = 0;
+        for (int i = 0; i < gl->used; i++) {
+            const int index = gl->waiting[i];
+            if (index < 0 || (gl->lights[index].averaged && !gl->filtered) != average) continue;
+            mssm__describe(gl, index, i, gl->lights[index].drawn.perspective, job + 2 + 5 * count);
+            count++;
+        }
+        if (count) mssm__take_depth(gl, gl->program[MSSM__RESOLVE + average], job, count);
     }
-    const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
-    mssm__take_depth(gl, index, program, !gl->lights[index].drawn.perspective, gl->samples);
     mssm__restore_bindings(gl);
+    gl->used = 0;
 }
 
-// Front faces wait for the back faces that may follow, filtered maps for translucent casters.
-// Anything else that is done next comes here first, unless light `instead` is given others.
-static void mssm__settle(mssm_gl *gl, int instead)
+// Before a light gets other depth: what waits of it is void.
+static void mssm__forget(mssm_gl *gl, int index)
 {
-    if (gl->unresolved >= 0 && gl->unresolved != instead) mssm__resolve(gl, gl->unresolved);
-    gl->unresolved = -1;
-#ifndef MSSM_NO_FILTERED
-    if (gl->ready != instead) mssm__filtered_build(gl);
-#endif
+    for (int i = 0; i < gl->used; i++) {
+        if (gl->waiting[i] == index) gl->waiting[i] = -1;
+    }
+    gl->front_of = -1;
 }
 
 static void mssm__change(mssm_gl *gl, int index)
@@ -5801,6 +5826,11 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     gl->levels = mssm__levels(d->side, (int)MSSM_KERNEL);
     gl->depth_levels = mssm__levels((d->side + 1) / 2, 1);
     gl->padded = mssm__padded(d->side, gl->levels);
+    gl->layers = (int)(MSSM__TARGET_BYTES / ((int64_t)4 * d->samples * d->side * d->side));
+    if (gl->layers > MSSM__LAYERS) gl->layers = MSSM__LAYERS;
+    if (gl->layers > d->lights) gl->layers = d->lights + 1;
+    if (gl->layers < 2) gl->layers = 2;
+    if (gl->filtered) gl->layers = 1;
     return MSSM_OK;
 }
 
@@ -5846,7 +5876,7 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
     memset(&g, 0, sizeof g);
     g.desc = *desc;
     if (mssm__check_desc(&g)) return 0;
-    const uint64_t samples = (uint64_t)(g.filtered ? 1 : 2) * (uint64_t)g.desc.samples;
+    const uint64_t samples = (uint64_t)g.layers * (uint64_t)g.desc.samples;
     uint64_t light = sizeof(mssm_view),
              targets = 4 * samples * (uint64_t)g.desc.side * (uint64_t)g.desc.side;
     for (int i = 0; i < MSSM__TABLES; i++) {
@@ -5909,7 +5939,7 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
     fresh.desc.side = side;
     mssm_result r = mssm__check_desc(&fresh);
     if (r) return r;
-    memset(fresh.depth, 0, sizeof fresh.depth);
+    fresh.depth = 0;
     memset(fresh.framebuffer, 0, sizeof fresh.framebuffer);
     memset(fresh.table, 0, sizeof fresh.table);
     fresh.views = 0;
@@ -6009,10 +6039,14 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_depth");
     if (r) return r;
     const float farthest = 1;
-    if (!back_faces) mssm__settle(gl, index);
+    if (!back_faces) mssm__forget(gl, index);
+    if (!back_faces && gl->used + 2 > gl->layers) mssm__resolve(gl); // back faces may follow
+    mssm__filtered_build(gl, index);
     gl->drawing = index;
     gl->back = back_faces != 0;
-    mssm__pass_state(gl, gl->framebuffer[gl->back], 1, back_faces);
+    gl->f.NamedFramebufferTextureLayer(gl->framebuffer[0], MSSM__GL_DEPTH_ATTACHMENT, gl->depth, 0,
+                                       gl->used);
+    mssm__pass_state(gl, gl->framebuffer[0], 1, back_faces);
     gl->f.ClearBufferfv(MSSM__GL_DEPTH, 0, &farthest);
     return MSSM_OK;
 }
@@ -6025,12 +6059,10 @@ mssm_result mssm_gl_end_depth(mssm_gl *gl)
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_depth");
     if (r) return r;
     mssm__restore_state(gl);
-    const int index = gl->drawing, waits = !gl->back && !gl->filtered;
-    mssm__filled(gl, index, gl->back);
-    if (!waits) mssm__resolve(gl, index);
-    gl->front_of = gl->back ? -1 : index;
-    gl->unresolved = waits ? index : -1;
+    mssm__filled(gl, gl->drawing, gl->back);
+    gl->front_of = gl->waiting[gl->used++] = gl->back ? -1 : gl->drawing;
     gl->drawing = -1;
+    if (gl->filtered) mssm__resolve(gl); // for translucent casters, and mssm_gl_texture
     return MSSM_OK;
 }
 
@@ -6216,17 +6248,18 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
                                                              : 1.0f;
     const int from[9] = {s->across, s->up,     s->each,   d->x,         d->y,
                          d->layer,  s[1].is.x, s[1].is.y, s[1].is.layer};
-    const int samples = s->across * s->up * s->each;
-    gl->f.ProgramUniform4f(program, 4, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
+    int job[7] = {s->across * s->up * s->each, gl->desc.side};
+    gl->f.ProgramUniform4f(program, 82, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
                            radial ? light->extent_u : 0.0f, radial ? light->extent_v : 0.0f);
     if (hyperbolic)
-        gl->f.ProgramUniform4f(program, 5, low, 0, ratio, 1 - ratio);
+        gl->f.ProgramUniform4f(program, 83, low, 0, ratio, 1 - ratio);
     else
-        gl->f.ProgramUniform4f(program, 5, high, low - high, 1, 0);
-    gl->f.ProgramUniform4f(program, 6, straight, 0, 0, 0);
-    gl->f.ProgramUniform1iv(program, 7, back ? 9 : 6, from);
+        gl->f.ProgramUniform4f(program, 83, high, low - high, 1, 0);
+    gl->f.ProgramUniform4f(program, 84, straight, 0, 0, 0);
+    gl->f.ProgramUniform1iv(program, 85, back ? 9 : 6, from);
     mssm__filled(gl, index, back);
-    mssm__take_depth(gl, index, program, !hyperbolic, samples);
+    mssm__describe(gl, index, 0, hyperbolic, job + 2);
+    mssm__take_depth(gl, program, job, 1);
 }
 
 // Whether both are read in the same way. Says so if not.
@@ -6262,7 +6295,7 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "filtered maps have no back faces");
     r = mssm__prepare_depth(gl, kind, back != NULL);
     if (r) return r;
-    mssm__settle(gl, gl->filtered ? index : -1);
+    mssm__filtered_build(gl, index);
     gl->targets |= 1 << kind | 1 << other;
     mssm__save_bindings(gl);
     mssm__save_target(gl, kind);
@@ -6278,7 +6311,7 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
         mssm__set_texture_state(gl, &light->source[bound], 0, 0);
     }
     mssm__restore_bindings(gl);
-    if (good) gl->front_of = -1;
+    if (good) mssm__forget(gl, index);
     return good ? MSSM_OK : MSSM_ERROR_ARGUMENT;
 }
 
@@ -6311,12 +6344,12 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_build");
     if (r) return r;
     if (gl->filtered) {
-        mssm__settle(gl, -1);
+        mssm__filtered_build(gl, -1);
         gl->stale = 0;
         return MSSM_OK;
     }
     const int levels = mssm__make_views(gl), framing = gl->framing;
-    int work = gl->unresolved >= 0;
+    int work = gl->used;
     for (int i = 0; i < gl->desc.lights; i++)
         work |= gl->lights[i].filled && gl->lights[i].built < levels;
     if (work)
@@ -6324,7 +6357,7 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     else if (!framing)
         gl->bindings.buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     gl->framing = 1; // what follows need not save it again
-    mssm__settle(gl, -1);
+    mssm__resolve(gl);
     if (work) mssm__build_tables(gl, levels);
     mssm__upload_views(gl);
     gl->framing = framing;
@@ -6449,6 +6482,11 @@ const char *mssm_gl_shader(const mssm_gl *gl)
     return gl ? gl->shader : NULL;
 }
 
+int mssm_gl_layer(const mssm_gl *gl)
+{
+    return gl && gl->drawing >= 0 && !gl->translucent ? gl->used : -1;
+}
+
 unsigned mssm_gl_texture(const mssm_gl *gl, int which)
 {
     return gl && which >= 0 && which <= MSSM__WORK ? gl->table[which] : 0;
@@ -6479,8 +6517,7 @@ static void mssm__copy_depth(mssm_gl *gl)
 {
     const mssm__gl_functions *f = &gl->f;
     mssm__save_bindings(gl);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_MULTISAMPLE,
-                       gl->depth[0]);
+    mssm__bind_texture(gl, gl->desc.first_texture_unit, mssm__targets[0].target, gl->depth);
     f->ProgramUniform1i(gl->program[MSSM__COPY], 0, gl->samples);
     f->UseProgram(gl->program[MSSM__COPY]);
     f->BindVertexArray(gl->array);
@@ -6537,10 +6574,11 @@ static void mssm__filter_level(const mssm_gl *gl, int which, unsigned source, in
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
 }
 
-// Gaussian and mip chain of the light just drawn, if there is one.
-static void mssm__filtered_build(mssm_gl *gl)
+// Gaussian and mip chain of the light just drawn, if there is one; not if that is given other
+// depth.
+static void mssm__filtered_build(mssm_gl *gl, int instead)
 {
-    if (gl->ready < 0) return;
+    if (gl->ready < 0 || gl->ready == instead) return;
     const int r = gl->desc.radius > 0 ? gl->desc.radius : 0, index = gl->ready;
     const int side = gl->desc.side, rows[7] = {-r, 0, r, 0, 1, index, side};
     const int columns[7] = {0, -r, 0, r, 1, index, side};
@@ -6580,14 +6618,13 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
                            texts);
     if (r) return r;
     const int job[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
-    mssm__settle(gl, index);
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
     mssm__save_bindings(gl);
     gl->f.UseProgram(gl->program[MSSM__STORE]);
     mssm__filter_level(gl, MSSM__STORE, texture, 0, MSSM__LEAST_DEPTHS, 0, job);
     mssm__restore_bindings(gl);
     mssm__filled(gl, index, 0);
-    gl->front_of = -1;
+    mssm__forget(gl, index);
     return MSSM_OK;
 }
 #endif // MSSM_NO_FILTERED

@@ -102,7 +102,7 @@ static void draw_shadows(void)
         gl.UseProgram(depth);
         gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, f.world_to_shadow);
         gl_mesh_draw(&casters);
-        gl_range_reduce(&range, i);
+        gl_range_reduce(&range, i, shadows);
         mssm_gl_end_depth(shadows);
     }
     mssm_gl_build(shadows);

@@ -90,6 +90,9 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
     X(void, TextureStorage2DMultisample,                                                           \
       (GLuint texture, GLsizei samples, GLenum format, GLsizei width, GLsizei height,              \
        GLboolean fixed))                                                                           \
+    X(void, TextureStorage3DMultisample,                                                           \
+      (GLuint texture, GLsizei samples, GLenum format, GLsizei width, GLsizei height,              \
+       GLsizei depth, GLboolean fixed))                                                            \
     X(void, TextureSubImage2D,                                                                     \
       (GLuint texture, GLint level, GLint x, GLint y, GLsizei width, GLsizei height,               \
        GLenum format, GLenum type, const void *pixels))                                            \
@@ -295,6 +298,7 @@ enum {
     GL_TEXTURE_2D = 0x0DE1,
     GL_TEXTURE_2D_ARRAY = 0x8C1A,
     GL_TEXTURE_2D_MULTISAMPLE = 0x9100,
+    GL_TEXTURE_2D_MULTISAMPLE_ARRAY = 0x9102,
     GL_TEXTURE_CUBE_MAP = 0x8513,
     GL_TEXTURE_CUBE_MAP_SEAMLESS = 0x884F,
     GL_TEXTURE0 = 0x84C0,

@@ -7,9 +7,10 @@
 static const char reduce_text[] =
     "#version 450 core\n"
     "layout(local_size_x = 64) in;\n"
-    "layout(binding = 0) uniform sampler2DMS depth;\n"
+    "layout(binding = 0) uniform sampler2DMSArray depth;\n"
     "layout(std430, binding = 0) writeonly buffer Rows { vec2 rows[]; };\n"
     "layout(location = 0) uniform int first;\n"
+    "layout(location = 1) uniform int layer;\n"
     "shared vec2 part[64];\n"
     "void main()\n"
     "{\n"
@@ -18,7 +19,7 @@ static const char reduce_text[] =
     "    vec2 range = vec2(2, -1);\n" // nothing drawn
     "    for (int x = thread; x < side; x += 64) {\n"
     "        for (int s = 0; s < samples; s++) {\n"
-    "            float d = texelFetch(depth, ivec2(x, row), s).r;\n"
+    "            float d = texelFetch(depth, ivec3(x, row, layer), s).r;\n"
     "            if (d < 1) range = vec2(min(range.x, d), max(range.y, d));\n"
     "        }\n"
     "    }\n"
@@ -65,7 +66,7 @@ void gl_range_free(gl_range *r)
     *r = (gl_range){.side = 0};
 }
 
-void gl_range_reduce(gl_range *r, int index)
+void gl_range_reduce(gl_range *r, int index, const mssm_gl *maps)
 {
     GLint framebuffer = 0, depth = 0;
     gl.GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
@@ -74,6 +75,7 @@ void gl_range_reduce(gl_range *r, int index)
     gl.BindTextureUnit(0, (GLuint)depth);
     gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, r->buffer);
     gl.ProgramUniform1i(r->program, 0, index * r->side);
+    gl.ProgramUniform1i(r->program, 1, mssm_gl_layer(maps));
     gl.UseProgram(r->program);
     gl.DispatchCompute((GLuint)r->side, 1, 1);
     gl.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);

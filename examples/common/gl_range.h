@@ -26,8 +26,8 @@ void gl_range_free(gl_range *r);
 // it is the whole frustum for a frame. whole is the light as set up; it should not turn by much at
 // once.
 mssm_light gl_range_fit(gl_range *r, int index, const mssm_light *whole);
-// Between mssm_gl_begin_depth and mssm_gl_end_depth, after the casters. Leaves a program bound, and
-// what is at texture unit 0 and shader storage binding 0.
-void gl_range_reduce(gl_range *r, int index);
+// Between mssm_gl_begin_depth and mssm_gl_end_depth of maps, after the casters. Leaves a program
+// bound, and what is at texture unit 0 and shader storage binding 0.
+void gl_range_reduce(gl_range *r, int index, const mssm_gl *maps);
 
 #endif

@@ -52,10 +52,7 @@ static GLuint given_texture(GLenum target, GLenum format, int width, int height,
     if (target == SAMPLES)
         gl.TextureStorage2DMultisample(texture, samples, format, width, height, GL_TRUE);
     if (target == SAMPLES_ARRAY) {
-        void(GL_CALL * storage)(GLuint, GLsizei, GLenum, GLsizei, GLsizei, GLsizei, GLboolean);
-        const gl_fakes_function f = gl_context_function("glTextureStorage3DMultisample");
-        memcpy(&storage, &f, sizeof f);
-        storage(texture, samples, format, width, height, layers, GL_TRUE);
+        gl.TextureStorage3DMultisample(texture, samples, format, width, height, layers, GL_TRUE);
     }
     if (target == FLAT || target == CUBE) gl.TextureStorage2D(texture, 1, format, width, height);
     if (target == FLAT_ARRAY || target == CUBE_ARRAY)

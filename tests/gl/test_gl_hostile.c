@@ -23,10 +23,10 @@ static struct {
     int mode;
     int calls, lost_after; // LOST: the context is gone after so many calls
     uint64_t random;
-    int rarity;               // GARBAGE: one answer in so many is nonsense
-    int questions;            // asked
-    int objects;              // made and not deleted
-    int dispatches, uploaded; // compute shaders, bytes of buffers
+    int rarity;                                // GARBAGE: one answer in so many is nonsense
+    int questions;                             // asked
+    int objects;                               // made and not deleted
+    int dispatches, barriers, binds, uploaded; // compute shaders, framebuffers, bytes of buffers
     int messages;
     size_t longest;  // message
     void *mapped[8]; // by MapBufferRange, freed when the test ends
@@ -80,8 +80,6 @@ static int strange(void)
     X(ClipControl, (GLenum a, GLenum b))                                                         \
     X(CullFace, (GLenum a))                                                                      \
     X(PolygonMode, (GLenum a, GLenum b))                                                         \
-    X(BindFramebuffer, (GLenum a, GLuint b))                                                     \
-    X(NamedFramebufferTexture, (GLuint a, GLenum b, GLuint c, GLint d))                          \
     X(NamedFramebufferTextureLayer, (GLuint a, GLenum b, GLuint c, GLint d, GLint e))            \
     X(NamedFramebufferDrawBuffer, (GLuint a, GLenum b))                                          \
     X(NamedFramebufferDrawBuffers, (GLuint a, GLsizei b, const GLenum *c))                       \
@@ -90,8 +88,8 @@ static int strange(void)
     X(NamedFramebufferReadBuffer, (GLuint a, GLenum b))                                          \
     X(ClearBufferfv, (GLenum a, GLint b, const GLfloat *c))                                      \
     X(TextureStorage3D, (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLsizei f))        \
-    X(TextureStorage2DMultisample,                                                               \
-      (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLboolean f))                        \
+    X(TextureStorage3DMultisample,                                                               \
+      (GLuint a, GLsizei b, GLenum c, GLsizei d, GLsizei e, GLsizei f, GLboolean g))             \
     X(TextureParameteri, (GLuint a, GLenum b, GLint c))                                          \
     X(TexParameteri, (GLenum a, GLenum b, GLint c))                                              \
     X(ActiveTexture, (GLenum a))                                                                 \
@@ -112,7 +110,6 @@ static int strange(void)
     X(ProgramUniform1f, (GLuint a, GLint b, GLfloat c))                                          \
     X(ProgramUniform1iv, (GLuint a, GLint b, GLsizei c, const GLint *d))                         \
     X(ProgramUniform4f, (GLuint a, GLint b, GLfloat c, GLfloat d, GLfloat e, GLfloat f))         \
-    X(MemoryBarrier, (GLbitfield a))                                                             \
     X(Flush, (void))                                                                             \
     X(ObjectLabel, (GLenum a, GLuint b, GLsizei c, const GLchar *d))                             \
     X(ObjectPtrLabel, (const void *a, GLsizei b, const GLchar *c))
@@ -128,6 +125,18 @@ static void GL_CALL hostile_DispatchCompute(GLuint x, GLuint y, GLuint z)
 {
     works();
     driver.dispatches++;
+}
+
+static void GL_CALL hostile_MemoryBarrier(GLbitfield which)
+{
+    works();
+    driver.barriers++;
+}
+
+static void GL_CALL hostile_BindFramebuffer(GLenum target, GLuint framebuffer)
+{
+    works();
+    driver.binds++;
 }
 
 static void GL_CALL hostile_BufferSubData(GLenum target, GLintptr offset, GLsizeiptr bytes,
@@ -376,7 +385,7 @@ static gl_fakes_function load_hostile(const char *name)
 {
     // clang-format off
     DOES_NOTHING(RETURN_NOTHING)
-    RETURN(DispatchCompute) RETURN(BufferSubData)
+    RETURN(DispatchCompute) RETURN(MemoryBarrier) RETURN(BindFramebuffer) RETURN(BufferSubData)
     OBJECTS(RETURN_OBJECT)
     RETURN(CreateTextures) RETURN(DeleteTextures) RETURN(CreateShader) RETURN(DeleteShader)
     RETURN(CreateProgram) RETURN(DeleteProgram) RETURN(ShaderSource) RETURN(GetError)
@@ -701,34 +710,41 @@ static void frames_ask_nothing(void)
           questions[1]);
 }
 
-// Front faces that back faces follow are not resolved, and of 50 lights one that changes is
-// uploaded alone.
+// GPUs wait at each barrier. Depth passes become moments many at a time (16 layers are 15 lights
+// and room for back faces, or 8 lights with these), front faces that back faces follow not alone,
+// and of 50 lights one that changes is uploaded alone.
 static void only_what_is_needed_is_done(void)
 {
     enum { LIGHTS = 50 };
     const mssm_light light = light_of_half_size(0.1f), other = light_of_half_size(0.05f);
-    int dispatches[2] = {0, 0};
+    static const int resolves[2] = {(LIGHTS + 14) / 15, (LIGHTS + 7) / 8};
+    int dispatches[2] = {0, 0}, barriers[2] = {0, 0};
     mssm_gl_desc d;
     mssm_gl *g = NULL;
     begin_driver(WORKS, 0, 1);
     memset(&d, 0, sizeof d);
     d.load = load_hostile;
     d.lights = LIGHTS;
-    d.side = 64;
     d.log = log_hostile;
     CHECK(!mssm_gl_create(&g, &d), "create");
     for (int i = 0; g && i < LIGHTS; i++) CHECK(!mssm_gl_set_light(g, i, &light), "light");
     for (int back = 0; back < 2 && g; back++) {
-        const int made = driver.dispatches;
+        const int made = driver.dispatches, waited = driver.barriers, bound = driver.binds;
         for (int i = 0; i < LIGHTS; i++) {
             for (int k = 0; k <= back; k++)
                 CHECK(!mssm_gl_begin_depth(g, i, k) && !mssm_gl_end_depth(g), "pass");
         }
+        const int last = driver.dispatches;
         CHECK(!mssm_gl_build(g), "build");
+        // All but the last lights wait for no build; three for least depths, two a level.
+        CHECK(last - made == resolves[back] - 1 && driver.dispatches - last <= 1 + 3 + 2 * 5,
+              "%d dispatches before the build, %d in it", last - made, driver.dispatches - last);
         dispatches[back] = driver.dispatches - made;
+        barriers[back] = driver.barriers - waited;
+        CHECK(barriers[back] <= dispatches[back] + 1, "%d barriers", barriers[back]);
+        CHECK(driver.binds - bound == 2 * LIGHTS * (1 + back), "%d framebuffers bound",
+              driver.binds - bound);
     }
-    CHECK(dispatches[0] > LIGHTS && dispatches[1] == dispatches[0], "%d and %d dispatches",
-          dispatches[0], dispatches[1]);
     const int all = driver.uploaded;
     for (int i = 0; i < 3 && g; i++) {
         const int before = driver.uploaded, calls = driver.calls, at[3] = {0, 17, LIGHTS - 1};
@@ -738,8 +754,9 @@ static void only_what_is_needed_is_done(void)
               driver.calls - calls);
     }
     test_note(
-        "%d lights: %d dispatches with and without back faces, %d bytes of views twice; of one light %d",
-        LIGHTS, dispatches[0], all, (driver.uploaded - all) / 3);
+        "%d lights: %d dispatches, %d with back faces, %d and %d barriers, %d bytes of views twice; of one light %d",
+        LIGHTS, dispatches[0], dispatches[1], barriers[0], barriers[1], all,
+        (driver.uploaded - all) / 3);
     mssm_gl_destroy(g);
     end_driver("what is needed");
 }

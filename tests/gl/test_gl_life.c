@@ -452,6 +452,46 @@ static void front_faces_wait(void)
     end_gl();
 }
 
+// Lights that become moments together have the tables of those that do so alone: with and without
+// back faces, directional and spot, drawn again before the build.
+static void together_is_as_alone(void)
+{
+    enum { SIDE = 40, LIGHTS = 40, COUNT = SIDE * SIDE * 4 };
+    static float z[2 * COUNT];
+    static subject both[2];
+    const mssm_gl_desc d = description(LIGHTS, SIDE, 4, 6);
+    int unequal = 0, filled = 0;
+    if (!begin_gl()) return;
+    if (make_subject(&both[0], &d) && make_subject(&both[1], &d)) {
+        for (int alone = 0; alone < 2; alone++) {
+            subject *s = &both[alone];
+            uint64_t seed = 90;
+            for (int i = 0; i < LIGHTS; i++) {
+                s->light[i] = wide_light(i % 3 == 0, 0.5f);
+                for (int again = i % 5 == 2; again >= 0; again--) {
+                    random_depth(z, SIDE, 4, &seed);
+                    random_depth(z + COUNT, SIDE, 4, &seed);
+                    fill(s, i, z, (i + again) % 4 == 1 ? z + COUNT : NULL);
+                    CHECK(mssm_gl_layer(s->gl) == -1, "a layer between passes");
+                }
+                if (alone) CHECK(!mssm_gl_build(s->gl), "build");
+            }
+            build(s);
+        }
+        for (int i = 0; i < LIGHTS; i++) {
+            uint32_t *a = read_level(&both[0], i, 0, SIDE), *b = read_level(&both[1], i, 0, SIDE);
+            const size_t values = (size_t)(SIDE + 1) * (SIDE + 1) * 6;
+            for (size_t k = 0; k < values; k++) unequal += a[k] != b[k], filled += a[k] != 0;
+            free(a);
+            free(b);
+        }
+        CHECK(!unequal && filled > LIGHTS * SIDE * SIDE * 5, "%d of %d differ", unequal, filled);
+    }
+    drop_subject(&both[0]);
+    drop_subject(&both[1]);
+    end_gl();
+}
+
 // More lights than one dispatch builds.
 static void many_lights(void)
 {
@@ -741,6 +781,7 @@ const test_case gl_life_tests[] = {
     {"GL's resize keeps lights and empties maps", resize_keeps_lights_and_empties_maps},
     {"GL's lights are updated one by one", lights_are_updated_alone},
     {"GL's front faces wait for their back faces", front_faces_wait},
+    {"GL's lights that become moments together are as those alone", together_is_as_alone},
     {"GL builds more lights than one dispatch takes", many_lights},
     {"GL's lights may change their size without being drawn", sizes_change_without_drawing},
     {"GL works in two contexts at once", two_contexts_at_once},

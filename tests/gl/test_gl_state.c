@@ -302,8 +302,8 @@ static void names_that_died_raise_no_error(void)
         // In another context that shares its objects with this one, they go from there alone.
         gl_context other;
         if (gl_test_share(&stage.context, &other)) {
-            gl.CreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &texture);
-            gl.TextureStorage2DMultisample(texture, 4, GL_RGBA8, 8, 8, GL_TRUE);
+            gl.CreateTextures(GL_TEXTURE_2D_MULTISAMPLE_ARRAY, 1, &texture);
+            gl.TextureStorage3DMultisample(texture, 4, GL_RGBA8, 8, 8, 2, GL_TRUE);
             gl.CreateSamplers(1, &sampler);
             gl.BindTextureUnit(5, texture);
             gl.BindSampler(5, sampler);

@@ -177,7 +177,7 @@ static void depth_ranges_from_the_gpu(void)
             gl.UseProgram(t.depth_program);
             gl.ProgramUniformMatrix4fv(t.depth_program, 0, 1, GL_FALSE, f.world_to_shadow);
             gl_mesh_draw(&t.casters);
-            gl_range_reduce(&range, i);
+            gl_range_reduce(&range, i, maps);
             CHECK(!mssm_gl_end_depth(maps), "end");
         }
     }
@@ -443,6 +443,8 @@ static void components_change_what_their_headers_say(void)
     GLuint map;
     mssm_light light;
     mssm_scattering from;
+    mssm_gl *maps = NULL;
+    const mssm_gl_desc desc = {.load = gl_context_function, .lights = 2, .side = 64};
     if (!begin(&t)) return;
     CHECK(!mssm_light_directional(&light, up, axis, 0, 0, low, high) &&
               shafts_look(&from, &light, &t.eye, 0.1f) &&
@@ -450,19 +452,22 @@ static void components_change_what_their_headers_say(void)
           "%s", why.text);
     gl.CreateTextures(GL_TEXTURE_2D_ARRAY, 1, &map);
     gl.TextureStorage3D(map, 1, GL_RGBA16, 64, 64, 1);
+    CHECK(!mssm_gl_create(&maps, &desc) && !mssm_gl_set_light(maps, 1, &light), "maps");
     gl_state_take(&before);
     for (int k = 0; k < 3; k++) CHECK(components[k].create(&why), "%s", why.text);
     check_changes("creating", NULL);
     gl_target_begin(&depth);
+    CHECK(!mssm_gl_begin_depth(maps, 1, 0), "begin");
     gl_state_take(&before);
     for (int frame = 0; frame < 2; frame++) { // the first range comes from nowhere
         gl_range_fit(&made.range, 1, &light);
         check_changes("gl_range_fit", NULL);
-        gl_range_reduce(&made.range, 1);
-        check_changes("gl_range_reduce",
-                      "CURRENT_PROGRAM TEXTURE_BINDING_2D_MULTISAMPLE[0] SHADER_STORAGE_BUFFER[0] "
-                      "SHADER_STORAGE_BUFFER_BINDING");
+        gl_range_reduce(&made.range, 1, maps);
+        check_changes("gl_range_reduce", "CURRENT_PROGRAM TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY[0] "
+                                         "SHADER_STORAGE_BUFFER[0] SHADER_STORAGE_BUFFER_BINDING");
     }
+    CHECK(!mssm_gl_end_depth(maps), "end");
+    mssm_gl_destroy(maps);
     gl.Enable(GL_DEPTH_TEST);
     gl.Enable(GL_BLEND);
     gl_state_take(&before);

@@ -185,8 +185,9 @@ TYPED_OBJECTS(FAKE_TYPED)
     X(TextureStorage2D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h), (t, l, f, w, h)) \
     X(TextureStorage3D, (GLuint t, GLsizei l, GLenum f, GLsizei w, GLsizei h, GLsizei d),       \
       (t, l, f, w, h, d))                                                                       \
-    X(TextureStorage2DMultisample,                                                              \
-      (GLuint t, GLsizei s, GLenum f, GLsizei w, GLsizei h, GLboolean x), (t, s, f, w, h, x))   \
+    X(TextureStorage3DMultisample,                                                              \
+      (GLuint t, GLsizei s, GLenum f, GLsizei w, GLsizei h, GLsizei d, GLboolean x),            \
+      (t, s, f, w, h, d, x))                                                                    \
     X(NamedRenderbufferStorage, (GLuint r, GLenum f, GLsizei w, GLsizei h), (r, f, w, h))
 
 #define FAKE_STORAGE(name, parameters, arguments) \

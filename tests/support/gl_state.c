@@ -418,14 +418,16 @@ static GLuint make_program(void)
 
 static void make_objects(gl_unusual *u)
 {
-    static const GLenum targets[5] = {GL_TEXTURE_2D, GL_TEXTURE_2D_ARRAY, GL_TEXTURE_CUBE_MAP,
-                                      GL_TEXTURE_3D, GL_TEXTURE_2D_MULTISAMPLE};
-    for (int i = 0; i < 5; i++) gl.CreateTextures(targets[i], 1, &u->textures[i]);
+    static const GLenum targets[6] = {
+        GL_TEXTURE_2D, GL_TEXTURE_2D_ARRAY,       GL_TEXTURE_CUBE_MAP,
+        GL_TEXTURE_3D, GL_TEXTURE_2D_MULTISAMPLE, GL_TEXTURE_2D_MULTISAMPLE_ARRAY};
+    for (int i = 0; i < 6; i++) gl.CreateTextures(targets[i], 1, &u->textures[i]);
     gl.TextureStorage2D(u->textures[0], 2, GL_RGBA8, 8, 8);
     gl.TextureStorage3D(u->textures[1], 2, GL_RGBA8, 8, 8, 3);
     gl.TextureStorage2D(u->textures[2], 1, GL_RGBA8, 8, 8);
     gl.TextureStorage3D(u->textures[3], 1, GL_RGBA8, 8, 8, 3);
     gl.TextureStorage2DMultisample(u->textures[4], 4, GL_RGBA8, 8, 8, GL_TRUE);
+    gl.TextureStorage3DMultisample(u->textures[5], 4, GL_RGBA8, 8, 8, 3, GL_TRUE);
     gl.CreateSamplers(2, u->samplers);
     gl.SamplerParameteri(u->samplers[0], GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
     gl.SamplerParameteri(u->samplers[0], GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -486,7 +488,7 @@ static void bind_everything(const gl_unusual *u)
     gl.BindTransformFeedback(GL_TRANSFORM_FEEDBACK, u->feedback);
     gl.UseProgram(u->program);
     for (GLuint unit = 0; unit < 24; unit++) {
-        for (int i = 0; i < 5; i++) gl.BindTextureUnit(unit, u->textures[i]);
+        for (int i = 0; i < 6; i++) gl.BindTextureUnit(unit, u->textures[i]);
         gl.BindSampler(unit, u->samplers[0]);
     }
     for (GLuint unit = 0; unit < 8; unit++) {
@@ -603,7 +605,7 @@ void gl_state_make_usual(gl_unusual *u)
     turn_switches(false);
     set_numbers(true, u);
     unbind_everything();
-    gl.DeleteTextures(5, u->textures);
+    gl.DeleteTextures(6, u->textures);
     gl.DeleteSamplers(2, u->samplers);
     gl.DeleteBuffers(2, u->buffers); // takes them off the indexed bindings, too
     gl.DeleteVertexArrays(2, u->arrays);

@@ -33,7 +33,7 @@ const gl_state_entry *gl_state_find(const gl_state *s, const char *name);
 // binding point an object. Made by gl_state_make_unusual, undone with all objects by
 // gl_state_make_usual, which leaves the context as a new one is.
 typedef struct gl_unusual {
-    GLuint textures[5], samplers[2], buffers[2], arrays[2], framebuffers[2], renderbuffer;
+    GLuint textures[6], samplers[2], buffers[2], arrays[2], framebuffers[2], renderbuffer;
     GLuint pipeline, feedback, query, program, stencil;
     GLint viewport[4], scissor[4]; // of the window, if there is one
 } gl_unusual;
