@@ -842,9 +842,9 @@ typedef struct lightprobe_region {
 
 // How 1 / distance differs from that of a plane across d, as a part of it: sums over leaves, each by its
 // part of the luminance, of squares and product of direction along e and f, of these times the rest, and
-// of its square.
+// of its square; of squares of these parts: 1 over the number of leaves, were they alike.
 typedef struct lightprobe_tilt {
-    float ee, ff, ef, e, f, squares;
+    float ee, ff, ef, e, f, squares, parts;
 } lightprobe_tilt;
 // [glsl end]
 
@@ -2892,7 +2892,7 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region regi
 LIGHTPROBE_SHARED lightprobe_tilt lightprobe_no_tilt(void)
 {
     lightprobe_tilt t;
-    t.ee = t.ff = t.ef = t.e = t.f = t.squares = 0.0f;
+    t.ee = t.ff = t.ef = t.e = t.f = t.squares = t.parts = 0.0f;
     return t;
 }
 
@@ -2915,6 +2915,7 @@ LIGHTPROBE_SHARED lightprobe_tilt lightprobe_add_tilt(lightprobe_tilt tilt, ligh
     t.e = t.e + sx * rest;
     t.f = t.f + sy * rest;
     t.squares = t.squares + share * rest * rest;
+    t.parts = t.parts + share * share;
     return t;
 }
 
@@ -3032,10 +3033,9 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     return light;
 }
 
-// Slopes of a light's plane. On a plane 1 / distance is linear in direction, and so are the leaves' means
-// of both: least squares. A little is added to the squares, for leaves in a row. Counts from 80%
-// explained on, fully from 97%; an edge is at most 30% nearer than the middle, since what is at two
-// places looks like a steep plane.
+// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. A little is added
+// to the squares, for leaves in a row. Counts from 80% explained on, fully from 97%, of narrow lights; an
+// edge is at most 15% nearer than the middle, of 16 leaves 30%: a few at two places look like one.
 LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,
                                                      lightprobe_tilt t)
 {
@@ -3047,14 +3047,18 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lig
     LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;
     LIGHTPROBE_PRECISE float part = 6.0f * ((x * t.e + y * t.f) / (t.squares + 1e-30f)) - 4.8f;
     part = part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;
+    LIGHTPROBE_PRECISE float narrow = 1.5f - 4.1666667f * (t.ee + t.ff); // wide ones err more
+    part = part * (narrow > 0.0f ? (narrow < 1.0f ? narrow : 1.0f) : 0.0f);
     LIGHTPROBE_PRECISE float u = x * lightprobe_dot(r.e, l.axis_u);
     LIGHTPROBE_PRECISE float v = x * lightprobe_dot(r.e, l.axis_v);
     u = u + y * lightprobe_dot(r.f, l.axis_u);
     v = v + y * lightprobe_dot(r.f, l.axis_v);
-    // Of lights narrower than 1/8 the slope is at most 2.4.
-    LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > 0.125f ? l.tan_half_u : 0.125f);
-    edge = edge + fabsf(v) * (l.tan_half_v > 0.125f ? l.tan_half_v : 0.125f);
-    part = part * edge > 0.3f ? 0.3f / edge : part;
+    LIGHTPROBE_PRECISE float most = 0.01875f / t.parts;
+    most = most > 0.15f ? (most < 0.3f ? most : 0.3f) : 0.15f;
+    LIGHTPROBE_PRECISE float least = 0.41666667f * most; // width: slopes are at most 2.4
+    LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > least ? l.tan_half_u : least);
+    edge = edge + fabsf(v) * (l.tan_half_v > least ? l.tan_half_v : least);
+    part = part * edge > most ? most / edge : part;
     l.slope_u = -part * u;
     l.slope_v = -part * v;
     return l;
@@ -7234,9 +7238,9 @@ static const char *lightprobe__quote_lights(void)
     "\n"
     "// How 1 / distance differs from that of a plane across d, as a part of it: sums over leaves, each by its\n"
     "// part of the luminance, of squares and product of direction along e and f, of these times the rest, and\n"
-    "// of its square.\n"
+    "// of its square; of squares of these parts: 1 over the number of leaves, were they alike.\n"
     "struct lightprobe_tilt {\n"
-    "    float ee, ff, ef, e, f, squares;\n"
+    "    float ee, ff, ef, e, f, squares, parts;\n"
     "};\n"
     "\n"
     "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,\n"
@@ -7337,7 +7341,7 @@ static const char *lightprobe__quote_lights(void)
     "LIGHTPROBE_SHARED lightprobe_tilt lightprobe_no_tilt(void)\n"
     "{\n"
     "    lightprobe_tilt t;\n"
-    "    t.ee = t.ff = t.ef = t.e = t.f = t.squares = 0.0f;\n"
+    "    t.ee = t.ff = t.ef = t.e = t.f = t.squares = t.parts = 0.0f;\n"
     "    return t;\n"
     "}\n"
     "\n"
@@ -7360,6 +7364,7 @@ static const char *lightprobe__quote_lights(void)
     "    t.e = t.e + sx * rest;\n"
     "    t.f = t.f + sy * rest;\n"
     "    t.squares = t.squares + share * rest * rest;\n"
+    "    t.parts = t.parts + share * share;\n"
     "    return t;\n"
     "}\n"
     "\n"
@@ -7477,10 +7482,9 @@ static const char *lightprobe__quote_lights(void)
     "    return light;\n"
     "}\n"
     "\n"
-    "// Slopes of a light's plane. On a plane 1 / distance is linear in direction, and so are the leaves' means\n"
-    "// of both: least squares. A little is added to the squares, for leaves in a row. Counts from 80%\n"
-    "// explained on, fully from 97%; an edge is at most 30% nearer than the middle, since what is at two\n"
-    "// places looks like a steep plane.\n"
+    "// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. A little is added\n"
+    "// to the squares, for leaves in a row. Counts from 80% explained on, fully from 97%, of narrow lights; an\n"
+    "// edge is at most 15% nearer than the middle, of 16 leaves 30%: a few at two places look like one.\n"
     "LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,\n"
     "                                                     lightprobe_tilt t)\n"
     "{\n"
@@ -7492,14 +7496,18 @@ static const char *lightprobe__quote_lights(void)
     "    LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;\n"
     "    LIGHTPROBE_PRECISE float part = 6.0f * ((x * t.e + y * t.f) / (t.squares + 1e-30f)) - 4.8f;\n"
     "    part = part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float narrow = 1.5f - 4.1666667f * (t.ee + t.ff); // wide ones err more\n"
+    "    part = part * (narrow > 0.0f ? (narrow < 1.0f ? narrow : 1.0f) : 0.0f);\n"
     "    LIGHTPROBE_PRECISE float u = x * lightprobe_dot(r.e, l.axis_u);\n"
     "    LIGHTPROBE_PRECISE float v = x * lightprobe_dot(r.e, l.axis_v);\n"
     "    u = u + y * lightprobe_dot(r.f, l.axis_u);\n"
     "    v = v + y * lightprobe_dot(r.f, l.axis_v);\n"
-    "    // Of lights narrower than 1/8 the slope is at most 2.4.\n"
-    "    LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > 0.125f ? l.tan_half_u : 0.125f);\n"
-    "    edge = edge + fabsf(v) * (l.tan_half_v > 0.125f ? l.tan_half_v : 0.125f);\n"
-    "    part = part * edge > 0.3f ? 0.3f / edge : part;\n"
+    "    LIGHTPROBE_PRECISE float most = 0.01875f / t.parts;\n"
+    "    most = most > 0.15f ? (most < 0.3f ? most : 0.3f) : 0.15f;\n"
+    "    LIGHTPROBE_PRECISE float least = 0.41666667f * most; // width: slopes are at most 2.4\n"
+    "    LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > least ? l.tan_half_u : least);\n"
+    "    edge = edge + fabsf(v) * (l.tan_half_v > least ? l.tan_half_v : least);\n"
+    "    part = part * edge > most ? most / edge : part;\n"
     "    l.slope_u = -part * u;\n"
     "    l.slope_v = -part * v;\n"
     "    return l;\n"
