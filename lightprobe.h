@@ -277,7 +277,7 @@ LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], c
 
 // Radiance that goes to the viewer from one light, nothing in between, at a surface (x, y, z) from
 // the probe's centre, which matters where the light has a distance. The light, as extracted and not
-// as lightprobe_light_at gives it, is a uniform rectangle that faces the probe, in a plane at
+// as lightprobe_light_at gives it, is a uniform rectangle with its slopes, in a plane at
 // cos_alpha, its half-sizes the sines for tan_half_u and tan_half_v (0.001 to 4); up to the whole
 // sphere. Its part of the lobe is exact, also where the horizon cuts it; the lobe is a linearly
 // transformed cosine (Heitz, Dupuy, Hill, Neubelt 2016): docs/lightprobe.md has its errors. At
@@ -1139,22 +1139,30 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
     float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
     float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
-    lightprobe_vec3 d, centre, axis, axis_u, axis_v, middle, half_u, half_v, flux;
+    float slope_u = scale > 0.0f ? lightprobe_between(light.slope_u, -4.0f, 4.0f) : 0.0f;
+    float slope_v = scale > 0.0f ? lightprobe_between(light.slope_v, -4.0f, 4.0f) : 0.0f;
+    lightprobe_vec3 d, centre, axis, tilt, axis_u, axis_v, middle, half_u, half_v, flux;
     lightprobe_vec4 sum;
     u = most * u / sqrtf(1.0f + u * u);
     v = most * v / sqrtf(1.0f + v * v);
     for (int i = 0; i < 3; i++) {
         float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);
         d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);
-        before -= at * d[i];
-        centre[i] = c * (d[i] - at);
         axis[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);
+        tilt[i] = slope_u * axis[i] + slope_v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);
+        before -= at * (d[i] - tilt[i]);
+        centre[i] = c * (d[i] - at);
         sum[i] = sum[3] = rgb[i] = 0.0f;
     }
     for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be
         int j = (i + 1) % 3, k = (i + 2) % 3;
         axis_u[i] = u * axis[i];
         axis_v[i] = v * (d[j] * axis[k] - d[k] * axis[j]);
+    }
+    float rise_u = lightprobe_dot(axis_u, tilt), rise_v = lightprobe_dot(axis_v, tilt);
+    for (int i = 0; i < 3; i++) {
+        axis_u[i] += rise_u * d[i];
+        axis_v[i] += rise_v * d[i];
     }
     lightprobe_into_lobe(lobe, centre, middle);
     lightprobe_into_lobe(lobe, axis_u, half_u);
@@ -3047,7 +3055,8 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lig
     LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;
     LIGHTPROBE_PRECISE float part = 6.0f * ((x * t.e + y * t.f) / (t.squares + 1e-30f)) - 4.8f;
     part = part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;
-    LIGHTPROBE_PRECISE float narrow = 1.5f - 4.1666667f * (t.ee + t.ff); // wide ones err more
+    LIGHTPROBE_PRECISE float narrow =
+        1.5f - (t.ee + t.ff) * 4.1666667f; // of wide ones it errs more
     part = part * (narrow > 0.0f ? (narrow < 1.0f ? narrow : 1.0f) : 0.0f);
     LIGHTPROBE_PRECISE float u = x * lightprobe_dot(r.e, l.axis_u);
     LIGHTPROBE_PRECISE float v = x * lightprobe_dot(r.e, l.axis_v);
@@ -6437,22 +6446,30 @@ const char *lightprobe_glsl_specular(void)
     "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
     "    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
     "    float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
-    "    lightprobe_vec3 d, centre, axis, axis_u, axis_v, middle, half_u, half_v, flux;\n"
+    "    float slope_u = scale > 0.0f ? lightprobe_between(light.slope_u, -4.0f, 4.0f) : 0.0f;\n"
+    "    float slope_v = scale > 0.0f ? lightprobe_between(light.slope_v, -4.0f, 4.0f) : 0.0f;\n"
+    "    lightprobe_vec3 d, centre, axis, tilt, axis_u, axis_v, middle, half_u, half_v, flux;\n"
     "    lightprobe_vec4 sum;\n"
     "    u = most * u / sqrtf(1.0f + u * u);\n"
     "    v = most * v / sqrtf(1.0f + v * v);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);\n"
     "        d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);\n"
-    "        before -= at * d[i];\n"
-    "        centre[i] = c * (d[i] - at);\n"
     "        axis[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);\n"
+    "        tilt[i] = slope_u * axis[i] + slope_v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);\n"
+    "        before -= at * (d[i] - tilt[i]);\n"
+    "        centre[i] = c * (d[i] - at);\n"
     "        sum[i] = sum[3] = rgb[i] = 0.0f;\n"
     "    }\n"
     "    for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be\n"
     "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
     "        axis_u[i] = u * axis[i];\n"
     "        axis_v[i] = v * (d[j] * axis[k] - d[k] * axis[j]);\n"
+    "    }\n"
+    "    float rise_u = lightprobe_dot(axis_u, tilt), rise_v = lightprobe_dot(axis_v, tilt);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        axis_u[i] += rise_u * d[i];\n"
+    "        axis_v[i] += rise_v * d[i];\n"
     "    }\n"
     "    lightprobe_into_lobe(lobe, centre, middle);\n"
     "    lightprobe_into_lobe(lobe, axis_u, half_u);\n"
@@ -7496,7 +7513,8 @@ static const char *lightprobe__quote_lights(void)
     "    LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;\n"
     "    LIGHTPROBE_PRECISE float part = 6.0f * ((x * t.e + y * t.f) / (t.squares + 1e-30f)) - 4.8f;\n"
     "    part = part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float narrow = 1.5f - 4.1666667f * (t.ee + t.ff); // wide ones err more\n"
+    "    LIGHTPROBE_PRECISE float narrow =\n"
+    "        1.5f - (t.ee + t.ff) * 4.1666667f; // of wide ones it errs more\n"
     "    part = part * (narrow > 0.0f ? (narrow < 1.0f ? narrow : 1.0f) : 0.0f);\n"
     "    LIGHTPROBE_PRECISE float u = x * lightprobe_dot(r.e, l.axis_u);\n"
     "    LIGHTPROBE_PRECISE float v = x * lightprobe_dot(r.e, l.axis_v);\n"

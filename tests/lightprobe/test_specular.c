@@ -24,9 +24,9 @@ static void random_unit(uint64_t *seed, double d[3])
 
 // ---- The oracle: radiance per radiance of the light, by a grid over it
 
-// A rectangle; its half-sizes u and v in a plane at c.
+// A rectangle; its half-sizes u and v in a plane at c, or towards direction by slope[] along its axes.
 typedef struct panel {
-    double direction[3], axis_u[3], axis_v[3], c, u, v, offset[3];
+    double direction[3], axis_u[3], axis_v[3], c, u, v, offset[3], slope[2];
 } panel;
 
 typedef struct surface {
@@ -77,10 +77,14 @@ static double integral(const panel *p, const surface *s, const lightprobe_lobe *
     double sum = 0;
     for (int i = 0; i < n * n; i++) {
         const double x = p->u * (2 * (i % n + 0.5) / n - 1), y = p->v * (2 * (i / n + 0.5) / n - 1);
-        double l[3];
-        for (int k = 0; k < 3; k++)
-            l[k] = p->c * (p->direction[k] - p->offset[k]) + x * p->axis_u[k] + y * p->axis_v[k];
-        const double square = dot(l, l), size = sqrt(square), facing = dot(l, p->direction) / size;
+        const double rise = x * p->slope[0] + y * p->slope[1];
+        double l[3], across[3];
+        for (int k = 0; k < 3; k++) {
+            l[k] = p->c * (p->direction[k] - p->offset[k]) + x * p->axis_u[k] + y * p->axis_v[k] +
+                   rise * p->direction[k];
+            across[k] = p->direction[k] - p->slope[0] * p->axis_u[k] - p->slope[1] * p->axis_v[k];
+        }
+        const double square = dot(l, l), size = sqrt(square), facing = dot(l, across) / size;
         for (int k = 0; k < 3; k++) l[k] /= size;
         if (facing > 0)
             sum += 4 * p->u * p->v / (n * n) * facing / square *
@@ -164,12 +168,13 @@ static void aim(uint64_t *seed, panel *p, const surface *s, double reach)
     for (int i = 0; i < 3; i++) p->direction[i] /= size;
     random_axes(seed, p);
     memset(p->offset, 0, sizeof p->offset);
+    memset(p->slope, 0, sizeof p->slope);
 }
 
 // ---- The properties
 
 // The light's part of the lobe, by edges, is that of a grid: near and far, across the horizon, from
-// beside the probe.
+// beside the probe, tilted.
 static void part_of_the_lobe_is_exact(void)
 {
     uint64_t seed = 11;
@@ -185,6 +190,10 @@ static void part_of_the_lobe_is_exact(void)
             light_of(&p, t, t * test_range(&seed, 0.1, 1), test_range(&seed, 0.2, 1));
         if (i % 3 == 0) l.distance = 2.5f;
         for (int k = 0; k < 3 && i % 3 == 0; k++) p.offset[k] = test_range(&seed, -0.5, 0.5);
+        for (int k = 0; k < 2 && i % 6 == 0; k++) // no edge is nearer than half as far
+            p.slope[k] = test_range(&seed, -1, 1) * fmin(2, 0.25 * p.c / (k ? p.v : p.u));
+        l.slope_u = (float)p.slope[0];
+        l.slope_v = (float)p.slope[1];
         float rgb[3];
         lightprobe_specular(l, lobe, (float)(2.5 * p.offset[0]), (float)(2.5 * p.offset[1]),
                             (float)(2.5 * p.offset[2]), rgb);
@@ -380,7 +389,7 @@ static void setting_lights_fade(void)
             surface_at(&seed, pow(test_range(&seed, 0.3, 1), 2), test_range(&seed, 0, 1.5), 1);
         const lightprobe_lobe lobe = lobe_of(&s);
         const double t = pow(10, test_range(&seed, -2, -0.3));
-        panel frame = {{0}, {0}, {0}, 0, 0, 0, {0}};
+        panel frame = {{0}, {0}, {0}, 0, 0, 0, {0}, {0}};
         memcpy(frame.direction, s.normal, sizeof s.normal);
         random_axes(&seed, &frame);
         float before = 0, rgb[3];
@@ -401,7 +410,7 @@ static void setting_lights_fade(void)
         }
     }
     const surface s = {{0, 1, 0}, {0, 1, 0}, 0.5, 1};
-    panel p = {{0, 1, 0}, {1, 0, 0}, {0, 0, -1}, 0, 0, 0, {0}};
+    panel p = {{0, 1, 0}, {1, 0, 0}, {0, 0, -1}, 0, 0, 0, {0}, {0}};
     lightprobe_light l = light_of(&p, 0.2, 0.2, 0.98);
     float rgb[3];
     l.distance = 3;
@@ -442,6 +451,8 @@ static void any_arguments_give_radiance(void)
         l.tan_half_v = garbage(&seed);
         l.cos_alpha = garbage(&seed);
         l.distance = garbage(&seed);
+        l.slope_u = garbage(&seed);
+        l.slope_v = garbage(&seed);
         lightprobe_specular(l, lightprobe_specular_lobe(n, v, garbage(&seed), f0), at[0], at[1],
                             at[2], rgb);
         for (int k = 0; k < 3; k++)
@@ -463,7 +474,7 @@ static void arguments_are_clamped(void)
               lightprobe_specular_lobe(up, along, 0.3f, f0).whole,
           "from below");
     // Straight from above the lobe is as wide in each direction.
-    panel p = {{0.6, 0.8, 0}, {0, 0, 1}, {0, 0, 0}, 0, 0, 0, {0}};
+    panel p = {{0.6, 0.8, 0}, {0, 0, 1}, {0, 0, 0}, 0, 0, 0, {0}, {0}};
     const lightprobe_lobe e = lightprobe_specular_lobe(up, up, 0.3f, inside);
     float least = FLT_MAX, most = 0;
     for (int i = 0; i < 12; i++) {
