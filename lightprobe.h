@@ -114,9 +114,7 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_SIDE,     // side below 1 or above LIGHTPROBE_MAX_SIDE
     LIGHTPROBE_ERROR_CHANNELS, // neither 3 nor 4, or no fourth one for distances
     LIGHTPROBE_ERROR_LIGHTS,   // max_lights, previous_count: below 0, or above the largest number
-    LIGHTPROBE_ERROR_SETTINGS, // tolerance, min_share or min_shadow negative or not finite, an unknown mode,
-    // distances neither 0 nor 1, or a texture unit or buffer binding that the
-    // driver does not have
+    LIGHTPROBE_ERROR_SETTINGS, // a setting out of its range; a texture unit or binding that the driver lacks
     LIGHTPROBE_ERROR_SCRATCH,    // scratch memory below lightprobe_scratch_bytes()
     LIGHTPROBE_ERROR_MEMORY,     // LIGHTPROBE_MALLOC gave none
     LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
@@ -146,7 +144,7 @@ typedef struct lightprobe_cube {
 typedef struct lightprobe_light {
     float direction[3]; // unit; that of the region's vector irradiance
     float axis_u[3],
-        axis_v[3]; // unit, orthogonal to direction and each other; the longer side is u
+        axis_v[3]; // unit, orthogonal to direction and each other; u is the longer side
     float tan_half_u, tan_half_v; // half-size of the rectangle at distance 1, at most 4
     float irradiance[3];          // integral of RGB radiance over the region's solid angle
     float solid_angle; // of the region, 0 of what fades out; they sum to 4 pi less what is black
@@ -161,9 +159,8 @@ typedef struct lightprobe_light {
 
 typedef enum lightprobe_mode {
     LIGHTPROBE_BEST = 0,
-    // The paper's way (sections 3.1 and 4.1), for comparison. Its axes are the face's, projected: u
-    // is not always the longer side, and towards a corner of the cube they are up to 30 degrees
-    // askew.
+    // The paper's way (sections 3.1 and 4.1), for comparison. Its axes are the face's, projected: not
+    // always the longer first, and up to 30 degrees askew towards a corner of the cube.
     LIGHTPROBE_MEDIAN_CUT = 1
 } lightprobe_mode;
 
@@ -174,24 +171,21 @@ typedef struct lightprobe_settings {
                      // all of max_lights or, where that is 0 too, LIGHTPROBE_DEFAULT_TOLERANCE
     int mode;        // lightprobe_mode
     float min_share; // what has a smaller share of the probe's luminance is left to the residual
-    // The weakest lights, dim or wide, are left to the residual too while the shadows lost by that
-    // change irradiance behind a random edge by at most this, in the parts of tolerance: a map less
-    // for each. 0: none.
+    // The weakest lights, dim or wide, are left to the residual too, a map less for each, while the
+    // shadows lost change irradiance behind a random edge by at most this, in parts as tolerance.
     float min_shadow;
-    // Lights of the previous frame, all of them, for a probe that moves: the new lights go on from
-    // them, keep their order and ids, and change in number or region only where that pays; what
-    // changes then fades in or out over 32 frames, unless the map's light changed by a tenth, or
-    // min_share or min_shadow leave lights out. So the tolerance may be met some frames late. May
-    // be the array that receives the new lights. NULL: start afresh, brightest light first. Both
-    // are ignored by LIGHTPROBE_MEDIAN_CUT.
+    // All lights of the previous frame, for a probe that moves: the new ones go on from them, keep
+    // order and ids, and change in number or region only where that pays. Changes fade over 32
+    // frames, unless the map's light changed by a tenth or min_share or min_shadow leave lights out:
+    // the tolerance may be met some frames late. May be the array that receives the new lights.
+    // NULL: start afresh, brightest light first. Ignored by LIGHTPROBE_MEDIAN_CUT.
     const lightprobe_light *previous;
     int previous_count;
     void (*log)(void *user, const char *message); // told in one line why a call failed; or NULL
     void *user;
-    // 1: the fourth channel of the cube is the distance of what the texel shows from the probe's
-    // centre, in world units. Then lights have a place, and what is near is told from what is far
-    // behind it, where shadows would show that. What is not in [1e-9, 1e9], infinite or NaN say, is
-    // infinitely far.
+    // 1: the cube's fourth channel is the distance of what the texel shows from the probe's centre, in
+    // world units; what is not in [1e-9, 1e9], NaN say, is infinitely far. Then lights have a place,
+    // and what is near is told from what is far behind it, where shadows would show that.
     int distances;
 } lightprobe_settings;
 
@@ -199,10 +193,9 @@ typedef struct lightprobe_stats {
     float total[3];          // irradiance[] of the whole probe, bad channels counting as 0
     float residual[3];       // what the lights do not carry, total - their sum
     float residual_sh[9][3]; // of it, for lightprobe_residual_irradiance
-    // Estimate of what the choice of lights costs: root mean square error of the irradiance of
-    // receivers of all orientations behind a random half-space (its border any great circle), in
-    // parts of the mean irradiance when nothing stands in between. Within 25% from 4 lights on. Of
-    // LIGHTPROBE_MEDIAN_CUT: the mean of half the square angle to the light's centre.
+    // Estimate of the root mean square error of irradiance behind a random half-space (its border any
+    // great circle; receivers of all orientations), in parts of the mean when nothing stands in between.
+    // Within 25% from 4 lights on. Of LIGHTPROBE_MEDIAN_CUT: mean half square angle to a light's centre.
     float error;
     int lights;          // how many were written
     int repaired_texels; // with a negative, NaN or infinite channel; that channel counts as 0
@@ -215,15 +208,14 @@ LIGHTPROBE_API size_t lightprobe_scratch_bytes(int side, int max_lights);
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
 // defaults), stats too; scratch may have any alignment, and what it holds afterwards is of no use.
 //
-// The lights carry all of the probe: each texel belongs to exactly one (with settings->previous,
-// those between lights are shared), and the residual is rounding (1e-7 of total, of either sign)
-// unless min_share, min_shadow, or LIGHTPROBE_MEDIAN_CUT with fewer than its six first regions,
-// left something out. There may be fewer lights than asked for: where texels run out, where the
-// tolerance is met, and for black regions: none for a black probe.
+// The lights carry all of the probe: each texel belongs to one (with settings->previous, those between
+// lights are shared), and the residual is rounding (1e-7 of total, of either sign) unless min_share,
+// min_shadow, or LIGHTPROBE_MEDIAN_CUT with fewer than six lights, left something out. There are fewer
+// than asked for where texels run out or the tolerance is met, and none for a black probe.
 //
-// Deterministic. Scaling the radiance by a power of two scales irradiance, total and residual and
-// changes nothing else, bit for bit. Any finite texel is fine; sums beyond the range of float come
-// out as FLT_MAX. Whatever fails leaves lights, light_count and stats untouched.
+// Deterministic. Radiance times a power of two changes irradiance, total and residual so, and nothing
+// else, bit for bit. Any finite texel is fine; sums beyond the range of float come out as FLT_MAX. A
+// failure leaves lights, light_count and stats untouched.
 LIGHTPROBE_API lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
                                                     const lightprobe_settings *settings,
                                                     void *scratch, size_t scratch_bytes,
@@ -234,8 +226,7 @@ LIGHTPROBE_API lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
 // 1983). The sum over six faces is 4 pi. 0 outside the face.
 LIGHTPROBE_API float lightprobe_texel_solid_angle(int side, int x, int y);
 
-// Unit direction of the point (s, t) in [-1,1]^2 of a face 0..5 (others count as the nearest of
-// these).
+// Unit direction of the point (s, t) in [-1,1]^2 of a face 0..5; others count as the nearest.
 LIGHTPROBE_API void lightprobe_texel_direction(int face, float s, float t, float direction[3]);
 
 // Irradiance of a surface under a disc light of uniform radiance with half-angle alpha whose centre
@@ -285,14 +276,12 @@ LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], c
 LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x,
                                         float y, float z, float rgb[3]);
 
-// Irradiance of a surface with this unit normal from what the lights do not carry, in no shadow:
-// add it to that of the lights, nothing is counted twice. From nine spherical harmonics, at least
-// 0.
+// Irradiance, at least 0, of a surface with this unit normal from what the lights do not carry, in no
+// shadow: add it to that of the lights, nothing is counted twice. From nine spherical harmonics.
 LIGHTPROBE_API void lightprobe_residual_irradiance(const lightprobe_stats *stats,
                                                    const float normal[3], float rgb[3]);
 
-// GLSL 4.50 text that defines the same lightprobe_disc_irradiance. Goes behind #version; static
-// memory.
+// GLSL 4.50 text with the same lightprobe_disc_irradiance, to put after #version; static memory.
 LIGHTPROBE_API const char *lightprobe_glsl_math(void);
 
 #if !(defined LIGHTPROBE_STATIC && defined LIGHTPROBE_NO_GL) // a static function must be defined
@@ -418,8 +407,7 @@ typedef struct lightprobe_image {
 
 #define LIGHTPROBE_MAX_IMAGE 32768
 
-// Side of the faces that a cross or a strip holds; for a panorama a quarter of its width, at least
-// 1. 0 where the picture fits no layout.
+// Side of the faces in a cross or strip; a quarter of a panorama's width, at least 1; 0: fits no layout.
 LIGHTPROBE_API int lightprobe_image_side(const lightprobe_image *image);
 
 // Fills texels, 18 side^2 floats, with the means of the picture over the solid angles of the cube's
@@ -697,9 +685,8 @@ void lightprobe_texel_direction(int face, float s, float t, float direction[3])
     lightprobe__to_world(face, scale, scale * s, scale * t, direction);
 }
 
-// Solid angle of the triangle whose corners have lengths a, b, c and these scalar products; n is
-// their triple product, twice the triangle's area in the plane of the face. Every term is far from
-// cancellation, unlike in the usual difference of four atan (0.87% off in float at 256^2).
+// Solid angle of the triangle whose corners have these lengths, scalar products and triple product n.
+// Nothing cancels, as it does in the usual difference of four atan (0.87% off in float at 256^2).
 static double lightprobe__triangle(double n, double a, double b, double c, double ab, double bc,
                                    double ca)
 {
@@ -745,9 +732,8 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 // One e-fold of radiance counts as much as so many radians: what keeps a sun out of its haze. From
 // 0.15 to 0.25 no probe changes much; with half of that city_sun's sun is lost at 4 lights.
 #define LIGHTPROBE_TONE 0.2f
-// Angle by which what is as far away as the mean shifts for a typical receiver: so many radians are
-// a difference in place between what lies near and what far behind it (docs/lightprobe.md,
-// "Places").
+// Radians by which what is as far away as the mean shifts for a typical receiver: what sets the near
+// apart from what is far behind it (docs/lightprobe.md, "Places").
 #define LIGHTPROBE_PARALLAX 0.25f
 // Weight of a light's width next to its unevenness: its shadow is shaded as if the receiver saw all
 // of it at one cosine. 0.1 to 0.35 do alike; without it a night sky's 8 lights err twice as much.
@@ -755,15 +741,12 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE_BINS 8     // places for a cut, over so many standard deviations to both sides
 #define LIGHTPROBE_REACH 2.0f // of the mean
 #define LIGHTPROBE_NEAR 6     // clusters that a leaf may move to
-// On a moving probe: leaves are shared out among the lights whose seeds are up to so many radians
-// further than the nearest, seeds go so much of their way to the light in a frame, slopes so much
-// of theirs (at once a flat lamp's light flickers 3 to 10 times as much), and other changes fade
-// in over so many frames. Half as soft flickers up to 1.7 times as much, twice as soft errs twice as
-// much at 32 lights.
-#define LIGHTPROBE_SOFT 0.15f
-#define LIGHTPROBE_RATE 0.03f
-#define LIGHTPROBE_TURN 0.1f
-#define LIGHTPROBE_FADE 32.0f
+// On a moving probe. Half as soft flickers up to 1.7 times as much, twice as soft errs twice as much at
+// 32 lights.
+#define LIGHTPROBE_SOFT 0.15f // radians further than the nearest seed: such lights share a leaf
+#define LIGHTPROBE_RATE 0.03f // part of its way to the light that a seed goes in a frame,
+#define LIGHTPROBE_TURN 0.1f  // a slope; at once a flat lamp's light flickers 3 to 10 times as much
+#define LIGHTPROBE_FADE 32.0f // frames in which other changes fade in
 
 // [glsl begin work]
 
@@ -840,16 +823,15 @@ typedef struct lightprobe_region {
     lightprobe_wide second[3];
 } lightprobe_region;
 
-// How 1 / distance differs from that of a plane across d, as a part of it: sums over leaves, each by its
-// part of the luminance, of squares and product of direction along e and f, of these times the rest, and
-// of its square; of squares of these parts: 1 over the number of leaves, were they alike.
+// Sums over leaves, by luminance: of squares and product of direction along e and f, of these times what a
+// plane across d leaves of 1 / distance, in parts of it, of the square of that; parts: 1 over how many
+// leaves there are, were they alike.
 typedef struct lightprobe_tilt {
     float ee, ff, ef, e, f, squares, parts;
 } lightprobe_tilt;
 // [glsl end]
 
-// The clusters that share a leaf, and what they take of it; with more than these all are asked
-// again.
+// The clusters that share a leaf, and what they take of it; with more than 4 all are asked again.
 typedef struct lightprobe__share {
     int count, cluster[4];
     float part[4];
@@ -863,17 +845,20 @@ typedef struct lightprobe__work {
     lightprobe_cell *cells[LIGHTPROBE__LEVELS]; // of tiles and larger squares
     lightprobe_leaf *leaves;
     lightprobe__share *shares;
-    int *heap, *order;
+    float *errors; // of the leaves; -1: a texel
+    int *order;
     lightprobe_cluster *clusters;
     float *gains; // errors of the clusters that can be split, or what that gains; else 0
     lightprobe_region *regions;
     lightprobe_tilt *tilts; // only with distances
-    int heap_count, leaf_count, cluster_count, repaired;
+    int leaf_count, cluster_count, repaired;
     double total[3];
     float total_luminance, mean, reach; // mean: of 1 sr; reach: 1 / distance becomes parallax by it
     int jumps;    // the map is another one than in the last frame, or there was none: nothing fades
     float fading; // frames to go; below 0: the last frame was the first
     float unit;   // LIGHTPROBE_SOFT as a reach
+    int wants_error;
+    float error, residual_sh[9][3];
 } lightprobe__work;
 
 static void *lightprobe__take(char *base, size_t *used, size_t bytes)
@@ -899,27 +884,25 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
     w->max_leaves = LIGHTPROBE__LEAVES(max_lights) + LIGHTPROBE_MORE_LEAVES;
     const size_t quarter = (size_t)w->half * (size_t)w->half, tiles = (size_t)w->tiles;
     const size_t leaves = (size_t)w->max_leaves, lights = (size_t)max_lights;
-    w->omega = (float *)lightprobe__take(base, &used, quarter * sizeof(float));
-    w->weight = (float *)lightprobe__take(base, &used, quarter * sizeof(float));
-    w->band = (float *)lightprobe__take(base, &used, tiles * (4 * 24 + 12 + 1) * sizeof(float));
+#define LIGHTPROBE__TAKE(type, count) (type *)lightprobe__take(base, &used, (count) * sizeof(type))
+    w->omega = LIGHTPROBE__TAKE(float, quarter);
+    w->weight = LIGHTPROBE__TAKE(float, quarter);
+    w->band = LIGHTPROBE__TAKE(float, (4 * 24 + 12 + 1) * tiles);
     for (int level = LIGHTPROBE_TILE_LEVEL;; level++) {
         const size_t n = (size_t)lightprobe__level_side(side, level);
-        w->cells[level] =
-            (lightprobe_cell *)lightprobe__take(base, &used, 6 * n * n * sizeof(lightprobe_cell));
+        w->cells[level] = LIGHTPROBE__TAKE(lightprobe_cell, 6 * n * n);
         w->top = level;
         if (n == 1) break;
     }
-    w->leaves = (lightprobe_leaf *)lightprobe__take(base, &used, leaves * sizeof(lightprobe_leaf));
-    w->shares =
-        (lightprobe__share *)lightprobe__take(base, &used, leaves * sizeof(lightprobe__share));
-    w->heap = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
-    w->order = (int *)lightprobe__take(base, &used, leaves * sizeof(int));
-    w->clusters =
-        (lightprobe_cluster *)lightprobe__take(base, &used, lights * sizeof(lightprobe_cluster));
-    w->gains = (float *)lightprobe__take(base, &used, lights * sizeof(float));
-    w->regions =
-        (lightprobe_region *)lightprobe__take(base, &used, lights * sizeof(lightprobe_region));
-    w->tilts = (lightprobe_tilt *)lightprobe__take(base, &used, lights * sizeof(lightprobe_tilt));
+    w->leaves = LIGHTPROBE__TAKE(lightprobe_leaf, leaves);
+    w->shares = LIGHTPROBE__TAKE(lightprobe__share, leaves);
+    w->errors = LIGHTPROBE__TAKE(float, leaves);
+    w->order = LIGHTPROBE__TAKE(int, leaves);
+    w->clusters = LIGHTPROBE__TAKE(lightprobe_cluster, lights);
+    w->gains = LIGHTPROBE__TAKE(float, lights);
+    w->regions = LIGHTPROBE__TAKE(lightprobe_region, lights);
+    w->tilts = LIGHTPROBE__TAKE(lightprobe_tilt, lights);
+#undef LIGHTPROBE__TAKE
     return used;
 }
 
@@ -1129,22 +1112,18 @@ LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const light
     }
 }
 
-void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,
-                         LIGHTPROBE_OUT lightprobe_vec3 rgb)
+// The light from (x, y, z) as a rectangle with these sines of half-sizes, in the plane at c: its centre
+// and half-sides. Returns how far before that plane the place is, 0 or less: it shines the other way.
+LIGHTPROBE_SHARED float lightprobe_rectangle(lightprobe_light light, float c, float u, float v,
+                                             float x, float y, float z,
+                                             LIGHTPROBE_OUT lightprobe_vec3 centre,
+                                             LIGHTPROBE_OUT lightprobe_vec3 axis_u,
+                                             LIGHTPROBE_OUT lightprobe_vec3 axis_v)
 {
-    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a
-    // hemisphere.
-    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), before = 1.0f;
-    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);
-    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
-    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
-    float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
+    float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f, before = 1.0f;
     float slope_u = scale > 0.0f ? lightprobe_between(light.slope_u, -4.0f, 4.0f) : 0.0f;
     float slope_v = scale > 0.0f ? lightprobe_between(light.slope_v, -4.0f, 4.0f) : 0.0f;
-    lightprobe_vec3 d, centre, axis, tilt, axis_u, axis_v, middle, half_u, half_v, flux;
-    lightprobe_vec4 sum;
-    u = most * u / sqrtf(1.0f + u * u);
-    v = most * v / sqrtf(1.0f + v * v);
+    lightprobe_vec3 d, axis, tilt;
     for (int i = 0; i < 3; i++) {
         float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);
         d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);
@@ -1152,7 +1131,6 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
         tilt[i] = slope_u * axis[i] + slope_v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);
         before -= at * (d[i] - tilt[i]);
         centre[i] = c * (d[i] - at);
-        sum[i] = sum[3] = rgb[i] = 0.0f;
     }
     for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be
         int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -1164,10 +1142,26 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
         axis_u[i] += rise_u * d[i];
         axis_v[i] += rise_v * d[i];
     }
+    return before;
+}
+
+void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,
+                         LIGHTPROBE_OUT lightprobe_vec3 rgb)
+{
+    // Half-sizes shrink again beyond a hemisphere.
+    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f);
+    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);
+    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
+    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
+    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, flux;
+    lightprobe_vec4 sum;
+    u = most * u / sqrtf(1.0f + u * u);
+    v = most * v / sqrtf(1.0f + v * v);
+    for (int i = 0; i < 3; i++) sum[i] = sum[3] = rgb[i] = 0.0f;
+    if (lightprobe_rectangle(light, c, u, v, x, y, z, centre, axis_u, axis_v) <= 0.0f) return;
     lightprobe_into_lobe(lobe, centre, middle);
     lightprobe_into_lobe(lobe, axis_u, half_u);
     lightprobe_into_lobe(lobe, axis_v, half_v);
-    if (before <= 0.0f) return; // it shines the other way
     lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);
     // An outline around the point straight below leaves the horizon's whole circle out: Stokes'
     // theorem.
@@ -1303,8 +1297,7 @@ LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, floa
     return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;
 }
 
-// Weights: its solid angle, and that over the distance to its centre (s, t). The fourth of rgb: how
-// far.
+// Weights: solid angle, and that over the distance to its centre (s, t). texel_rgb[3]: how far.
 LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb,
                                                         float omega, float weight, float s, float t)
 {
@@ -1322,9 +1315,8 @@ LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 te
 }
 // [glsl end]
 
-// A texel's vector irradiance is shorter than its solid angle by omega / 12, the mean half square
-// angle of a square: without it a face of one texel would count as a point (17% too long, now 0.7%
-// too short).
+// A texel's vector irradiance is shorter than its solid angle by omega / 12, the mean half square angle
+// of a square: else a face of one texel counts as a point (17% too long, now 0.7% too short).
 static void lightprobe__make_tables(lightprobe__work *w)
 {
     const double h = 2.0 / w->side, first = w->side & 1 ? -0.5 * h : 0.0;
@@ -1355,8 +1347,7 @@ static const float *lightprobe__texel(const lightprobe__work *w, int face, int x
            ((size_t)y * (size_t)w->side + (size_t)x) * (size_t)w->cube->channels;
 }
 
-// Copies a texel and puts 0 for bad channels; returns 1 if there was one. Looks at the bits: with
-// -ffast-math a comparison need not see a NaN.
+// Copies a texel with 0 for bad channels, told by their bits; returns 1 if there was one.
 static int lightprobe__read(const float *texel, float rgb[3])
 {
     int bad = 0;
@@ -1381,17 +1372,16 @@ static int lightprobe__gather(const lightprobe__work *w, int face, int tx, int t
 {
     int bad = 0;
     memset(out, 0, 48 * sizeof *out);
-    for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++) {
+    for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++)
         for (int x = 4 * tx; x < 4 * tx + 4 && x < w->side; x++)
             bad += lightprobe__read(lightprobe__texel(w, face, x, y),
                                     out + 12 * (y & 3) + 3 * (x & 3));
-    }
     return bad;
 }
 
 // texels and step: four rows of four RGB texels. band: four rows of weights, 12 floats of solid
 // angle and 12 of solid angle times luminance coefficient over distance per tile. s: of the 12
-// floats. t: of the row behind the last, next to the one before it. omega: of the tile. Returns 0
+// floats. t: of the row after the last, next to the one before it. omega: of the tile. Returns 0
 // where a texel was negative, NaN or infinite (then the sums are worthless): the sign bits are
 // gathered on the way, the rest shows in the sums. Written out, three registers of four floats
 // each: gcc -O2 keeps arrays of them in memory, at twice the time.
@@ -1529,7 +1519,7 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
 static void lightprobe__sum_tiles(lightprobe__work *w)
 {
     const int symmetric = w->side % 4 == 0;
-    float *s = w->band + 4 * 24 * w->tiles; // of the 12 floats of every tile, behind the weights
+    float *s = w->band + 4 * 24 * w->tiles; // of the 12 floats of every tile, after the weights
     memset(w->band, 0, (size_t)(4 * 24 + 12) * (size_t)w->tiles * sizeof(float));
     for (int x = 0; x < 3 * w->side; x++) s[x] = lightprobe_centre(w->side, x / 3);
     for (int ty = 0; ty < (symmetric ? (w->tiles + 1) / 2 : w->tiles); ty++) {
@@ -1566,14 +1556,15 @@ static void lightprobe__make_pyramid(lightprobe__work *w)
 }
 
 // In double, over the cells of 8 x 8 texels.
-static float lightprobe__find_total(lightprobe__work *w)
+static void lightprobe__find_total(lightprobe__work *w)
 {
     const int level = w->top > LIGHTPROBE_TILE_LEVEL ? LIGHTPROBE_TILE_LEVEL + 1 : w->top;
     const int n = lightprobe__level_side(w->side, level);
     for (int i = 0; i < 6 * n * n; i++)
         for (int c = 0; c < 3; c++) w->total[c] += (double)w->cells[level][i].flux[c];
     const float rgb[3] = {(float)w->total[0], (float)w->total[1], (float)w->total[2]};
-    return lightprobe_luminance(rgb);
+    w->total_luminance = lightprobe_luminance(rgb);
+    w->mean = w->total_luminance / 12.5663706f;
 }
 
 static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
@@ -1593,40 +1584,17 @@ LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)
 }
 // [glsl end]
 
-// Of equal errors the lower number comes first, so that any way to find it agrees (the GPU has no
-// heap).
-static int lightprobe__is_before(const lightprobe__work *w, int a, int b)
+// Of equals the first, so that the GPU's way to find it agrees.
+static int lightprobe__largest(const float *x, int count)
 {
-    const float ea = lightprobe_leaf_error(w->leaves[a]);
-    const float eb = lightprobe_leaf_error(w->leaves[b]);
-    return ea > eb || (ea >= eb && a < b);
-}
-
-static void lightprobe__heap_push(lightprobe__work *w, int leaf)
-{
-    int i = w->heap_count++;
-    for (; i > 0; i = (i - 1) / 2) {
-        const int parent = w->heap[(i - 1) / 2];
-        if (lightprobe__is_before(w, parent, leaf)) break;
-        w->heap[i] = parent;
+    float top = x[0];
+    int most = 0;
+    for (int i = 1; i < count; i++) {
+        if (x[i] <= top) continue;
+        top = x[i];
+        most = i;
     }
-    w->heap[i] = leaf;
-}
-
-static int lightprobe__heap_pop(lightprobe__work *w)
-{
-    const int top = w->heap[0], last = w->heap[--w->heap_count];
-    int i = 0;
-    for (int child = 1; child < w->heap_count; child = 2 * i + 1) {
-        if (child + 1 < w->heap_count &&
-            lightprobe__is_before(w, w->heap[child + 1], w->heap[child]))
-            child++;
-        if (lightprobe__is_before(w, last, w->heap[child])) break;
-        w->heap[i] = w->heap[child];
-        i = child;
-    }
-    w->heap[i] = last;
-    return top;
+    return most;
 }
 
 // [glsl begin work]
@@ -1657,8 +1625,7 @@ LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, floa
     return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);
 }
 
-// Angle by which a light shifts for a receiver that is reach away from the probe; sums may be
-// infinite.
+// Angle by which a light shifts for receivers reach away from the probe; sums may be infinite.
 LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)
 {
     LIGHTPROBE_PRECISE float angle = inverse * reach;
@@ -1718,26 +1685,23 @@ static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int l
     if (!(leaf->strength > 0)) // black, but it must belong somewhere
         lightprobe_texel_direction(face, lightprobe_cell_middle(w->side, level, x),
                                    lightprobe_cell_middle(w->side, level, y), leaf->direction);
-    if (level > 0) lightprobe__heap_push(w, index);
+    w->errors[index] = level > 0 ? lightprobe_leaf_error(*leaf) : -1;
 }
 
 // Six faces, then down to single texels where the light is.
-static void lightprobe__make_leaves(lightprobe__work *w, float total)
+static void lightprobe__make_leaves(lightprobe__work *w)
 {
     const int enough = w->max_leaves - LIGHTPROBE_MORE_LEAVES;
-    float last = 0;
-    w->heap_count = 0;
-    w->total_luminance = total;
-    w->mean = total / 12.5663706f;
-    float inverse = 0;
+    const float total = w->total_luminance;
+    float last = 0, inverse = 0;
     for (int face = 0; face < 6; face++) inverse += w->cells[w->top][face].resultant[3];
     w->reach = inverse > 0 ? LIGHTPROBE_PARALLAX * (total / inverse) : 0;
     for (int face = 0; face < 6; face++) lightprobe__set_leaf(w, face, face, w->top, 0, 0);
     w->leaf_count = 6;
-    while (w->heap_count > 0 && w->leaf_count + 3 <= w->max_leaves) {
-        const int index = lightprobe__heap_pop(w);
+    while (w->leaf_count + 3 <= w->max_leaves) {
+        const int index = lightprobe__largest(w->errors, w->leaf_count);
         const lightprobe_leaf parent = w->leaves[index];
-        const float error = lightprobe_leaf_error(parent);
+        const float error = w->errors[index];
         if (error <= 1e-7f * total) break; // rounding
         if (w->leaf_count >= enough && error < 0.9999f * last) break;
         last = error;
@@ -1783,9 +1747,8 @@ LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe
     return a;
 }
 
-// What a leaf adds to the vector of a cluster with this centre. The one that adds most never
-// leaves. Mirrored cells have one luminance, but lie apart from the centre: this tells them from
-// each other whichever comes first.
+// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves: not
+// the brightest, since mirrored cells are equally bright, and either may come first.
 LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)
 {
     LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);
@@ -1807,9 +1770,8 @@ LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)
     return s.luminance - lightprobe_length(s.resultant);
 }
 
-// How much a cluster with this share of the flux holds against a leaf of it: where this is least,
-// the leaf belongs. The square of a distance with the flux as weight, since errors count squared:
-// bright lights are kept small.
+// What a cluster with this share of the flux holds against a leaf, which belongs where it is least: a
+// squared distance by flux, since errors count squared: bright lights are kept small.
 LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,
                                             const lightprobe_vec3 b, float tone_b)
 {
@@ -1840,8 +1802,7 @@ LIGHTPROBE_SHARED float lightprobe_root_error(lightprobe_errors e, float total)
 // [glsl begin splits]
 
 // What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the
-// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a
-// profile.
+// total's flux. Unevenness shows in tone: so it stands for the error behind edges.
 LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
 {
     if (!(s.luminance > 0.0f)) return 0.0f;
@@ -1854,8 +1815,7 @@ LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
 
 // [glsl begin moving]
 
-// What a cluster holds against a leaf on a moving probe. It must not hang on how fine the leaves
-// are.
+// What a cluster holds against a leaf on a moving probe, however fine the leaves are.
 LIGHTPROBE_SHARED float lightprobe_seed_distance(const lightprobe_vec3 direction, float tone,
                                                  const lightprobe_vec3 seed, float seed_tone,
                                                  float share)
@@ -2030,9 +1990,8 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,
     return m;
 }
 
-// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most
-// of the total away, as of a colour that was not there before, little but rounding is left, and
-// none is late.
+// Late flux such that that of all lights, now sum, becomes 0. Where it takes most of the total away, as
+// of a colour that was not there before, little but rounding is left, and none is late.
 LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)
 {
     LIGHTPROBE_PRECISE float left = total + sum;
@@ -2056,13 +2015,13 @@ static void lightprobe__sum_clusters(lightprobe__work *w)
         memcpy(v, c->sum.resultant, sizeof v);
         if (lightprobe_normalize(v) > 0) memcpy(c->centre, v, sizeof v);
         if (c->sum.luminance > LIGHTPROBE_BLACK) c->tone = c->sum.tones / c->sum.luminance;
-        c->brightest = -1;
+        w->gains[k] = -FLT_MAX; // the largest worth so far
     }
     for (int i = 0; i < w->leaf_count; i++) {
         lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
         const float worth = lightprobe_worth(w->leaves[i], c->centre);
-        if (c->brightest >= 0 && worth <= lightprobe_worth(w->leaves[c->brightest], c->centre))
-            continue;
+        if (worth <= w->gains[w->leaves[i].cluster]) continue;
+        w->gains[w->leaves[i].cluster] = worth;
         c->brightest = i;
     }
 }
@@ -2303,8 +2262,7 @@ LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b
     return cost;
 }
 
-// Errors once two clusters, with these squares, share a light: more than that, unless they are very
-// uneven.
+// Errors once two clusters, with these squares, share a light: more, unless they are very uneven.
 LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,
                                                       float a_squares, lightprobe_sum b,
                                                       float b_squares, float total)
@@ -2349,7 +2307,7 @@ static void lightprobe__measure(lightprobe__work *w, lightprobe_cluster *c)
     for (int k = 0; k < c->sum.count; k++) {
         const lightprobe_streak a = lightprobe_streak_of(along, w->leaves[order[k]]);
         const lightprobe_streak b = lightprobe_streak_of(across, w->leaves[order[k]]);
-        for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) {
+        for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) { // the last too: eight are vectors
             u[bin] += lightprobe_below(a, bin);
             v[bin] += lightprobe_below(b, bin);
         }
@@ -2364,8 +2322,7 @@ static void lightprobe__measure(lightprobe__work *w, lightprobe_cluster *c)
     w->gains[c - w->clusters] = c->error;
 }
 
-// The cheapest of BINS - 1 cuts across an axis, which are enough since the clusters are relaxed
-// afterwards.
+// The cheapest of BINS - 1 cuts across an axis: enough, since clusters are relaxed afterwards.
 static void lightprobe__find_cut(const lightprobe__work *w, lightprobe_cluster *c,
                                  lightprobe_axis axis, float *least)
 {
@@ -2401,7 +2358,7 @@ static void lightprobe__plan_split(lightprobe__work *w, lightprobe_cluster *c)
     c->planned = 1;
 }
 
-// Moves the leaves behind the planned plane from one cluster to another, empty one, and sums both.
+// Moves the leaves beyond the planned plane from one cluster to another, empty one, and sums both.
 static void lightprobe__split(lightprobe__work *w, lightprobe_cluster *c, lightprobe_cluster *d)
 {
     int i = c->first, end = c->first + c->sum.count;
@@ -2423,18 +2380,6 @@ static void lightprobe__split(lightprobe__work *w, lightprobe_cluster *c, lightp
     d->first = i;
 }
 
-static int lightprobe__largest_gain(const lightprobe__work *w)
-{
-    float top = w->gains[0];
-    int most = 0;
-    for (int k = 1; k < w->cluster_count; k++) {
-        if (w->gains[k] <= top) continue;
-        top = w->gains[k];
-        most = k;
-    }
-    return most;
-}
-
 static lightprobe_errors lightprobe__measure_all(lightprobe__work *w)
 {
     LIGHTPROBE_PRECISE lightprobe_errors e = {0, 0};
@@ -2452,7 +2397,7 @@ static void lightprobe__divide(lightprobe__work *w, float tolerance)
     lightprobe_errors e = lightprobe__measure_all(w);
     while (w->cluster_count < w->max_lights &&
            lightprobe_root_error(e, w->total_luminance) > tolerance) {
-        const int most = lightprobe__largest_gain(w);
+        const int most = lightprobe__largest(w->gains, w->cluster_count);
         lightprobe_cluster *parent = w->clusters + most, *fresh = w->clusters + w->cluster_count;
         if (!(w->gains[most] > 0)) break;
         if (!parent->planned) { // most small clusters never come to this
@@ -2483,6 +2428,9 @@ static void lightprobe__find_near(lightprobe__work *w)
         for (int b = 0; b < w->cluster_count; b++) {
             const lightprobe_cluster *d = w->clusters + b;
             if (b == a || !(d->sum.luminance > 0)) continue;
+            // Tone sets apart only: most are too far without it, and this is the longest loop of 256 lights.
+            if (n == LIGHTPROBE_NEAR && lightprobe_dot(c->centre, d->centre) <= score[n - 1])
+                continue;
             const float s = lightprobe_nearness(c->centre, c->tone, d->centre, d->tone);
             if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;
             int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;
@@ -2497,9 +2445,8 @@ static void lightprobe__find_near(lightprobe__work *w)
     }
 }
 
-// Lloyd's iteration on the sphere: each leaf goes to the cluster among its own one's neighbours
-// that holds least against it, without heed of cuts and faces. The one that adds most stays, so
-// that no cluster runs empty.
+// Lloyd's iteration: each leaf goes to the neighbour of its cluster that holds least against it, across
+// cuts and faces. The one that adds most stays, so that no cluster runs empty.
 static void lightprobe__relax(lightprobe__work *w, int rounds)
 {
     const float total = w->total_luminance;
@@ -2527,8 +2474,7 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
     }
 }
 
-// The two neighbours that cost least to merge; returns the cost, or FLT_MAX. Leaves out what has
-// changed.
+// The two unchanged neighbours that cost least to merge; returns the cost, or FLT_MAX.
 static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this, int pair[2])
 {
     float least = FLT_MAX;
@@ -2549,37 +2495,30 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
     return least;
 }
 
-// Gives the leaves of b to a, and those of a third cluster behind its planned plane to b.
+static void lightprobe__set_changed(lightprobe__work *w, const int pair[2], int from)
+{
+    lightprobe_cluster *c = w->clusters;
+    c[pair[0]].changed = c[pair[1]].changed = c[from].changed = 1;
+    w->gains[pair[0]] = w->gains[pair[1]] = w->gains[from] = 0;
+}
+
+// Gives the leaves of b to a, and those of a third cluster beyond its planned plane to b.
 static void lightprobe__swap(lightprobe__work *w, const int pair[2], int from)
 {
-    lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
-    lightprobe_cluster *c = w->clusters + from;
+    lightprobe_cluster *b = w->clusters + pair[1], *c = w->clusters + from;
     const int *order = w->order;
     for (int k = 0; k < b->sum.count; k++) w->leaves[order[b->first + k]].cluster = pair[0];
     for (int k = 0; k < c->sum.count; k++) {
         lightprobe_leaf *leaf = w->leaves + order[c->first + k];
         if (lightprobe_along(c->axis, *leaf) >= c->axis.threshold) leaf->cluster = pair[1];
     }
-    a->changed = b->changed = c->changed = 1;
-    w->gains[pair[0]] = w->gains[pair[1]] = w->gains[from] = 0;
     b->id = -1;
-}
-
-// Lets b fade into a. Then there will be a light for the third.
-static void lightprobe__retire(lightprobe__work *w, const int pair[2], int from)
-{
-    const int all[3] = {pair[0], pair[1], from};
-    for (int i = 0; i < 3; i++) {
-        w->clusters[all[i]].changed = 1;
-        w->gains[all[i]] = 0;
-    }
-    w->clusters[pair[0]].lives = 2;
-    w->clusters[pair[1]].lives = 0;
+    lightprobe__set_changed(w, pair, from);
 }
 
 // For a moving probe: takes lights from where two do little more than one does, and spends them
 // where one is not enough. A light that the tolerance can spare by a margin is not spent again.
-static void lightprobe__respend(lightprobe__work *w, float tolerance)
+static void lightprobe__reassign_lights(lightprobe__work *w, float tolerance)
 {
     const float total = w->total_luminance;
     int fades = !w->jumps && (w->fading < 0 || w->fading > 1); // one change after the other
@@ -2593,21 +2532,24 @@ static void lightprobe__respend(lightprobe__work *w, float tolerance)
         w->gains[k] = w->clusters[k].gain;
     }
     for (int swaps = w->cluster_count / 4; swaps >= 0; swaps--) {
-        const int most = lightprobe__largest_gain(w);
+        const int most = lightprobe__largest(w->gains, w->cluster_count);
         int pair[2] = {0, 0};
         const float cost = lightprobe__cheapest_merge(w, most, pair);
         const lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
         const lightprobe_errors merged =
             lightprobe_merged(e, a->sum, a->error, b->sum, b->error, total);
-        const int pays = lightprobe_pays(lightprobe_root_error(merged, total), tolerance,
-                                         w->gains[most], cost, total);
-        if (cost >= FLT_MAX || !pays) break;
-        if (pays == 2) w->clusters[most].sum.count = 0; // nothing to split off
+        const int choice = lightprobe_pays(lightprobe_root_error(merged, total), tolerance,
+                                           w->gains[most], cost, total);
+        if (cost >= FLT_MAX || !choice) break;
+        if (choice == 2) w->clusters[most].sum.count = 0; // nothing to split off
         e = merged; // at most: what the swap gains is not counted
-        if (w->jumps)
+        if (w->jumps) {
             lightprobe__swap(w, pair, most);
-        else
-            lightprobe__retire(w, pair, most);
+        } else { // b fades into a; then there will be a light for the third
+            w->clusters[pair[0]].lives = 2;
+            w->clusters[pair[1]].lives = 0;
+            lightprobe__set_changed(w, pair, most);
+        }
     }
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
@@ -2677,8 +2619,7 @@ static int lightprobe__is_sound(const lightprobe_light *all, int i)
     return sound;
 }
 
-// The cluster of a previous light; 0 if it gives none. scale: from its irradiance to this frame's
-// flux.
+// The cluster of a previous light; 0 if it gives none. scale: irradiance to this frame's flux.
 static int lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c, const lightprobe_light *l,
                               float scale)
 {
@@ -2738,9 +2679,8 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
     lightprobe__sort_leaves(w);
 }
 
-// Seeds of the lights that have none. Those of a first frame, and where the map jumped, start at
-// the light.
-static void lightprobe__plant(lightprobe__work *w)
+// Seeds of lights that have none: at the light, as all are in a first frame or where the map jumped.
+static void lightprobe__set_seeds(lightprobe__work *w)
 {
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
@@ -2846,9 +2786,7 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region regi
 LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_vec3 d, LIGHTPROBE_OUT lightprobe_vec3 e,
                                         LIGHTPROBE_OUT lightprobe_vec3 f)
 {
-    float x = fabsf(d[0]);
-    float y = fabsf(d[1]);
-    float z = fabsf(d[2]);
+    float x = fabsf(d[0]), y = fabsf(d[1]), z = fabsf(d[2]);
     int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);
     for (int i = 0; i < 3; i++) {
         LIGHTPROBE_PRECISE float across = (i == k ? 1.0f : 0.0f) - d[k] * d[i];
@@ -2877,8 +2815,7 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region)
 }
 
 // Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is
-// spread evenly around its mean direction: how far is known from the length of the vector
-// irradiance, only its shape is not.
+// spread evenly around its mean direction, as far as the length of the vector irradiance tells.
 LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region,
                                                           lightprobe_leaf leaf)
 {
@@ -2927,8 +2864,7 @@ LIGHTPROBE_SHARED lightprobe_tilt lightprobe_add_tilt(lightprobe_tilt tilt, ligh
     return t;
 }
 
-// What a light has besides its leaves; before its direction is found. It may not become narrower
-// than what it is made of.
+// What a light has besides its leaves, before its direction is found; no narrower than its parts.
 LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region,
                                                         lightprobe_moments late, float longest)
 {
@@ -3031,8 +2967,7 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;
     light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;
     light.id = -1;
-    // What shifts it for a receiver is 1 / distance, so that is averaged. Beyond 1e9 it is
-    // infinitely far.
+    // What shifts it for a receiver is 1 / distance, so that is averaged. 0 beyond 1e9.
     float inverse = LIGHTPROBE_VALUE(r.inverse);
     LIGHTPROBE_PRECISE float distance = luminance / inverse;
     light.distance = inverse > 0.0f && distance <= 1e9f ? distance : 0.0f;
@@ -3112,7 +3047,7 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, l
 }
 // [glsl end]
 
-static float lightprobe_clamp(double x)
+static float lightprobe__clamp(double x)
 {
     return x > FLT_MAX ? FLT_MAX : (float)x;
 }
@@ -3240,7 +3175,7 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
         *(i ? &light->tan_half_v : &light->tan_half_u) = (float)fmin(half, 4);
     }
     for (int i = 0; i < 3; i++)
-        light->irradiance[i] = lightprobe_clamp(flux[i] / (double)LIGHTPROBE_SCALE);
+        light->irradiance[i] = lightprobe__clamp(flux[i] / (double)LIGHTPROBE_SCALE);
     light->distance = f <= 1e9 * flux[3] ? (float)(f / flux[3]) : 0;
     const double h = 2.0 / w->side;
     light->solid_angle =
@@ -3257,15 +3192,22 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
 // ---- Extraction ---- >>extraction
 
 // What a light that is not written leaves to the residual.
-static void lightprobe__leave(const lightprobe_light *light, float residual_sh[9][3])
+static void lightprobe__add_residual(lightprobe__work *w, const lightprobe_light *light)
 {
     const float *d = light->direction;
     for (int i = 0; i < 9; i++) {
         const float weight = lightprobe_harmonic_weight(i, light->cos_alpha, d[0], d[1], d[2]);
         for (int c = 0; c < 3; c++)
-            residual_sh[i][c] = lightprobe_clamp((double)residual_sh[i][c] +
-                                                 (double)(weight * light->irradiance[c]));
+            w->residual_sh[i][c] = lightprobe__clamp((double)w->residual_sh[i][c] +
+                                                     (double)(weight * light->irradiance[c]));
     }
+}
+
+// Puts k into a list of so many by the least of a key, after its equals.
+static void lightprobe__insert(int *list, int count, const float *key, int k)
+{
+    for (; count > 0 && key[list[count - 1]] > key[k]; count--) list[count] = list[count - 1];
+    list[count] = k;
 }
 
 // Marks the clusters (as changed) that are no lights: too dim, or the weakest.
@@ -3279,10 +3221,7 @@ static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings
         w->clusters[k].changed = luminance < least;
         if (!(luminance > 0) || luminance < least || !(settings->min_shadow > 0)) continue;
         w->gains[k] = lightprobe_shadow(w->clusters[k].sum, w->total_luminance);
-        int at = count++;
-        for (; at > 0 && w->gains[w->order[at - 1]] > w->gains[k]; at--)
-            w->order[at] = w->order[at - 1];
-        w->order[at] = k;
+        lightprobe__insert(w->order, count++, w->gains, k);
     }
     for (int i = 0; i < count; i++) {
         lost += w->gains[w->order[i]];
@@ -3295,7 +3234,7 @@ static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings
 static void lightprobe__give(lightprobe__work *w, const lightprobe_leaf *leaf, int k, float part,
                              int second)
 {
-    const lightprobe_leaf given = lightprobe_part_of(*leaf, part);
+    const lightprobe_leaf given = part < 1 ? lightprobe_part_of(*leaf, part) : *leaf;
     lightprobe_region *r = w->regions + k;
     *r = second ? lightprobe_add_second(*r, given) : lightprobe_add_region(*r, given);
     if (second && w->distances) w->tilts[k] = lightprobe_add_tilt(w->tilts[k], *r, given);
@@ -3320,52 +3259,49 @@ static void lightprobe__give_all(lightprobe__work *w, int shared, int second)
     }
 }
 
-// Lights of clusters that are not weak, brightest first unless they carry on from a previous frame.
-// Returns how many.
-static int lightprobe__write_lights(lightprobe__work *w, int animated,
-                                    const lightprobe_settings *settings, lightprobe_light *out,
-                                    float residual_sh[9][3])
+static void lightprobe__sum_regions(lightprobe__work *w, int shared)
 {
-    int count = 0, next_id = 0;
     for (int k = 0; k < w->cluster_count; k++) {
         w->regions[k] = lightprobe_no_region();
         w->tilts[k] = lightprobe_no_tilt();
     }
-    lightprobe__give_all(w, animated, 0);
+    lightprobe__give_all(w, shared, 0);
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
         if (!w->jumps) w->regions[k] = lightprobe_add_late(w->regions[k], c->late, c->longest);
         w->regions[k] = lightprobe_direct(w->regions[k]);
         if (!w->jumps) w->regions[k] = lightprobe_add_late_second(w->regions[k], c->late);
     }
-    lightprobe__give_all(w, animated, 1);
+    lightprobe__give_all(w, shared, 1);
+}
+
+// Lights of clusters that are not weak, brightest first unless they carry on from a previous frame.
+// Returns how many.
+static int lightprobe__write_lights(lightprobe__work *w, int animated,
+                                    const lightprobe_settings *settings, lightprobe_light *out)
+{
+    int count = 0, next_id = 0;
+    lightprobe__sum_regions(w, animated);
     lightprobe__find_weak(w, settings);
     for (int k = 0; k < w->cluster_count; k++) {
+        const int id = w->clusters[k].id;
+        if (id >= next_id && id < INT_MAX - LIGHTPROBE_MAX_LIGHTS) next_id = id + 1;
         if (!(w->regions[k].luminance > 0)) continue;
+        w->gains[k] = animated ? 0 : -(float)w->regions[k].luminance;
         if (w->clusters[k].changed) {
             const lightprobe_light light = lightprobe_light_of(w->regions[k]);
-            lightprobe__leave(&light, residual_sh);
-            continue;
+            lightprobe__add_residual(w, &light);
+        } else {
+            lightprobe__insert(w->order, count++, w->gains, k);
         }
-        int at = count++;
-        for (; at > 0 && !animated; at--) {
-            if ((float)w->regions[w->order[at - 1]].luminance >= (float)w->regions[k].luminance)
-                break;
-            w->order[at] = w->order[at - 1];
-        }
-        w->order[at] = k;
     }
-    for (int k = 0; k < w->cluster_count; k++)
-        if (w->clusters[k].id >= next_id && w->clusters[k].id < INT_MAX - LIGHTPROBE_MAX_LIGHTS)
-            next_id = w->clusters[k].id + 1;
     for (int i = 0; i < count; i++) {
         const int k = w->order[i];
         const float rate = w->jumps || w->clusters[k].id < 0 ? 0 : LIGHTPROBE_RATE;
         out[i] = lightprobe_light_of(w->regions[k]);
         if (w->distances) out[i] = lightprobe_tilted(out[i], w->regions[k], w->tilts[k]);
         out[i] = lightprobe_carry_on(out[i], w->clusters[k], rate, w->fading, w->total_luminance);
-        out[i].id = w->clusters[k].id;
-        if (out[i].id < 0) out[i].id = next_id++;
+        out[i].id = w->clusters[k].id < 0 ? next_id++ : w->clusters[k].id;
     }
     return count;
 }
@@ -3377,38 +3313,37 @@ static float lightprobe__unit(int max_lights)
 }
 
 // Everything but the checks of arguments.
-static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *settings, float total,
-                            lightprobe_light *lights, float *error, float residual_sh[9][3])
+static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *settings,
+                            lightprobe_light *lights)
 {
     const int animated = settings->previous && settings->previous_count > 0;
     w->jumps = !animated || settings->min_share > 0 ||
                settings->min_shadow > 0; // then lights are left out
     w->unit = lightprobe__unit(w->max_lights);
-    lightprobe__make_leaves(w, total);
+    lightprobe__make_leaves(w);
     lightprobe__start(w, settings->previous, animated ? settings->previous_count : 0);
     lightprobe__divide(w, settings->tolerance);
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
     // The start from previous lights was a round already; one a frame keeps the steps small.
     if (animated)
-        lightprobe__respend(w, settings->tolerance);
+        lightprobe__reassign_lights(w, settings->tolerance);
     else
         lightprobe__relax(w, LIGHTPROBE_ROUNDS);
     lightprobe__sort_leaves(w);
     if (settings->tolerance > 0)
         lightprobe__divide(w, settings->tolerance); // if it is not met any more
-    if (error) {
-        *error = lightprobe_root_error(lightprobe__measure_all(w), total);
-    }
-    lightprobe__plant(w);
+    if (w->wants_error)
+        w->error = lightprobe_root_error(lightprobe__measure_all(w), w->total_luminance);
+    lightprobe__set_seeds(w);
     if (animated && (w->jumps || lightprobe__is_changed(w))) lightprobe__share_out(w);
     if (!w->jumps) lightprobe__fade(w);
     if (!animated) w->fading = -1;
-    return lightprobe__write_lights(w, animated, settings, lights, residual_sh);
+    return lightprobe__write_lights(w, animated, settings, lights);
 }
 
-static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *settings, float total,
-                             lightprobe_light *lights, float *error, float residual_sh[9][3])
+static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *settings,
+                             lightprobe_light *lights)
 {
     // The memory of the leaves (72 bytes each, more than one per light) holds the ring, that of the
     // band (over 100 bytes per row of texels) the profile.
@@ -3423,14 +3358,15 @@ static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *set
         double luminance;
         sum += lightprobe__paper_light(w, ring + (first + i) % capacity, &light, &luminance);
         if (!(luminance > 0)) continue;
-        if (luminance < (double)(settings->min_share * total) || written == w->max_lights) {
-            lightprobe__leave(&light, residual_sh);
+        if (luminance < (double)(settings->min_share * w->total_luminance) ||
+            written == w->max_lights) {
+            lightprobe__add_residual(w, &light);
             continue;
         }
         light.id = written;
         lights[written++] = light;
     }
-    if (error) *error = (float)(sum / (double)total);
+    w->error = (float)(sum / (double)w->total_luminance);
     return written;
 }
 
@@ -3451,17 +3387,12 @@ typedef struct lightprobe__range {
 static lightprobe_result lightprobe__check_ranges(const lightprobe_settings *s,
                                                   const lightprobe__range *r, int count)
 {
-    char line[160];
+    char high[32] = " or more", line[160];
     for (int i = 0; i < count; i++, r++) {
         if (lightprobe__is_number((float)r->value) && r->value >= r->low && r->value <= r->high)
             continue;
-        const int open = r->high >= (double)FLT_MAX;
-        if (open)
-            snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g or more", r->name, r->value,
-                     r->low);
-        else
-            snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g to %.9g", r->name, r->value,
-                     r->low, r->high);
+        if (r->high < (double)FLT_MAX) snprintf(high, sizeof high, " to %.9g", r->high);
+        snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g%s", r->name, r->value, r->low, high);
         if (s->log) s->log(s->user, line);
         return r->otherwise;
     }
@@ -3489,19 +3420,18 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube,
 }
 
 static void lightprobe__fill_stats(const lightprobe__work *w, const lightprobe_light *lights,
-                                   int count, float error, float residual_sh[9][3],
-                                   lightprobe_stats *stats)
+                                   int count, lightprobe_stats *stats)
 {
+    memcpy(stats->residual_sh, w->residual_sh, sizeof stats->residual_sh);
     for (int i = 0; i < 3; i++) {
         const double all = w->total[i] / (double)LIGHTPROBE_SCALE;
         double carried = 0;
         for (int k = 0; k < count; k++) carried += (double)lights[k].irradiance[i];
-        stats->total[i] = lightprobe_clamp(all);
-        stats->residual[i] = lightprobe_clamp(all - carried);
-        residual_sh[0][i] = 0.25f * stats->residual[i]; // to the last digit
+        stats->total[i] = lightprobe__clamp(all);
+        stats->residual[i] = lightprobe__clamp(all - carried);
+        stats->residual_sh[0][i] = 0.25f * stats->residual[i]; // to the last digit
     }
-    memcpy(stats->residual_sh, residual_sh, sizeof stats->residual_sh);
-    stats->error = error > 0 ? error : 0;
+    stats->error = w->error > 0 ? w->error : 0;
     stats->lights = count;
     stats->repaired_texels = w->repaired;
 }
@@ -3531,24 +3461,19 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
                                      (double)lightprobe_scratch_bytes(cube->side, s.max_lights),
                                      1e300, LIGHTPROBE_ERROR_SCRATCH};
     if (lightprobe__check_ranges(&s, &bytes, 1)) return LIGHTPROBE_ERROR_SCRATCH;
-
     lightprobe__layout(&work, (char *)scratch + (15 & (0 - (uintptr_t)scratch)), cube->side,
                        s.max_lights);
     work.cube = cube;
     work.distances = s.distances;
+    work.wants_error = stats != NULL;
     lightprobe__make_tables(&work);
     lightprobe__sum_tiles(&work);
     lightprobe__make_pyramid(&work);
-    const float total = lightprobe__find_total(&work);
-    float error = 0, residual_sh[9][3];
-    int count = 0; // a black probe has no lights
-    memset(residual_sh, 0, sizeof residual_sh);
-    if (total >= LIGHTPROBE_BLACK) {
-        count = (s.mode == LIGHTPROBE_MEDIAN_CUT ? lightprobe__paper : lightprobe__best)(
-            &work, &s, total, lights, stats ? &error : NULL, residual_sh);
-    }
-    *light_count = count;
-    if (stats) lightprobe__fill_stats(&work, lights, count, error, residual_sh, stats);
+    lightprobe__find_total(&work);
+    *light_count = 0; // of a black probe
+    if (work.total_luminance >= LIGHTPROBE_BLACK)
+        *light_count = (s.mode ? lightprobe__paper : lightprobe__best)(&work, &s, lights);
+    if (stats) lightprobe__fill_stats(&work, lights, *light_count, stats);
     return LIGHTPROBE_OK;
 }
 
@@ -3888,27 +3813,20 @@ lightprobe_result lightprobe_cube_from_image(const lightprobe_image *image, int 
     int bad = 0;
     for (int y = 0; y < image->height; y++) {
         for (int x = 0; x < image->width; x++) {
-            const int broken = lightprobe__pixel(&p, x, y, rgb);
-            bad += broken;
+            bad += lightprobe__pixel(&p, x, y, rgb);
             for (int c = 0; c < 3; c++) largest = rgb[c] > largest ? rgb[c] : largest;
         }
     }
     p.infinite = largest;
-    const size_t face_size = (size_t)side * (size_t)side;
     const double step = 2.0 / side;
-    for (int face = 0; face < 6; face++) {
-        for (int y = 0; y < side; y++) {
-            for (int x = 0; x < side; x++) {
-                float *to =
-                    texels + 3 * ((size_t)face * face_size + (size_t)y * (size_t)side + (size_t)x);
-                if (layout == LIGHTPROBE_LAT_LONG)
-                    lightprobe__panorama_texel(&p, face, x * step - 1, y * step - 1,
-                                               (x + 1) * step - 1, (y + 1) * step - 1, to);
-                else
-                    lightprobe__cell_texel(&p, layout, n, face, side, x, y, to);
-            }
-        }
-        if (cube) cube->face[face] = texels + 3 * (size_t)face * face_size;
+    for (int i = 0; i < 6 * side * side; i++, texels += 3) {
+        const int face = i / side / side, x = i % side, y = i / side % side;
+        if (layout == LIGHTPROBE_LAT_LONG)
+            lightprobe__panorama_texel(&p, face, x * step - 1, y * step - 1, (x + 1) * step - 1,
+                                       (y + 1) * step - 1, texels);
+        else
+            lightprobe__cell_texel(&p, layout, n, face, side, x, y, texels);
+        if (cube && !x && !y) cube->face[face] = texels;
     }
     if (cube) cube->side = side, cube->channels = 3;
     if (repaired) *repaired = bad;
@@ -3989,22 +3907,16 @@ static void lightprobe__remove(float *texels, int side, const lightprobe_light *
             more |= level > r.level[c]; // or digits have run out
             r.level[c] = level;
         }
-        lightprobe__over_peaks(&r, 0);
+        lightprobe__over_peaks(&r, !more);
     }
-    for (int c = 0; c < 3; c++) {
-        const double wanted = fmax(light->irradiance[c], 0.0);
-        r.share[c] = wanted < r.above[c] ? wanted / r.above[c] : 1;
-    }
-    lightprobe__over_peaks(&r, 1);
 }
 
 lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
                                           const lightprobe_light *lights, int count, float *texels)
 {
     if (!cube || (!lights && count > 0) || !texels) return LIGHTPROBE_ERROR_NULL;
-    for (int face = 0; face < 6; face++) {
+    for (int face = 0; face < 6; face++)
         if (!cube->face[face]) return LIGHTPROBE_ERROR_NULL;
-    }
     if (cube->side < 1 || cube->side > LIGHTPROBE_MAX_SIDE) return LIGHTPROBE_ERROR_SIDE;
     if (cube->channels != 3 && cube->channels != 4) return LIGHTPROBE_ERROR_CHANNELS;
     if (count < 0) return LIGHTPROBE_ERROR_LIGHTS;
@@ -6436,22 +6348,18 @@ const char *lightprobe_glsl_specular(void)
     "    }\n"
     "}\n"
     "\n"
-    "void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,\n"
-    "                         LIGHTPROBE_OUT lightprobe_vec3 rgb)\n"
+    "// The light from (x, y, z) as a rectangle with these sines of half-sizes, in the plane at c: its centre\n"
+    "// and half-sides. Returns how far before that plane the place is, 0 or less: it shines the other way.\n"
+    "LIGHTPROBE_SHARED float lightprobe_rectangle(lightprobe_light light, float c, float u, float v,\n"
+    "                                             float x, float y, float z,\n"
+    "                                             LIGHTPROBE_OUT lightprobe_vec3 centre,\n"
+    "                                             LIGHTPROBE_OUT lightprobe_vec3 axis_u,\n"
+    "                                             LIGHTPROBE_OUT lightprobe_vec3 axis_v)\n"
     "{\n"
-    "    // A rectangle in the plane at c: sines of the half-sizes, which shrink again beyond a\n"
-    "    // hemisphere.\n"
-    "    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f), before = 1.0f;\n"
-    "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);\n"
-    "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
-    "    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
-    "    float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
+    "    float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f, before = 1.0f;\n"
     "    float slope_u = scale > 0.0f ? lightprobe_between(light.slope_u, -4.0f, 4.0f) : 0.0f;\n"
     "    float slope_v = scale > 0.0f ? lightprobe_between(light.slope_v, -4.0f, 4.0f) : 0.0f;\n"
-    "    lightprobe_vec3 d, centre, axis, tilt, axis_u, axis_v, middle, half_u, half_v, flux;\n"
-    "    lightprobe_vec4 sum;\n"
-    "    u = most * u / sqrtf(1.0f + u * u);\n"
-    "    v = most * v / sqrtf(1.0f + v * v);\n"
+    "    lightprobe_vec3 d, axis, tilt;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);\n"
     "        d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);\n"
@@ -6459,7 +6367,6 @@ const char *lightprobe_glsl_specular(void)
     "        tilt[i] = slope_u * axis[i] + slope_v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);\n"
     "        before -= at * (d[i] - tilt[i]);\n"
     "        centre[i] = c * (d[i] - at);\n"
-    "        sum[i] = sum[3] = rgb[i] = 0.0f;\n"
     "    }\n"
     "    for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be\n"
     "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
@@ -6471,10 +6378,26 @@ const char *lightprobe_glsl_specular(void)
     "        axis_u[i] += rise_u * d[i];\n"
     "        axis_v[i] += rise_v * d[i];\n"
     "    }\n"
+    "    return before;\n"
+    "}\n"
+    "\n"
+    "void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,\n"
+    "                         LIGHTPROBE_OUT lightprobe_vec3 rgb)\n"
+    "{\n"
+    "    // Half-sizes shrink again beyond a hemisphere.\n"
+    "    float c = lightprobe_between(light.cos_alpha, -1.0f, 1.0f);\n"
+    "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);\n"
+    "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
+    "    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
+    "    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, flux;\n"
+    "    lightprobe_vec4 sum;\n"
+    "    u = most * u / sqrtf(1.0f + u * u);\n"
+    "    v = most * v / sqrtf(1.0f + v * v);\n"
+    "    for (int i = 0; i < 3; i++) sum[i] = sum[3] = rgb[i] = 0.0f;\n"
+    "    if (lightprobe_rectangle(light, c, u, v, x, y, z, centre, axis_u, axis_v) <= 0.0f) return;\n"
     "    lightprobe_into_lobe(lobe, centre, middle);\n"
     "    lightprobe_into_lobe(lobe, axis_u, half_u);\n"
     "    lightprobe_into_lobe(lobe, axis_v, half_v);\n"
-    "    if (before <= 0.0f) return; // it shines the other way\n"
     "    lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);\n"
     "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes'\n"
     "    // theorem.\n"
@@ -6610,8 +6533,7 @@ static const char *lightprobe__quote_work(void)
     "    return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);\n"
     "}\n"
     "\n"
-    "// Angle by which a light shifts for a receiver that is reach away from the probe; sums may be\n"
-    "// infinite.\n"
+    "// Angle by which a light shifts for receivers reach away from the probe; sums may be infinite.\n"
     "LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float angle = inverse * reach;\n"
@@ -6648,9 +6570,8 @@ static const char *lightprobe__quote_work(void)
     "    return a;\n"
     "}\n"
     "\n"
-    "// What a leaf adds to the vector of a cluster with this centre. The one that adds most never\n"
-    "// leaves. Mirrored cells have one luminance, but lie apart from the centre: this tells them from\n"
-    "// each other whichever comes first.\n"
+    "// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves: not\n"
+    "// the brightest, since mirrored cells are equally bright, and either may come first.\n"
     "LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);\n"
@@ -6672,9 +6593,8 @@ static const char *lightprobe__quote_work(void)
     "    return s.luminance - lightprobe_length(s.resultant);\n"
     "}\n"
     "\n"
-    "// How much a cluster with this share of the flux holds against a leaf of it: where this is least,\n"
-    "// the leaf belongs. The square of a distance with the flux as weight, since errors count squared:\n"
-    "// bright lights are kept small.\n"
+    "// What a cluster with this share of the flux holds against a leaf, which belongs where it is least: a\n"
+    "// squared distance by flux, since errors count squared: bright lights are kept small.\n"
     "LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,\n"
     "                                            const lightprobe_vec3 b, float tone_b)\n"
     "{\n"
@@ -6722,8 +6642,7 @@ static const char *lightprobe__quote_cells(void)
     "    return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;\n"
     "}\n"
     "\n"
-    "// Weights: its solid angle, and that over the distance to its centre (s, t). The fourth of rgb: how\n"
-    "// far.\n"
+    "// Weights: solid angle, and that over the distance to its centre (s, t). texel_rgb[3]: how far.\n"
     "LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb,\n"
     "                                                        float omega, float weight, float s, float t)\n"
     "{\n"
@@ -6786,8 +6705,7 @@ static const char *lightprobe__quote_splits(void)
     return
     // [glsl text begin splits] made by "make glsl", do not edit
     "// What cuts and merges are chosen by: flux squared times the variance of direction and tone, of the\n"
-    "// total's flux. Unevenness shows in tone, so it stands for the error behind edges without a\n"
-    "// profile.\n"
+    "// total's flux. Unevenness shows in tone: so it stands for the error behind edges.\n"
     "LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)\n"
     "{\n"
     "    if (!(s.luminance > 0.0f)) return 0.0f;\n"
@@ -7016,8 +6934,7 @@ static const char *lightprobe__quote_splits(void)
     "    return cost;\n"
     "}\n"
     "\n"
-    "// Errors once two clusters, with these squares, share a light: more than that, unless they are very\n"
-    "// uneven.\n"
+    "// Errors once two clusters, with these squares, share a light: more, unless they are very uneven.\n"
     "LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,\n"
     "                                                      float a_squares, lightprobe_sum b,\n"
     "                                                      float b_squares, float total)\n"
@@ -7051,8 +6968,7 @@ static const char *lightprobe__quote_moving(void)
 {
     return
     // [glsl text begin moving] made by "make glsl", do not edit
-    "// What a cluster holds against a leaf on a moving probe. It must not hang on how fine the leaves\n"
-    "// are.\n"
+    "// What a cluster holds against a leaf on a moving probe, however fine the leaves are.\n"
     "LIGHTPROBE_SHARED float lightprobe_seed_distance(const lightprobe_vec3 direction, float tone,\n"
     "                                                 const lightprobe_vec3 seed, float seed_tone,\n"
     "                                                 float share)\n"
@@ -7227,9 +7143,8 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "// Late flux such that those of all lights sum to 0. sum: what they do sum to. Where they take most\n"
-    "// of the total away, as of a colour that was not there before, little but rounding is left, and\n"
-    "// none is late.\n"
+    "// Late flux such that that of all lights, now sum, becomes 0. Where it takes most of the total away, as\n"
+    "// of a colour that was not there before, little but rounding is left, and none is late.\n"
     "LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float left = total + sum;\n"
@@ -7253,9 +7168,9 @@ static const char *lightprobe__quote_lights(void)
     "    lightprobe_wide second[3];\n"
     "};\n"
     "\n"
-    "// How 1 / distance differs from that of a plane across d, as a part of it: sums over leaves, each by its\n"
-    "// part of the luminance, of squares and product of direction along e and f, of these times the rest, and\n"
-    "// of its square; of squares of these parts: 1 over the number of leaves, were they alike.\n"
+    "// Sums over leaves, by luminance: of squares and product of direction along e and f, of these times what a\n"
+    "// plane across d leaves of 1 / distance, in parts of it, of the square of that; parts: 1 over how many\n"
+    "// leaves there are, were they alike.\n"
     "struct lightprobe_tilt {\n"
     "    float ee, ff, ef, e, f, squares, parts;\n"
     "};\n"
@@ -7304,9 +7219,7 @@ static const char *lightprobe__quote_lights(void)
     "LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_vec3 d, LIGHTPROBE_OUT lightprobe_vec3 e,\n"
     "                                        LIGHTPROBE_OUT lightprobe_vec3 f)\n"
     "{\n"
-    "    float x = fabsf(d[0]);\n"
-    "    float y = fabsf(d[1]);\n"
-    "    float z = fabsf(d[2]);\n"
+    "    float x = fabsf(d[0]), y = fabsf(d[1]), z = fabsf(d[2]);\n"
     "    int k = x < y ? (x < z ? 0 : 2) : (y < z ? 1 : 2);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        LIGHTPROBE_PRECISE float across = (i == k ? 1.0f : 0.0f) - d[k] * d[i];\n"
@@ -7335,8 +7248,7 @@ static const char *lightprobe__quote_lights(void)
     "}\n"
     "\n"
     "// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is\n"
-    "// spread evenly around its mean direction: how far is known from the length of the vector\n"
-    "// irradiance, only its shape is not.\n"
+    "// spread evenly around its mean direction, as far as the length of the vector irradiance tells.\n"
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region,\n"
     "                                                          lightprobe_leaf leaf)\n"
     "{\n"
@@ -7385,8 +7297,7 @@ static const char *lightprobe__quote_lights(void)
     "    return t;\n"
     "}\n"
     "\n"
-    "// What a light has besides its leaves; before its direction is found. It may not become narrower\n"
-    "// than what it is made of.\n"
+    "// What a light has besides its leaves, before its direction is found; no narrower than its parts.\n"
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region,\n"
     "                                                        lightprobe_moments late, float longest)\n"
     "{\n"
@@ -7489,8 +7400,7 @@ static const char *lightprobe__quote_lights(void)
     "    light.solid_angle = LIGHTPROBE_VALUE(r.solid_angle) / LIGHTPROBE_SCALE;\n"
     "    light.cos_alpha = cos_alpha < 1.0f ? cos_alpha : 1.0f;\n"
     "    light.id = -1;\n"
-    "    // What shifts it for a receiver is 1 / distance, so that is averaged. Beyond 1e9 it is\n"
-    "    // infinitely far.\n"
+    "    // What shifts it for a receiver is 1 / distance, so that is averaged. 0 beyond 1e9.\n"
     "    float inverse = LIGHTPROBE_VALUE(r.inverse);\n"
     "    LIGHTPROBE_PRECISE float distance = luminance / inverse;\n"
     "    light.distance = inverse > 0.0f && distance <= 1e9f ? distance : 0.0f;\n"
