@@ -2647,38 +2647,37 @@ MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float
 // rectangle that stands for that has its corner in the light's furthest above, as much area, and is
 // narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the
 // receiver's own body begins. What it covers moves with the distance: the kernels' centres shift. Of a
-// light that has set, a narrow one is at the horizon, where the rest of a disc may still be; until,
-// from twice to three times as deep, the whole light counts again: who asks then lights from behind.
+// light that has set, a spot at the horizon is left, where the rest of a disc may still be; up to twice
+// as deep the whole light comes back: who asks then lights from behind.
 MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receiver r, float facing,
                                                 float slope_u, float slope_v)
 {
     float all = mssm_max(fabsf(facing) + fabsf(slope_u) + fabsf(slope_v), 1e-37f);
     float s = facing / all;
-    float p = mssm_max(fabsf(slope_u) / all, 0.01f);
-    float q = mssm_max(fabsf(slope_v) / all, 0.01f);
-    float cut = mssm_clamp(3.0f + s / (p + q), 0.0f, 1.0f);
+    float u = slope_u / all;
+    float w = slope_v / all;
+    // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.
+    float p = mssm_max(fabsf(u), 0.05f);
+    float q = mssm_max(fabsf(w), 0.05f);
+    float cut = mssm_clamp(2.0f + s / (p + q), 0.0f, 1.0f);
     if (s >= p + q || cut <= 0.0f) return r;
     float above = mssm_max(s + p + q, 0.0f); // of the furthest corner; then of its neighbours
     float above_u = mssm_max(s + p - q, 0.0f);
     float above_v = mssm_max(s - p + q, 0.0f);
     float share = (above * above - above_u * above_u - above_v * above_v) / (8.0f * p * q);
-    share = mssm_clamp(share, 0.001f, 1.0f);
-    float squares = 1.0f / (p * p + q * q);
-    float half_u = 1.0f - (1.0f - share) * p * p * squares;
-    float half_v = 1.0f - (1.0f - share) * q * q * squares;
+    share = mssm_clamp(share, 0.0f, 1.0f);
+    float squares = (1.0f - share) / (p * p + q * q);
+    float half_u = 1.0f - p * p * squares;
+    float half_v = 1.0f - q * q * squares;
     float scale = sqrtf(share / (half_u * half_v)) * mssm_max(2.0f * share - 1.0f, 0.8f);
     half_u = half_u * scale;
     half_v = half_v * scale;
-    float sunk = mssm_max(-s - p - q, 0.0f) * squares;
-    // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.
-    float turn_u = cut * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);
-    float turn_v = cut * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);
     float most = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);
-    r.shift_u = turn_u * mssm_min((1.0f - half_u + sunk * p) * v.kernel_u, most);
-    r.shift_v = turn_v * mssm_min((1.0f - half_v + sunk * q) * v.kernel_v, most);
+    r.shift_u = cut * u / p * mssm_min((1.0f - half_u) * v.kernel_u, most);
+    r.shift_v = cut * w / q * mssm_min((1.0f - half_v) * v.kernel_v, most);
     r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;
     r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;
-    r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;
+    r.sink = s < 0.0f ? -s * cut / (above + (cut - 1.0f) * s + 1e-6f) : 0.0f;
     r.plane = 2;
     return r;
 }
@@ -7721,38 +7720,37 @@ const char *mssm_glsl_shading(void)
     "// rectangle that stands for that has its corner in the light's furthest above, as much area, and is\n"
     "// narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the\n"
     "// receiver's own body begins. What it covers moves with the distance: the kernels' centres shift. Of a\n"
-    "// light that has set, a narrow one is at the horizon, where the rest of a disc may still be; until,\n"
-    "// from twice to three times as deep, the whole light counts again: who asks then lights from behind.\n"
+    "// light that has set, a spot at the horizon is left, where the rest of a disc may still be; up to twice\n"
+    "// as deep the whole light comes back: who asks then lights from behind.\n"
     "MSSM_CALLED mssm_receiver mssm_cut_light(mssm_view v, mssm_receiver r, float facing,\n"
     "                                                float slope_u, float slope_v)\n"
     "{\n"
     "    float all = mssm_max(fabsf(facing) + fabsf(slope_u) + fabsf(slope_v), 1e-37f);\n"
     "    float s = facing / all;\n"
-    "    float p = mssm_max(fabsf(slope_u) / all, 0.01f);\n"
-    "    float q = mssm_max(fabsf(slope_v) / all, 0.01f);\n"
-    "    float cut = mssm_clamp(3.0f + s / (p + q), 0.0f, 1.0f);\n"
+    "    float u = slope_u / all;\n"
+    "    float w = slope_v / all;\n"
+    "    // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.\n"
+    "    float p = mssm_max(fabsf(u), 0.05f);\n"
+    "    float q = mssm_max(fabsf(w), 0.05f);\n"
+    "    float cut = mssm_clamp(2.0f + s / (p + q), 0.0f, 1.0f);\n"
     "    if (s >= p + q || cut <= 0.0f) return r;\n"
     "    float above = mssm_max(s + p + q, 0.0f); // of the furthest corner; then of its neighbours\n"
     "    float above_u = mssm_max(s + p - q, 0.0f);\n"
     "    float above_v = mssm_max(s - p + q, 0.0f);\n"
     "    float share = (above * above - above_u * above_u - above_v * above_v) / (8.0f * p * q);\n"
-    "    share = mssm_clamp(share, 0.001f, 1.0f);\n"
-    "    float squares = 1.0f / (p * p + q * q);\n"
-    "    float half_u = 1.0f - (1.0f - share) * p * p * squares;\n"
-    "    float half_v = 1.0f - (1.0f - share) * q * q * squares;\n"
+    "    share = mssm_clamp(share, 0.0f, 1.0f);\n"
+    "    float squares = (1.0f - share) / (p * p + q * q);\n"
+    "    float half_u = 1.0f - p * p * squares;\n"
+    "    float half_v = 1.0f - q * q * squares;\n"
     "    float scale = sqrtf(share / (half_u * half_v)) * mssm_max(2.0f * share - 1.0f, 0.8f);\n"
     "    half_u = half_u * scale;\n"
     "    half_v = half_v * scale;\n"
-    "    float sunk = mssm_max(-s - p - q, 0.0f) * squares;\n"
-    "    // Where the horizon is along an axis, its two ends are alike: no jump from one to the other.\n"
-    "    float turn_u = cut * mssm_clamp(20.0f * slope_u / all, -1.0f, 1.0f);\n"
-    "    float turn_v = cut * mssm_clamp(20.0f * slope_v / all, -1.0f, 1.0f);\n"
     "    float most = MSSM_FAR_AWAY / mssm_max(r.d_max, 1e-30f);\n"
-    "    r.shift_u = turn_u * mssm_min((1.0f - half_u + sunk * p) * v.kernel_u, most);\n"
-    "    r.shift_v = turn_v * mssm_min((1.0f - half_v + sunk * q) * v.kernel_v, most);\n"
+    "    r.shift_u = cut * u / p * mssm_min((1.0f - half_u) * v.kernel_u, most);\n"
+    "    r.shift_v = cut * w / q * mssm_min((1.0f - half_v) * v.kernel_v, most);\n"
     "    r.kernel_u = (1.0f - cut + cut * half_u) * v.kernel_u;\n"
     "    r.kernel_v = (1.0f - cut + cut * half_v) * v.kernel_v;\n"
-    "    r.sink = s < 0.0f ? -s * cut / (above - 0.05f * s) : 0.0f;\n"
+    "    r.sink = s < 0.0f ? -s * cut / (above + (cut - 1.0f) * s + 1e-6f) : 0.0f;\n"
     "    r.plane = 2;\n"
     "    return r;\n"
     "}\n"
