@@ -4,10 +4,11 @@
 # survives, with sanitizers.
 # Exit 1 if a mutant survives that tests/mutants.txt does not list as equivalent, with its reason. Called by
 # `make mutants`; 10 minutes.
-#     MUTANTS=300 make mutants    how many of all that there are (about 5700)
+#     MUTANTS=300 make mutants    how many of all that there are (about 7400)
 #     FIRST=7                     another choice of as many
 #     AGAIN=1                     those that survived the last run
-#     ONLY="text of a line"       all mutants of the lines that contain it
+#     ONLY="text of a line"       all mutants (or MUTANTS of them) of the lines that contain it, or of what
+#                                 bears that name: ONLY="in mssm_cut_light" a function, ONLY=">>estimators" a chapter
 #     JOBS=1                      at a time; default 2
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -16,21 +17,21 @@ mkdir -p $work
 CC=${CC:-gcc}
 export CC work
 
-# One candidate a line: header, line, column, length, replacement, what it is, text of the line. Columns and
-# lines are those of this run's headers; the list of equivalent mutants goes by the text.
+# One candidate a line: header, line, column, length, replacement, what it is, text of the line, chapter.
+# Columns and lines are those of this run's headers; the list of equivalent mutants goes by the text.
 candidates()
 {
     awk -v OFS='\t' -v only="${ONLY-}" '
         function offer(at, length_, to)
         {
             text = line; sub(/^ +/, "", text); sub(/ *\/\/.*$/, "", text)
-            if (only != "" && !index(text, only)) return
+            if (only != "" && !index(text " in " place " >>" mark, only)) return
             key = substr(line, at, length_) " -> " to
             gsub(/^ +/, "", key)
             if (to == ";") key = "removed"
             count[FILENAME, FNR, key]++
             if (count[FILENAME, FNR, key] > 1) key = key " (" count[FILENAME, FNR, key] ")"
-            print FILENAME, FNR, at, length_, to, key, text
+            print FILENAME, FNR, at, length_, to, key, text, mark
         }
         BEGIN {
             n = split("+ - * / < > <= >= == != && || += -= << >> | &", from, " ")
@@ -47,6 +48,9 @@ candidates()
             inside = !index("|lights|angles|scratch|vectors|median cut|extraction|pictures|panoramas|crosses|without|texts|gl|" \
                             "shaders|plumbing|state|passes|filtered gl|updates|licence|generated|", "|" mark "|")
             seen += inside
+        }
+        /^[A-Za-z].*\(/ { # a function begins
+            place = $0; sub(/\(.*$/, "", place); sub(/^.*[ *]/, "", place)
         }
         !inside || /^ *\/\// { next }
         /^#/ && !/^#define [A-Z_0-9]+ +[-(0-9]/ { next }
@@ -80,13 +84,13 @@ candidates()
                 at += RLENGTH - 1
             }
         }
-        END { if (seen != 13) { print "mutants: a chapter has lost its mark >>..." > "/dev/stderr"; exit 1 } }' mssm.h lightprobe.h
+        END { if (seen != 14) { print "mutants: a chapter has lost its mark >>..." > "/dev/stderr"; exit 1 } }' mssm.h lightprobe.h
 }
 
 candidates >$work/all.tsv || exit 1
 total=$(wc -l <$work/all.tsv)
 wanted=${MUTANTS:-240}
-[ -n "${ONLY-}" ] && wanted=$total
+[ -n "${ONLY-}" ] && wanted=${MUTANTS:-$total}
 # Chosen by what they are, not by where they stand: changes elsewhere in the headers leave the choice as it is.
 awk -F '\t' -v salt="${FIRST:-0}" '
     BEGIN { for (i = 32; i < 127; i++) code[sprintf("%c", i)] = i }
@@ -109,32 +113,53 @@ for header in mssm.h lightprobe.h; do
     printf '#define %s_IMPLEMENTATION\n#include "%s"\n' "$(basename $header .h | tr a-z A-Z)" $header >$work/$header.c
     $CC $flags -I. -c $work/$header.c -o $work/$header.o || exit 1
 done
-# run.sh PROGRAM HEADER [quick]: fast tests first, then those that need many trials.
+# run.sh PROGRAM HEADER CHAPTER [quick]: the tests that concern a chapter. Fast ones first, with a hundredth of
+# their trials, then those that need many.
 cat >$work/run.sh <<'EOF'
-if [ "$2" = lightprobe.h ]; then
-    quick="100:parts: 100:edges: 100:probe:" rest="20:probe: 4:parts: 4:edges: 4:probe:"
-else
-    quick="100:-probe:|parts:|layered|light" rest="20:-probe:|parts:|layered|light 4:-probe:|parts:"
-fi
-[ -n "${3-}" ] && rest=
+case $2/$3 in
+mssm.h/estimators)
+    quick="20:map/horizon 100:map/map|map/visibility 100:map/estimators"
+    rest="1:both/edges 4:map/estimators 4:map/visibility 1:lights/lights" ;;
+mssm.h/filtered)
+    quick="100:filtered/" rest="1:filtered/ 1:both/edges 1:lights/cascades" ;;
+mssm.h/scattering)
+    quick="100:scattering/" rest="4:scattering/ 1:both/edges 1:scattering/" ;;
+lightprobe.h/specular)
+    quick="100:lightprobe/specular" rest="4:lightprobe/specular 1:both/edges 1:both/room" ;;
+lightprobe.h/*)
+    quick="100:both/parts|both/edges 100:lightprobe/lightprobe"
+    rest="20:lightprobe/ 4:both/parts|both/edges|lightprobe/ 1:both/room" ;;
+*)
+    quick="100:math/|map/map|map/visibility 100:map/estimators"
+    rest="20:math/|map/|both/e|lights/|filtered/|scattering/ 4:math/|map/|filtered/|scattering/" ;;
+esac
+[ -n "${4-}" ] && rest=
 for run in $quick $rest; do
     TEST_STOP=1 TEST_SCALE=${run%%:*} timeout 200 "$1" "${run#*:}" || exit 1
 done
 EOF
 for header in mssm.h lightprobe.h; do
-    sh $work/run.sh build/mutants/test-cpu $header >$work/log || { echo "FAIL  the tests fail without any mutant"; exit 1; }
+    for chapter in $(awk -F '\t' -v header=$header '$1 == header { print $8 }' $work/chosen.tsv | sort -u); do
+        sh $work/run.sh build/mutants/test-cpu $header $chapter >$work/log || { echo "FAIL  $chapter fails without any mutant"; exit 1; }
+    done
 done
 
 # one NUMBER: prints "killed by ..." or "survived", and the mutant.
 cat >$work/one.sh <<'EOF'
 number=$1
-IFS='	' read -r header line at length to key text <<END
+IFS='	' read -r header line at length to key text chapter <<END
 $(sed -n "${number}p" $work/chosen.tsv)
 END
 tree=$work/tree$number
-mkdir -p $tree/tests/both $tree/tests/support
+# A test of private functions contains the header, too.
+case $header/$chapter in
+mssm.h/estimators) other=lightprobe.h parts=tests/map/test_horizon.c ;;
+mssm.h/*) other=lightprobe.h parts= ;;
+*) other=mssm.h parts=tests/both/test_parts.c ;;
+esac
+mkdir -p $tree/tests/map $tree/tests/both $tree/tests/support
 cp mssm.h lightprobe.h $tree
-cp tests/both/test_parts.c $tree/tests/both
+[ -z "$parts" ] || cp $parts $tree/$parts
 cp tests/support/*.h $tree/tests/support
 cp tests/suites.h $tree/tests
 awk -v line="$line" -v at="$at" -v length_="$length" -v to="$to" '
@@ -143,27 +168,20 @@ awk -v line="$line" -v at="$at" -v length_="$length" -v to="$to" '
 # build FLAGS: what contains the header, and links it with the rest.
 build()
 {
-    sources=$work/$header.c
-    [ $header = lightprobe.h ] && sources="$sources $tree/tests/both/test_parts.c"
-    for source in $sources; do
+    for source in $work/$header.c ${parts:+$tree/$parts}; do
         object=$tree/$(basename $source).o
         $CC $flags $1 -I$tree -c $source -o $object 2>$tree/log || return 1
     done
-    others=$(find build/mutants/cpu -name '*.o' ! -name implementation.o)
-    case $header in
-    mssm.h) others="$others $work/lightprobe.h.o" ;;
-    *) others="$(echo "$others" | grep -v test_parts) $work/mssm.h.o" ;;
-    esac
+    others="$(find $work/cpu -name '*.o' ! -name implementation.o ! -name "$(basename "$parts" .c).o") $work/$other.o"
     $CC $1 $tree/*.o $others -o $tree/test -lm -lpthread
 }
 verdict=survived
 if ! build ""; then
     verdict="killed by the compiler"
-elif ! sh $work/run.sh $tree/test $header >$tree/log 2>&1; then
-    verdict="killed by $(grep -v '^    \|^ok\|^skip' $tree/log | head -n 1)"
-    [ "$verdict" = "killed by " ] && verdict="killed by $(tail -n 1 $tree/log)"
+elif ! sh $work/run.sh $tree/test $header $chapter >$tree/log 2>&1; then
+    verdict="killed by $(tail -n 1 $tree/log | sed 's/^ *//')"
 elif ! build "-fsanitize=address,undefined -fno-sanitize-recover=all" ||
-        ! sh $work/run.sh $tree/test $header quick >$tree/log 2>&1; then
+        ! sh $work/run.sh $tree/test $header $chapter quick >$tree/log 2>&1; then
     verdict="killed by the sanitizers"
 fi
 printf '%s\t%s\t%s\t%s\n' "$verdict" "$header" "$key" "$text"

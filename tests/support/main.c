@@ -48,15 +48,15 @@ int test_trials(int n)
     return scale > 1 ? (n / scale > 0 ? n / scale : 1) : n;
 }
 
-// Several words have | between them.
-static int chosen(const char *name, const char *words)
+// Several words have | between them. One with a slash is of a room or of a suite: "map/", "map/visibility".
+static int chosen(const char *suite, const char *name, const char *words)
 {
     const int without = words[0] == '-';
     for (const char *at = words + without; *at;) {
         char word[80];
         const size_t length = strcspn(at, "|");
         snprintf(word, sizeof word, "%.*s", (int)length, at);
-        if (strstr(name, word)) return !without;
+        if (strstr(strchr(word, '/') ? suite : name, word)) return !without;
         at += length + (at[length] == '|');
     }
     return without;
@@ -64,12 +64,15 @@ static int chosen(const char *name, const char *words)
 
 int main(int argc, char **argv)
 {
-    const test_case *suites[] = {
-#define CPU(room, name) name##_tests,
+    const struct {
+        const char *name;
+        const test_case *tests;
+    } suites[] = {
+#define CPU(room, name) {#room "/" #name, name##_tests},
 #ifdef TEST_CPU_ONLY
 #define ALL(room, name)
 #else
-#define ALL(room, name) name##_tests,
+#define ALL(room, name) CPU(room, name)
 #endif
 #if UINTPTR_MAX > 0xffffffffu
 #define GL64(room, name) ALL(room, name)
@@ -81,8 +84,8 @@ int main(int argc, char **argv)
     int passed = 0, failed = 0, left_out = 0;
     setvbuf(stdout, NULL, _IOLBF, 0);
     for (size_t s = 0; s < sizeof suites / sizeof *suites; s++) {
-        for (const test_case *test = suites[s]; test->name; test++) {
-            if (argc > 1 && !chosen(test->name, argv[1])) continue;
+        for (const test_case *test = suites[s].tests; test->name; test++) {
+            if (argc > 1 && !chosen(suites[s].name, test->name, argv[1])) continue;
             failures = skipped = 0;
             const clock_t start = clock();
             test->run();
