@@ -3019,7 +3019,6 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);
     s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);
     s.past = mssm_clamp(s.past, 0.0f, s.counted);
-    s.all = mssm_clamp(s.all, s.counted, 1.0f);
     return s;
 }
 
@@ -3057,7 +3056,6 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     // nearest.
     float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER),
                            0.5f / mssm_max(kernel, 1e-30f));
-    least = mssm_min(least, reach);
     struct mssm_nested k;
     k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;
     k.outer = k.d;
@@ -8017,7 +8015,6 @@ const char *mssm_glsl_shading(void)
     "    s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);\n"
     "    s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);\n"
     "    s.past = mssm_clamp(s.past, 0.0f, s.counted);\n"
-    "    s.all = mssm_clamp(s.all, s.counted, 1.0f);\n"
     "    return s;\n"
     "}\n"
     "\n"
@@ -8123,7 +8120,6 @@ const char *mssm_glsl_shading(void)
     "    // nearest.\n"
     "    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER),\n"
     "                           0.5f / mssm_max(kernel, 1e-30f));\n"
-    "    least = mssm_min(least, reach);\n"
     "    mssm_nested k;\n"
     "    k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;\n"
     "    k.outer = k.d;\n"
