@@ -2978,7 +2978,6 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     float inverse = mssm_inverse_between(k.inner, k.d);
     float inverse_outer = mssm_inverse_between(k.d, k.outer);
     float near_by = 0.0f;
-    float seen = p.w[0];
     struct mssm_occlusion s;
     s.all = 0.0f;
     s.counted = 0.0f;
@@ -3001,7 +3000,6 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);
             near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
         } else {
-            seen += p.w[j];
             // A surface through the receiver lies as much behind it as in front, and within its
             // tangent plane's reach: without this a plane tilted by more than a third of the
             // light's reach would shadow itself. Halfway to its back, a surface is less in its own
@@ -3014,8 +3012,8 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
         s.fresh += w * fresh;
     }
     // What is much nearer than the kernel's blockers is more often the receiver's own surface,
-    // where there is as much of it at the receiver's depth or behind.
-    if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);
+    // where there is as much of it at the receiver's depth.
+    if (k.last == 0) s.all = s.all - mssm_min(near_by, p.w[0]);
     s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);
     s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);
     s.past = mssm_clamp(s.past, 0.0f, s.counted);
@@ -7974,7 +7972,6 @@ const char *mssm_glsl_shading(void)
     "    float inverse = mssm_inverse_between(k.inner, k.d);\n"
     "    float inverse_outer = mssm_inverse_between(k.d, k.outer);\n"
     "    float near_by = 0.0f;\n"
-    "    float seen = p.w[0];\n"
     "    mssm_occlusion s;\n"
     "    s.all = 0.0f;\n"
     "    s.counted = 0.0f;\n"
@@ -7997,7 +7994,6 @@ const char *mssm_glsl_shading(void)
     "            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);\n"
     "            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
     "        } else {\n"
-    "            seen += p.w[j];\n"
     "            // A surface through the receiver lies as much behind it as in front, and within its\n"
     "            // tangent plane's reach: without this a plane tilted by more than a third of the\n"
     "            // light's reach would shadow itself. Halfway to its back, a surface is less in its own\n"
@@ -8010,8 +8006,8 @@ const char *mssm_glsl_shading(void)
     "        s.fresh += w * fresh;\n"
     "    }\n"
     "    // What is much nearer than the kernel's blockers is more often the receiver's own surface,\n"
-    "    // where there is as much of it at the receiver's depth or behind.\n"
-    "    if (k.last == 0) s.all = s.all - mssm_min(near_by, seen);\n"
+    "    // where there is as much of it at the receiver's depth.\n"
+    "    if (k.last == 0) s.all = s.all - mssm_min(near_by, p.w[0]);\n"
     "    s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);\n"
     "    s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);\n"
     "    s.past = mssm_clamp(s.past, 0.0f, s.counted);\n"
