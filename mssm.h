@@ -3034,7 +3034,7 @@ MSSM_SHARED float mssm_next_distance(mssm_view v, struct mssm_receiver r, float 
         sum += w;
         first += w * distance;
     }
-    return mssm_clamp(first / sum, 0.2f * d, 0.7f * d);
+    return first / sum; // .06 d to .65 d
 }
 
 // [glsl end]
@@ -3082,7 +3082,6 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         float more = lit * s.fresh;
         blocked += more + rest * left;
         lit += rest * (part - left) - more;
-        lit = mssm_max(lit, 0.0f);
         rest = rest * (1.0f - part);
         k.first = 0;
         k.outer = k.d;
@@ -8028,7 +8027,7 @@ const char *mssm_glsl_shading(void)
     "        sum += w;\n"
     "        first += w * distance;\n"
     "    }\n"
-    "    return mssm_clamp(first / sum, 0.2f * d, 0.7f * d);\n"
+    "    return first / sum; // .06 d to .65 d\n"
     "}\n"
     // [glsl text end]
     MSSM__GLSL_END MSSM__ESTIMATE_BEGIN
@@ -8144,7 +8143,6 @@ const char *mssm_glsl_shading(void)
     "        float more = lit * s.fresh;\n"
     "        blocked += more + rest * left;\n"
     "        lit += rest * (part - left) - more;\n"
-    "        lit = mssm_max(lit, 0.0f);\n"
     "        rest = rest * (1.0f - part);\n"
     "        k.first = 0;\n"
     "        k.outer = k.d;\n"
