@@ -2255,18 +2255,20 @@ static void mssm__coarsen_depths(mssm_map *map)
 static void mssm__fill_depths(mssm_map *map, const float *front, const float *back, int samples)
 {
     const size_t size = (size_t)map->size_of_depths[0], side = (size_t)map->side;
-    const size_t wide = side * (size_t)samples;
     for (size_t i = 0; i < size * size; i++) {
         map->depth[0][i][0] = 1;
         map->depth[0][i][1] = front ? 1.0f : -1.0f;
     }
-    for (size_t i = 0; front && i < side * wide; i++) {
-        const size_t x = i % wide / (size_t)samples, y = i / wide;
-        float *least = map->depth[0][y / 2 * size + x / 2];
-        float z = mssm__depth(front[i]);
-        if (back) z = 0.5f * (z + mssm__depth(back[i]));
-        least[0] = mssm_min(z, least[0]);
-        least[1] = mssm_min(-z, least[1]);
+    for (size_t y = 0, i = 0; front && y < side; y++) {
+        for (size_t x = 0; x < side; x++) {
+            float *least = map->depth[0][y / 2 * size + x / 2];
+            for (const size_t end = i + (size_t)samples; i < end; i++) {
+                float z = mssm__depth(front[i]);
+                if (back) z = 0.5f * (z + mssm__depth(back[i]));
+                least[0] = mssm_min(z, least[0]);
+                least[1] = mssm_min(-z, least[1]);
+            }
+        }
     }
     mssm__coarsen_depths(map);
 }
