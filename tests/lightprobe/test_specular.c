@@ -171,6 +171,17 @@ static void aim(uint64_t *seed, panel *p, const surface *s, double reach)
     memset(p->slope, 0, sizeof p->slope);
 }
 
+// As far above the surface's horizon.
+static void lay(uint64_t *seed, panel *p, const surface *s, double sine)
+{
+    const double up = dot(p->direction, s->normal);
+    for (int i = 0; i < 3; i++) p->direction[i] -= up * s->normal[i];
+    const double along = sqrt(dot(p->direction, p->direction));
+    for (int i = 0; i < 3; i++)
+        p->direction[i] = sqrt(1 - sine * sine) / along * p->direction[i] + sine * s->normal[i];
+    random_axes(seed, p);
+}
+
 // ---- The properties
 
 // The light's part of the lobe, by edges, is that of a grid: near and far, across the horizon, from
@@ -186,6 +197,7 @@ static void part_of_the_lobe_is_exact(void)
         panel p;
         aim(&seed, &p, &s, 1.5);
         const double t = pow(10, test_range(&seed, -2.5, 0.3));
+        if (i % 4 == 3) lay(&seed, &p, &s, test_range(&seed, -0.7, 0.7) * fmin(t, 1));
         lightprobe_light l =
             light_of(&p, t, t * test_range(&seed, 0.1, 1), test_range(&seed, 0.2, 1));
         if (i % 3 == 0) l.distance = 2.5f;
