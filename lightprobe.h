@@ -1693,7 +1693,8 @@ static void lightprobe__make_leaves(lightprobe__work *w)
 {
     const int enough = w->max_leaves - LIGHTPROBE_MORE_LEAVES;
     const float total = w->total_luminance;
-    float last = 0, inverse = 0;
+    float last = 0;
+    float inverse = 0;
     for (int face = 0; face < 6; face++) inverse += w->cells[w->top][face].resultant[3];
     w->reach = inverse > 0 ? LIGHTPROBE_PARALLAX * (total / inverse) : 0;
     for (int face = 0; face < 6; face++) lightprobe__set_leaf(w, face, face, w->top, 0, 0);
@@ -5093,7 +5094,7 @@ static const char lightprobe__glsl_respend[] =
     "    }\n"
     "}\n";
 
-// lightprobe__plant, __share_out, __fade.
+// lightprobe__set_seeds, __share_out, __fade.
 static const char lightprobe__glsl_settle[] =
     "layout(local_size_x = GROUP) in;\n"
     "void plant(int k)\n"

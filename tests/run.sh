@@ -125,6 +125,16 @@ format()
     fi
 }
 
+# Mutants themselves take too long for here.
+mutants_listed()
+{
+    if LIST=1 sh tests/mutants.sh; then
+        echo "ok    what tests/mutants.txt lists is there in the headers"
+    else
+        echo "FAIL  tests/mutants.txt lists lines that the headers no longer have"
+    fi
+}
+
 # Programs that fail where a promise does not hold.
 promises()
 {
@@ -271,6 +281,7 @@ more()
 
 section "GLSL text" fresh_glsl
 section "format" format
+section "list of mutants" mutants_listed
 section "docs" sh tests/snippets.sh
 [ -z "$all" ] || beside &
 section "dialects" sh tests/dialects.sh ${all:-quick}
