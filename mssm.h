@@ -678,8 +678,10 @@ MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_dep
 // Round the passes and the build of a frame, where their calls of GL count: GL's state is saved and
 // put back once, not for each light, and nothing in between asks GL for it, which can cost a wait.
 // Drawing may then change programs, buffers, textures, vertex arrays, culling, viewport, scissor
-// and depth test; what else a pass sets must stay as it is. mssm_gl_bind comes after the end.
-// Brackets of several objects nest: the last that was begun ends first.
+// and depth test; what else a pass sets must stay as it is. It binds its program, textures and
+// buffers after mssm_gl_begin_depth, which leaves others there whenever the target was full.
+// mssm_gl_bind comes after the end. Brackets of several objects nest: the last that was begun ends
+// first.
 MSSM_API mssm_result mssm_gl_begin_frame(mssm_gl *gl);
 MSSM_API mssm_result mssm_gl_end_frame(mssm_gl *gl);
 
@@ -822,7 +824,7 @@ MSSM_SHARED float mssm_clamp(float x, float low, float high)
     return mssm_max(mssm_min(x, high), low);
 }
 
-// Without its fraction; from 0 to 2^31. floorf() is a call or ten instructions where SSE 4 is not.
+// Without its fraction; from 0 to below 2^31. floorf() is a call or ten instructions where SSE 4 is not.
 MSSM_SHARED float mssm_whole(float x)
 {
     return (float)(int)x;

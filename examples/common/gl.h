@@ -314,6 +314,7 @@ enum {
     GL_TEXTURE_BORDER_COLOR = 0x1004,
     GL_REPEAT = 0x2901,
     GL_RED = 0x1903,
+    GL_RG = 0x8227,
     GL_RGB = 0x1907,
     GL_RGBA = 0x1908,
     GL_RED_INTEGER = 0x8D94,

@@ -492,6 +492,117 @@ static void together_is_as_alone(void)
     end_gl();
 }
 
+// The largest difference of a light's least depths, of all levels, from those of the CPU's map.
+static double compare_least_depths(const subject *s, int index)
+{
+    const GLuint texture = mssm_gl_texture(s->gl, 2);
+    double worst = 0;
+    mssm_texels t;
+    gl.MemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
+    for (int level = 0, size = (s->desc.side + 1) / 2;
+         !mssm_map_texels(s->map[index], 2, level, &t, NULL, 0); level++, size = (size + 1) / 2) {
+        GLint width = 0;
+        gl.GetTextureLevelParameteriv(texture, level, GL_TEXTURE_WIDTH, &width);
+        const size_t layer = 2 * (size_t)width * (size_t)width;
+        const size_t bytes = layer * (size_t)s->desc.lights * sizeof(float);
+        float *gpu = allocate(bytes), *cpu = allocate(t.bytes);
+        gl.GetTextureImage(texture, level, GL_RG, GL_FLOAT, (GLsizei)bytes, gpu);
+        CHECK(!mssm_map_texels(s->map[index], 2, level, &t, cpu, t.bytes), "texels");
+        for (int i = 0; i < 2 * size * size; i++) {
+            const int x = i % (2 * size), y = i / (2 * size);
+            const float a = gpu[layer * (size_t)index + (size_t)(2 * width * y + x)];
+            worst = fmax(worst, fabs((double)a - (double)cpu[2 * t.side * y + x]));
+        }
+        free(gpu);
+        free(cpu);
+    }
+    return worst;
+}
+
+// One pass that binds what it needs when the pass has begun, as within a frame.
+static void bound_within(subject *s, int index, bool back, const float *z)
+{
+    const GLuint buffer = bind_depth(&s->light[index], z, s->desc.side, s->desc.samples);
+    CHECK(!mssm_gl_begin_depth(s->gl, index, back), "begin");
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, DEPTH_BINDING, buffer);
+    bind_fill(back);
+    gl.DrawArrays(GL_TRIANGLES, 0, 3);
+    CHECK(!mssm_gl_end_depth(s->gl), "end");
+    gl.DeleteBuffers(1, &buffer);
+    gl.UseProgram(0);
+    gl.BindVertexArray(0);
+}
+
+// What linear depth maps of a renderer's hold, in place of passes.
+static void give_depth(subject *s, int index, float *z)
+{
+    const int side = s->desc.side;
+    mssm_gl_depth given = {.stored = MSSM_STORED_LINEAR};
+    for (int i = 0; i < side * side; i++) z[i] = fminf(0.5f + 0.5f * z[i], 0.99f);
+    gl.CreateTextures(GL_TEXTURE_2D, 1, &given.texture);
+    gl.TextureStorage2D(given.texture, 1, GL_R32F, side, side);
+    gl.TextureSubImage2D(given.texture, 0, 0, 0, side, side, GL_RED, GL_FLOAT, z);
+    CHECK(!mssm_gl_set_depth(s->gl, index, &given, NULL), "set depth: %s", fakes.message);
+    gl.DeleteTextures(1, &given.texture);
+    for (int i = 0; i < side * side; i++) z[i] = 2 * z[i] - 1;
+    CHECK(!mssm_map_update(s->map[index], z, NULL, 1), "update");
+}
+
+// Passes, given depth, builds, frames and refusals as they come: each map is what its light had last.
+static void passes_come_in_any_order(void)
+{
+    enum { SIDES = 6, LIGHTS = 20, LARGEST = 70 * 70 * 4 };
+    static const int sides[SIDES] = {1, 2, 3, 17, 40, 70};
+    static float z[2][LARGEST];
+    static subject s;
+    uint64_t seed = 91;
+    if (!begin_gl()) return;
+    for (int round = 0; round < 2 * SIDES; round += stride()) {
+        const int lights = round % 3 ? LIGHTS : 2, side = sides[round % SIDES];
+        const mssm_gl_desc d = description(lights, side, 4, round % 4 ? 6 : 4);
+        int drawn[LIGHTS] = {0}, framed = 0, front = -1;
+        if (!make_subject(&s, &d)) break;
+        for (int i = 0; i < lights; i++) {
+            s.light[i] = wide_light(i % 3 == 0, 2.5f);
+            CHECK(!mssm_gl_set_light(s.gl, i, &s.light[i]), "light");
+        }
+        for (int step = 0; step < 60; step++) {
+            const int i = (int)test_range(&seed, 0, lights), what = (int)test_range(&seed, 0, 12);
+            const bool back = what > 5 && what < 8 && front >= 0,
+                       built = what == 10 && step % 3 == 0;
+            if (what < 8 || what == 9) random_depth(z[back], side, s.desc.samples, &seed);
+            if (what == 8)
+                CHECK(mssm_gl_set_depth(s.gl, i, NULL, NULL) &&
+                          mssm_gl_begin_depth(s.gl, lights, 0) && mssm_gl_end_depth(s.gl) &&
+                          (i == front || mssm_gl_begin_depth(s.gl, i, 1)),
+                      "nothing is refused");
+            if (what < 6) bound_within(&s, i, false, z[0]);
+            if (what < 6) fill_map(&s, i, z[0], NULL);
+            if (back) bound_within(&s, front, true, z[1]);
+            if (back) fill_map(&s, front, z[0], z[1]);
+            if (what == 9) give_depth(&s, i, z[0]);
+            if (built) build(&s);
+            if (what == 11)
+                CHECK(!(framed ? mssm_gl_end_frame : mssm_gl_begin_frame)(s.gl), "frame");
+            framed ^= what == 11;
+            drawn[i] |= what < 6 || what == 9;
+            if (what < 8 || what == 9 || built) front = what < 6 ? i : -1;
+        }
+        build(&s);
+        if (framed) CHECK(!mssm_gl_end_frame(s.gl), "end of the frame");
+        for (int i = 0; i < lights; i++) {
+            difference all = {0, 0, 0};
+            if (!drawn[i]) continue;
+            compare_tables(&s, i, &all);
+            const double least = compare_least_depths(&s, i);
+            CHECK(all.largest < 60 && least < 1e-5, "light %d of side %d is off by %d and %g", i,
+                  side, all.largest, least);
+        }
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
 // More lights than one dispatch builds.
 static void many_lights(void)
 {
@@ -782,6 +893,7 @@ const test_case gl_life_tests[] = {
     {"GL's lights are updated one by one", lights_are_updated_alone},
     {"GL's front faces wait for their back faces", front_faces_wait},
     {"GL's lights that become moments together are as those alone", together_is_as_alone},
+    {"GL's passes come in any order", passes_come_in_any_order},
     {"GL builds more lights than one dispatch takes", many_lights},
     {"GL's lights may change their size without being drawn", sizes_change_without_drawing},
     {"GL works in two contexts at once", two_contexts_at_once},
