@@ -90,7 +90,7 @@ candidates()
 
 candidates >$work/all.tsv || exit 1
 # What is listed must be there in the headers.
-awk -F '\t' '
+[ -n "${ONLY-}" ] || awk -F '\t' '
     FNR == NR { if ($0 !~ /^#/ && NF >= 3) { mutation[++n] = $1; part[n] = $2 }; next }
     {
         plain = $6

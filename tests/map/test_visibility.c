@@ -616,7 +616,7 @@ static int is_inside(const scene *s, const double p[3])
     return 0;
 }
 
-// Along lines on the ground in steps of a quarter texel: the steps of the estimate against those of
+// Along lines on the ground in steps of a quarter texel of 256: the steps of the estimate against those of
 // the truth, and of PCSS, whose temporal error is the bar.
 static void visibility_does_not_jump(void)
 {
@@ -630,7 +630,7 @@ static void visibility_does_not_jump(void)
         double before[3] = {0, 0, 0};
         int known = 0;
         setup_scene(&u, way / LINES / LIGHTS, tangents[way / LINES % LIGHTS], usual_side());
-        const double step = 0.5 * (double)u.light.extent_u / u.side;
+        const double step = 0.5 * (double)u.light.extent_u / 256;
         for (int i = 0; i < test_trials(120); i++) {
             const double p[3] = {x + cos(angle) * step * i, 1e-4, z + sin(angle) * step * i};
             const double up[3] = {0, 1, 0};
