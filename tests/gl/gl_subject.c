@@ -454,23 +454,28 @@ void random_depth(float *z, int side, int samples, uint64_t *seed)
 // ---- The same question to both -------------------------------------------------------------------
 
 // Does C itself answer that differently a hair away? Positions are rounded to about 1e-7 of the map
-// on both sides, by different instructions.
+// on both sides, by different instructions, and so are moments: by a twentieth of the moment bias,
+// which is what keeps those of a map of two or three depths apart from impossible ones.
 static double sensitivity(const subject *s, int index, const float point[3], const float normal[3],
                           float v)
 {
     double largest = 0;
-    for (int i = 0; i < 48; i++) {
-        const float off = (i % 2 ? 1e-6f : -1e-6f) * (float)(1 << (i / 12));
+    for (int i = 0; i < 56; i++) {
+        const float off = (i % 2 ? 1e-6f : -1e-6f) * (float)(1 << (i / 14));
         float p[3] = {point[0], point[1], point[2]};
         mssm_light light = s->light[index];
         mssm_settings settings = s->desc.settings;
-        const int what = i / 2 % 6;
+        const int what = i / 2 % 7;
+        const bool four = s->desc.moments == 4 || settings.moments == 4;
+        const float bias = four ? MSSM_BIAS4_TABLE : MSSM_BIAS6_TABLE;
         if (what < 3)
             p[what] += off;
         else if (what == 3)
             light.half_u *= 1 + off;
         else if (what == 4)
             light.half_v *= 1 + off;
+        else if (what == 5)
+            settings.moment_bias = (1 + 1e4f * off) * bias;
         else // narrower kernels are left out where they could change less than this
             settings.tolerance = (1 + 3e3f * off) / 256;
         const float moved = mssm_map_visibility_normal(s->map[index], &light, &settings, p, normal);
