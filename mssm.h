@@ -4102,6 +4102,7 @@ enum { MSSM__TRANSLUCENT = 1, MSSM__FRAMEBUFFERS };
 // Layers of the depth target at most, and bytes if there are more than a light needs. GPUs wait for
 // a target that is drawn to before they read it: the more passes it holds, the fewer of these waits.
 enum { MSSM__LAYERS = 16, MSSM__TARGET_BYTES = 32 << 20 };
+enum { MSSM__GIVEN_UNIFORM = 2 + 5 * MSSM__LAYERS }; // after the job
 enum { MSSM__BATCH = 256 };       // lights whose tables are built by one dispatch
 enum { MSSM__CAPABILITIES = 23 }; // at most
 
@@ -4215,15 +4216,16 @@ static const char mssm__glsl_drawn[] =
 // Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth.
 // No branch hangs on a uniform: zink of Mesa 22 takes the one of the dispatch before.
 static const char mssm__glsl_given[] =
-    "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 3 + 3 * i), from[5 + 3 * i], s % from[2]), p)\n"
-    "layout(location = 82) uniform vec4 stored;  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
-    "layout(location = 83) uniform vec4 law;  // distance as a quotient of polynomials of nearness\n"
-    "layout(location = 84) uniform vec4 straight;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
-    "layout(location = 85) uniform int from[9];  // texels across and up, samples of each; x, y, layer of each map\n"
+    "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 10 + 3 * i), job[12 + 3 * i], s % job[9]), p)\n"
+    "// In job after the light: texels across and up, samples of each; x, y, layer of each map.\n"
+    "layout(location = MSSM_GIVEN) uniform vec4 given[3];\n"
+    "vec4 stored = given[0];  // nearness as scale and offset; half-sizes at distance 1 if radial\n"
+    "vec4 law = given[1];  // distance as a quotient of polynomials of nearness\n"
+    "float straight = given[2].x;  // 1: depth as a pass has it, -1: reversed, 0: by the law\n"
     "ivec2 given_texel(ivec2 p, int s, int x)\n"
     "{\n"
-    "    int t = s / from[2];\n"
-    "    return ivec2(from[x], from[x + 1]) + p * ivec2(from[0], from[1]) + ivec2(t % from[0], t / from[0]);\n"
+    "    int t = s / job[9];\n"
+    "    return ivec2(job[x], job[x + 1]) + p * ivec2(job[7], job[8]) + ivec2(t % job[7], t / job[7]);\n"
     "}\n"
     "vec3 cube_direction(int face, ivec2 at, int size)\n"
     "{\n"
@@ -4240,8 +4242,8 @@ static const char mssm__glsl_given[] =
     "    float w = (law.x + law.y * nearness) / ((law.z + law.w * nearness) * length(vec3(at * stored.zw, 1.0)));\n"
     "    float z = mssm_clamp(-1.0 + 2.0 * (w - near) / (far - near), -1.0, 1.0);\n"
     "    float drawn = linear_depth(v), reversed = clamp(1.0 - 2.0 * v, -1.0, 1.0);\n"
-    "    z = straight.x > 0.0 ? drawn : z;\n"
-    "    z = straight.x < 0.0 ? reversed : z;\n"
+    "    z = straight > 0.0 ? drawn : z;\n"
+    "    z = straight < 0.0 ? reversed : z;\n"
     "    return nearness > 0.0 ? z : 1.0;\n"
     "}\n";
 
@@ -5179,9 +5181,10 @@ static mssm_result mssm__make_program(mssm_gl *gl, int which, const char *option
     mssm_result r;
     snprintf(defines, sizeof defines,
              "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
-             "#define MSSM_BATCH %d\n#define MSSM_LAYERS %d\n#define MSSM_SCALE %d\n",
+             "#define MSSM_BATCH %d\n#define MSSM_LAYERS %d\n#define MSSM_GIVEN %d\n"
+             "#define MSSM_SCALE %d\n",
              gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
-             (int)MSSM__BATCH, (int)MSSM__LAYERS, MSSM_SCALE);
+             (int)MSSM__BATCH, (int)MSSM__LAYERS, (int)MSSM__GIVEN_UNIFORM, MSSM_SCALE);
     for (int i = 0; i < 6 && texts[i]; i++) all[count++] = texts[i];
     if (which == MSSM__COPY || which == MSSM__SHOW) {
         r = mssm__add_shader(gl, which, MSSM__GL_VERTEX_SHADER, vertex, 2);
@@ -5558,14 +5561,13 @@ static void mssm__describe(const mssm_gl *gl, int index, int layer, int hyperbol
 }
 
 // Depth that is bound, of some lights, as moments: into their maps, or into the work of filtered
-// ones. job: samples, side and the lights.
-static void mssm__take_depth(mssm_gl *gl, unsigned program, const int *job, int count)
+// ones. The program has its job.
+static void mssm__take_depth(mssm_gl *gl, unsigned program, int count)
 {
     const mssm__gl_functions *f = &gl->f;
     // All of the least depths too, which are filled up to a power of two.
     const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
     const unsigned side = padded > all ? padded : all;
-    f->ProgramUniform1iv(program, 0, 2 + 5 * count, job);
     f->UseProgram(program);
     if (gl->filtered) {
         mssm__bind_image(gl, 0, MSSM__WORK, 0);
@@ -5595,7 +5597,10 @@ static void mssm__resolve(mssm_gl *gl)
             mssm__describe(gl, index, i, gl->lights[index].drawn.perspective, job + 2 + 5 * count);
             count++;
         }
-        if (count) mssm__take_depth(gl, gl->program[MSSM__RESOLVE + average], job, count);
+        if (!count) continue;
+        const unsigned program = gl->program[MSSM__RESOLVE + average];
+        gl->f.ProgramUniform1iv(program, 0, 2 + 5 * count, job);
+        mssm__take_depth(gl, program, count);
     }
     mssm__restore_bindings(gl);
     gl->used = 0;
@@ -6246,18 +6251,20 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
                                                              : 1.0f;
     const int from[9] = {s->across, s->up,     s->each,   d->x,         d->y,
                          d->layer,  s[1].is.x, s[1].is.y, s[1].is.layer};
-    int job[7] = {s->across * s->up * s->each, gl->desc.side};
-    gl->f.ProgramUniform4f(program, 82, d->reversed ? 1.0f : -1.0f, d->reversed ? 0.0f : 1.0f,
-                           radial ? light->extent_u : 0.0f, radial ? light->extent_v : 0.0f);
+    int job[16] = {s->across * s->up * s->each, gl->desc.side};
+    gl->f.ProgramUniform4f(program, MSSM__GIVEN_UNIFORM, d->reversed ? 1.0f : -1.0f,
+                           d->reversed ? 0.0f : 1.0f, radial ? light->extent_u : 0.0f,
+                           radial ? light->extent_v : 0.0f);
     if (hyperbolic)
-        gl->f.ProgramUniform4f(program, 83, low, 0, ratio, 1 - ratio);
+        gl->f.ProgramUniform4f(program, MSSM__GIVEN_UNIFORM + 1, low, 0, ratio, 1 - ratio);
     else
-        gl->f.ProgramUniform4f(program, 83, high, low - high, 1, 0);
-    gl->f.ProgramUniform4f(program, 84, straight, 0, 0, 0);
-    gl->f.ProgramUniform1iv(program, 85, back ? 9 : 6, from);
+        gl->f.ProgramUniform4f(program, MSSM__GIVEN_UNIFORM + 1, high, low - high, 1, 0);
+    gl->f.ProgramUniform4f(program, MSSM__GIVEN_UNIFORM + 2, straight, 0, 0, 0);
     mssm__filled(gl, index, back);
     mssm__describe(gl, index, 0, hyperbolic, job + 2);
-    mssm__take_depth(gl, program, job, 1);
+    memcpy(job + 7, from, sizeof from);
+    gl->f.ProgramUniform1iv(program, 0, 16, job);
+    mssm__take_depth(gl, program, 1);
 }
 
 // Whether both are read in the same way. Says so if not.

@@ -37,6 +37,55 @@ static double share_above(double facing, double u, double v)
     return area / 4;
 }
 
+// Least depth, or least of -depth, of the texels that touch a square and are on the map; 1: none.
+static float least_of(const float *depth, int side, double x, double y, double half, int which)
+{
+    float least = 1;
+    for (int i = 0; i < side * side; i++) {
+        const double u = i % side, v = i / side, z = which ? -(double)depth[i] : (double)depth[i];
+        if (u + 1 > x - half && u < x + half && v + 1 > y - half && v < y + half)
+            least = fminf(least, (float)z);
+    }
+    return least;
+}
+
+// Nothing in the square is passed over, and nothing counts that is further off than two texels of its
+// level.
+static void least_depths_are_those_of_the_square(void)
+{
+    uint64_t seed = 9;
+    int exact = 0, count = 0;
+    for (int trial = 0; trial < test_trials(400); trial++) {
+        const int side = 1 + (int)test_range(&seed, 0, 70);
+        float *depth = malloc((size_t)(side * side) * sizeof *depth);
+        const size_t bytes = mssm_map_bytes(side, 4);
+        void *memory = malloc(bytes);
+        mssm_map *map;
+        for (int i = 0; i < side * side; i++) depth[i] = (float)test_range(&seed, -1, 1);
+        CHECK(!mssm_map_init(&map, memory, bytes, side, 4), "init");
+        CHECK(!mssm_map_update(map, depth, NULL, 1), "update");
+        for (int i = 0; i < 50; i++) {
+            const double half = pow(10, test_range(&seed, -0.3, 1.5));
+            const float x = (float)test_range(&seed, 0, side),
+                        y = (float)test_range(&seed, 0, side);
+            const double texel = half <= 1 ? 2 : fmax(4, exp2(ceil(log2(half))));
+            const double reach = half <= 1 ? half + texel : 2 * texel; // that at the map's rim
+            for (int which = 0; which < 2; which++) {
+                const float got = mssm__least(map, x, y, (float)half, which);
+                const float most = least_of(depth, side, x, y, half - 1e-4, which);
+                const float least = least_of(depth, side, x, y, reach, which);
+                CHECK(got <= most && got >= least, "side %d, %g around (%g, %g): %g, not %g to %g",
+                      side, half, (double)x, (double)y, (double)got, (double)least, (double)most);
+                exact += got >= most;
+                count++;
+            }
+        }
+        free(depth);
+        free(memory);
+    }
+    test_note("%d of %d are those of the square alone", exact, count);
+}
+
 static struct mssm_receiver receiver(void)
 {
     struct mssm_receiver r;
@@ -235,6 +284,8 @@ static void cut_lights_of_any_size_stay_finite(void)
 }
 
 const test_case horizon_tests[] = {
+    {"least depths are those of the square and its surroundings",
+     least_depths_are_those_of_the_square},
     {"cut lights have the area above the horizon", cut_lights_have_the_area_above},
     {"cut lights change bit by bit", cut_lights_change_bit_by_bit},
     {"searches hold all kernels of cut lights", searches_hold_all_kernels},
