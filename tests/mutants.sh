@@ -134,6 +134,8 @@ case $2/$3 in
 mssm.h/estimators)
     quick="20:map/horizon 100:map/map|map/visibility 100:map/estimators"
     rest="1:both/edges 4:map/estimators 4:map/visibility 1:lights/lights" ;;
+mssm.h/tables)
+    quick="20:map/horizon 100:map/map|map/visibility 100:map/estimators" rest="4:map/ 1:both/edges" ;;
 mssm.h/filtered)
     quick="100:filtered/" rest="1:filtered/ 1:both/edges 1:lights/cascades" ;;
 mssm.h/scattering)
@@ -167,7 +169,7 @@ END
 tree=$work/tree$number
 # A test of private functions contains the header, too.
 case $header/$chapter in
-mssm.h/estimators) other=lightprobe.h parts=tests/map/test_horizon.c ;;
+mssm.h/tables | mssm.h/estimators) other=lightprobe.h parts=tests/map/test_horizon.c ;;
 mssm.h/*) other=lightprobe.h parts= ;;
 *) other=mssm.h parts=tests/both/test_parts.c ;;
 esac
