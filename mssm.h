@@ -2886,15 +2886,13 @@ MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_opti
         MSSM_SEARCH(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,
                     mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));
     mssm_points4 p = mssm_layers(o, 4, t, r.z_test);
-    float plane_reach = mssm_plane_reach(v, r, d);
     float sum = 1e-3f * d;
     float squares = sum * d;
     for (int j = 1; j < 3; j++) {
         if (p.z[j] >= r.z_test) continue;
         float distance = mssm_blur_distance(v, r, p.z[j]);
-        float w = r.plane != 0 ? p.w[j] * mssm_off_plane(r, d, distance, plane_reach) : p.w[j];
-        sum += w * distance;
-        squares += w * distance * distance;
+        sum += p.w[j] * distance;
+        squares += p.w[j] * distance * distance;
     }
     return mssm_min(squares / mssm_max(sum, 1e-37f), d);
 }
@@ -2906,8 +2904,7 @@ MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_opti
 struct mssm_nested {
     float d;
     float inner;
-    float outer; // of the one before
-    int first;
+    float outer; // of the one before; d where there is none
     int last;
 };
 
@@ -2938,7 +2935,7 @@ MSSM_SHARED float mssm_own_surface(struct mssm_receiver r, float z, float w, flo
 {
     float gap = 1.0f - MSSM_FAR_CASTER;
     return w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *
-           mssm_clamp((1.0f - 0.25f * gap - z) * (2.0f / gap), 0.0f, 1.0f) *
+           mssm_clamp((1.0f - z) * (2.0f / gap), 0.0f, 1.0f) *
            mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);
 }
 
@@ -2972,13 +2969,10 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     float kernel = mssm_max(r.kernel_u, r.kernel_v);
     float half_width = kernel * k.d;
     float plane_reach = mssm_plane_reach(v, r, k.d);
-    // The one-texel kernel sees texel centres up to a texel away.
-    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / k.d;
     float rim =
         half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
-    float nearer = 1.0f / (0.3f * k.d + 1e-30f);
-    float past = k.first == 1 ? 0.0f : 0.3f * nearer;
+    float inverse_d = 1.0f / (k.d + 1e-30f);
     float inverse = mssm_inverse_between(k.inner, k.d);
     float inverse_outer = mssm_inverse_between(k.d, k.outer);
     float near_by = 0.0f;
@@ -2990,25 +2984,23 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     for (int j = 1; j < 4; j++) {
         if (p.w[j] < 1e-4f) continue;
         float distance = mssm_blur_distance(v, r, p.z[j]);
-        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but
-        // not out of what lies behind, whose mean is nearer then.
-        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;
-        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, inverse);
-        float fresh = counted - mssm_between(at, k.d, inverse_outer);
+        float relative = distance * inverse_d;
+        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, inverse);
+        float fresh = counted - mssm_between(distance, k.d, inverse_outer);
         float w;
         if (p.z[j] < r.z_test) {
             w = mssm_blocked(r, p.z[j], p.w[j]);
             if (r.plane != 0) w = w * mssm_off_plane(r, k.d, distance, plane_reach);
             if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);
             s.all += w;
-            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);
-            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);
+            s.past += w * mssm_clamp(relative - 1.5f, 0.0f, 1.0f);
+            near_by += w * mssm_clamp(1.0f - relative * (1.0f / 0.3f), 0.0f, 1.0f);
         } else {
             // A surface through the receiver lies as much behind it as in front, and within its
             // tangent plane's reach: without this a plane tilted by more than a third of the
             // light's reach would shadow itself. Halfway to its back, a surface is less in its own
             // way.
-            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);
+            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], relative);
             if (r.plane != 0)
                 w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
         }
@@ -3020,7 +3012,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     if (k.last == 0) s.all = s.all - mssm_min(near_by, p.w[0]);
     s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);
     s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);
-    s.past = mssm_clamp(s.past, 0.0f, s.counted);
+    s.past = k.outer > k.d ? mssm_min(s.past, s.counted) : 0.0f;
     return s;
 }
 
@@ -3059,10 +3051,9 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER),
                            0.5f / mssm_max(kernel, 1e-30f));
     struct mssm_nested k;
-    k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;
+    k.d = least < reach ? mssm_mean_distance(map, v, o, r, reach) : reach;
     k.outer = k.d;
     k.inner = k.d;
-    k.first = 1;
     float blocked = 0.0f;
     float lit = 0.0f;  // but for fresh blockers
     float rest = 1.0f; // left to narrower kernels
@@ -3070,7 +3061,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     do {
         mssm_points4 p =
             mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);
-        k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;
+        k.last = i == 3 || k.d <= 1.001f * least ? 1 : 0;
         if (k.last == 0) {
             k.inner = mssm_next_distance(v, r, k.d, p);
             float z = mssm_cone_least(map, v, r, k.inner);
@@ -3087,7 +3078,6 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         blocked += more + rest * left;
         lit += rest * (part - left) - more;
         rest = rest * (1.0f - part);
-        k.first = 0;
         k.outer = k.d;
         k.d = k.inner;
         i = i + 1;
@@ -7906,8 +7896,7 @@ const char *mssm_glsl_shading(void)
     "struct mssm_nested {\n"
     "    float d;\n"
     "    float inner;\n"
-    "    float outer; // of the one before\n"
-    "    int first;\n"
+    "    float outer; // of the one before; d where there is none\n"
     "    int last;\n"
     "};\n"
     "\n"
@@ -7938,7 +7927,7 @@ const char *mssm_glsl_shading(void)
     "{\n"
     "    float gap = 1.0f - MSSM_FAR_CASTER;\n"
     "    return w * mssm_clamp((1.0f - distance) * (1.0f / 0.3f), 0.0f, 1.0f) *\n"
-    "           mssm_clamp((1.0f - 0.25f * gap - z) * (2.0f / gap), 0.0f, 1.0f) *\n"
+    "           mssm_clamp((1.0f - z) * (2.0f / gap), 0.0f, 1.0f) *\n"
     "           mssm_clamp((z - r.z_own) * r.sharp, 0.0f, 1.0f);\n"
     "}\n"
     "\n"
@@ -7972,13 +7961,10 @@ const char *mssm_glsl_shading(void)
     "    float kernel = mssm_max(r.kernel_u, r.kernel_v);\n"
     "    float half_width = kernel * k.d;\n"
     "    float plane_reach = mssm_plane_reach(v, r, k.d);\n"
-    "    // The one-texel kernel sees texel centres up to a texel away.\n"
-    "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : 1.0f / k.d;\n"
     "    float rim =\n"
     "        half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
-    "    float nearer = 1.0f / (0.3f * k.d + 1e-30f);\n"
-    "    float past = k.first == 1 ? 0.0f : 0.3f * nearer;\n"
+    "    float inverse_d = 1.0f / (k.d + 1e-30f);\n"
     "    float inverse = mssm_inverse_between(k.inner, k.d);\n"
     "    float inverse_outer = mssm_inverse_between(k.d, k.outer);\n"
     "    float near_by = 0.0f;\n"
@@ -7990,25 +7976,23 @@ const char *mssm_glsl_shading(void)
     "    for (int j = 1; j < 4; j++) {\n"
     "        if (p.w[j] < 1e-4f) continue;\n"
     "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
-    "        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but\n"
-    "        // not out of what lies behind, whose mean is nearer then.\n"
-    "        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;\n"
-    "        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, inverse);\n"
-    "        float fresh = counted - mssm_between(at, k.d, inverse_outer);\n"
+    "        float relative = distance * inverse_d;\n"
+    "        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, inverse);\n"
+    "        float fresh = counted - mssm_between(distance, k.d, inverse_outer);\n"
     "        float w;\n"
     "        if (p.z[j] < r.z_test) {\n"
     "            w = mssm_blocked(r, p.z[j], p.w[j]);\n"
     "            if (r.plane != 0) w = w * mssm_off_plane(r, k.d, distance, plane_reach);\n"
     "            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);\n"
     "            s.all += w;\n"
-    "            s.past += w * mssm_clamp(distance * past - 1.5f, 0.0f, 1.0f);\n"
-    "            near_by += w * mssm_clamp(1.0f - distance * nearer, 0.0f, 1.0f);\n"
+    "            s.past += w * mssm_clamp(relative - 1.5f, 0.0f, 1.0f);\n"
+    "            near_by += w * mssm_clamp(1.0f - relative * (1.0f / 0.3f), 0.0f, 1.0f);\n"
     "        } else {\n"
     "            // A surface through the receiver lies as much behind it as in front, and within its\n"
     "            // tangent plane's reach: without this a plane tilted by more than a third of the\n"
     "            // light's reach would shadow itself. Halfway to its back, a surface is less in its own\n"
     "            // way.\n"
-    "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);\n"
+    "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], relative);\n"
     "            if (r.plane != 0)\n"
     "                w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "        }\n"
@@ -8020,7 +8004,7 @@ const char *mssm_glsl_shading(void)
     "    if (k.last == 0) s.all = s.all - mssm_min(near_by, p.w[0]);\n"
     "    s.counted = mssm_clamp(s.counted, 0.0f, 1.0f);\n"
     "    s.fresh = mssm_clamp(s.fresh, 0.0f, s.counted);\n"
-    "    s.past = mssm_clamp(s.past, 0.0f, s.counted);\n"
+    "    s.past = k.outer > k.d ? mssm_min(s.past, s.counted) : 0.0f;\n"
     "    return s;\n"
     "}\n"
     "\n"
@@ -8098,15 +8082,13 @@ const char *mssm_glsl_shading(void)
     "        MSSM_SEARCH(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
     "                    mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));\n"
     "    mssm_points4 p = mssm_layers(o, 4, t, r.z_test);\n"
-    "    float plane_reach = mssm_plane_reach(v, r, d);\n"
     "    float sum = 1e-3f * d;\n"
     "    float squares = sum * d;\n"
     "    for (int j = 1; j < 3; j++) {\n"
     "        if (p.z[j] >= r.z_test) continue;\n"
     "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
-    "        float w = r.plane != 0 ? p.w[j] * mssm_off_plane(r, d, distance, plane_reach) : p.w[j];\n"
-    "        sum += w * distance;\n"
-    "        squares += w * distance * distance;\n"
+    "        sum += p.w[j] * distance;\n"
+    "        squares += p.w[j] * distance * distance;\n"
     "    }\n"
     "    return mssm_min(squares / mssm_max(sum, 1e-37f), d);\n"
     "}\n"
@@ -8127,10 +8109,9 @@ const char *mssm_glsl_shading(void)
     "    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER),\n"
     "                           0.5f / mssm_max(kernel, 1e-30f));\n"
     "    mssm_nested k;\n"
-    "    k.d = least < reach ? mssm_max(mssm_mean_distance(map, v, o, r, reach), least) : reach;\n"
+    "    k.d = least < reach ? mssm_mean_distance(map, v, o, r, reach) : reach;\n"
     "    k.outer = k.d;\n"
     "    k.inner = k.d;\n"
-    "    k.first = 1;\n"
     "    float blocked = 0.0f;\n"
     "    float lit = 0.0f;  // but for fresh blockers\n"
     "    float rest = 1.0f; // left to narrower kernels\n"
@@ -8138,7 +8119,7 @@ const char *mssm_glsl_shading(void)
     "    do {\n"
     "        mssm_points4 p =\n"
     "            mssm_layers(o, o.moments, mssm_filter_moments(map, v, r, o.moments, k.d), r.z_test);\n"
-    "        k.last = i == 3 || kernel * k.d <= 0.5f || k.d <= 1.001f * least ? 1 : 0;\n"
+    "        k.last = i == 3 || k.d <= 1.001f * least ? 1 : 0;\n"
     "        if (k.last == 0) {\n"
     "            k.inner = mssm_next_distance(v, r, k.d, p);\n"
     "            float z = mssm_cone_least(map, v, r, k.inner);\n"
@@ -8155,7 +8136,6 @@ const char *mssm_glsl_shading(void)
     "        blocked += more + rest * left;\n"
     "        lit += rest * (part - left) - more;\n"
     "        rest = rest * (1.0f - part);\n"
-    "        k.first = 0;\n"
     "        k.outer = k.d;\n"
     "        k.d = k.inner;\n"
     "        i = i + 1;\n"
