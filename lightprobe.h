@@ -3934,6 +3934,7 @@ lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
 
 #ifndef LIGHTPROBE_NO_GL
 
+#include <stdarg.h>
 #include <stdlib.h>
 
 #ifndef LIGHTPROBE_MALLOC
@@ -5351,12 +5352,18 @@ static const char *lightprobe__program_name(int which)
 // clang-format off
 // [plumbing begin], which `make glsl` copies from mssm.h: edit it there
 
-static void lightprobe__log(const lightprobe_gl *gl, const char *what, const char *detail)
+// Tells the log, where there is one, why a call fails; returns its result.
+static lightprobe_result lightprobe__report(const lightprobe_gl *gl, lightprobe_result result, const char *format, ...)
 {
-    if (!gl->desc.log) return;
-    char line[256];
-    snprintf(line, sizeof line, "lightprobe: %s%s", what, detail ? detail : "");
+    char line[256] = "lightprobe: ";
+    const size_t start = strlen(line);
+    va_list list;
+    if (!gl->desc.log) return result;
+    va_start(list, format);
+    vsnprintf(line + start, sizeof line - start, format, list);
+    va_end(list);
     gl->desc.log(gl->desc.user, line);
+    return result;
 }
 
 static int lightprobe__get(const lightprobe_gl *gl, lightprobe__glenum name)
@@ -5378,6 +5385,13 @@ static lightprobe__glenum lightprobe__take_error(const lightprobe_gl *gl)
     return first;
 }
 
+// What the caller has left would be taken for ours.
+static void lightprobe__drop_errors(const lightprobe_gl *gl, const char *call)
+{
+    if (lightprobe__take_error(gl))
+        lightprobe__report(gl, LIGHTPROBE_ERROR_GL, "a GL error was pending before %s", call);
+}
+
 static lightprobe_result lightprobe__load(lightprobe_gl *gl)
 {
     const char *missing = NULL;
@@ -5393,33 +5407,31 @@ static lightprobe_result lightprobe__load(lightprobe_gl *gl)
         const char *text = (const char *)gl->f.GetString(LIGHTPROBE__GL_VERSION);
         const int major = lightprobe__get(gl, LIGHTPROBE__GL_MAJOR_VERSION);
         const int old = major < 4 || (major == 4 && lightprobe__get(gl, LIGHTPROBE__GL_MINOR_VERSION) < 5);
-        if (!text || !strncmp(text, "OpenGL ES", 9) || old) {
-            lightprobe__log(gl, text ? "OpenGL 4.5 is needed, this context is " : "no context is current",
-                      text);
-            return LIGHTPROBE_ERROR_GL_VERSION;
-        }
+        if (!text) return lightprobe__report(gl, LIGHTPROBE_ERROR_GL_VERSION, "no context is current");
+        if (old || !strncmp(text, "OpenGL ES", 9))
+            return lightprobe__report(gl, LIGHTPROBE_ERROR_GL_VERSION,
+                                "OpenGL 4.5 is needed, this context is %s", text);
     }
-    if (missing) {
-        lightprobe__log(gl, "OpenGL 4.5 is needed (is a context current?), the loader does not find ",
-                  missing);
-        return LIGHTPROBE_ERROR_GL_VERSION;
-    }
-    return LIGHTPROBE_OK;
+    if (!missing) return LIGHTPROBE_OK;
+    return lightprobe__report(gl, LIGHTPROBE_ERROR_GL_VERSION,
+                        "OpenGL 4.5 is needed (is a context current?), the loader does not find %s",
+                        missing);
 }
 
-// Shader or program: passes the whole log on.
-static void lightprobe__log_all(const lightprobe_gl *gl, unsigned name, int program, const char *what)
+// Passes the whole log of a shader, or of the program, on.
+static lightprobe_result lightprobe__report_build(const lightprobe_gl *gl, unsigned name, int program, int which)
 {
     int length = 0;
     (program ? gl->f.GetProgramiv : gl->f.GetShaderiv)(name, LIGHTPROBE__GL_INFO_LOG_LENGTH, &length);
-    lightprobe__log(gl, "cannot build ", what);
-    if (!gl->desc.log || length <= 1 || length > 1 << 20) return;
+    lightprobe__report(gl, LIGHTPROBE_ERROR_GL, "cannot build %s", lightprobe__program_name(which));
+    if (!gl->desc.log || length <= 1 || length > 1 << 20) return LIGHTPROBE_ERROR_GL;
     char *text = (char *)LIGHTPROBE_MALLOC((size_t)length + 1);
-    if (!text) return;
+    if (!text) return LIGHTPROBE_ERROR_GL;
     memset(text, 0, (size_t)length + 1);
     (program ? gl->f.GetProgramInfoLog : gl->f.GetShaderInfoLog)(name, length, NULL, text);
     gl->desc.log(gl->desc.user, text);
     LIGHTPROBE_FREE(text);
+    return LIGHTPROBE_ERROR_GL;
 }
 
 static lightprobe_result lightprobe__add_shader(lightprobe_gl *gl, int which, lightprobe__glenum type,
@@ -5430,19 +5442,17 @@ static lightprobe_result lightprobe__add_shader(lightprobe_gl *gl, int which, li
     const unsigned shader = f->CreateShader(type);
     if (!gl->program[which]) gl->program[which] = f->CreateProgram();
     if (!shader || !gl->program[which]) {
-        if (shader) f->DeleteShader(shader);
-        lightprobe__log(gl, "no shader or program object for ", lightprobe__program_name(which));
-        return LIGHTPROBE_ERROR_GL;
+        f->DeleteShader(shader); // GL passes over 0
+        return lightprobe__report(gl, LIGHTPROBE_ERROR_GL, "no shader or program object for %s",
+                            lightprobe__program_name(which));
     }
     f->ShaderSource(shader, count, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
-    if (good)
-        f->AttachShader(gl->program[which], shader);
-    else
-        lightprobe__log_all(gl, shader, 0, lightprobe__program_name(which));
+    const lightprobe_result r = good ? LIGHTPROBE_OK : lightprobe__report_build(gl, shader, 0, which);
+    if (good) f->AttachShader(gl->program[which], shader);
     f->DeleteShader(shader);
-    return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
+    return r;
 }
 
 static lightprobe_result lightprobe__link(lightprobe_gl *gl, int which)
@@ -5451,21 +5461,23 @@ static lightprobe_result lightprobe__link(lightprobe_gl *gl, int which)
     int good = 0;
     gl->f.LinkProgram(program);
     gl->f.GetProgramiv(program, LIGHTPROBE__GL_LINK_STATUS, &good);
-    if (!good) lightprobe__log_all(gl, program, 1, lightprobe__program_name(which));
     gl->f.ObjectLabel(LIGHTPROBE__GL_PROGRAM, program, -1, lightprobe__program_name(which));
-    return good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_GL;
-}
-
-static lightprobe_result lightprobe__build_program(lightprobe_gl *gl, int which, const char *const *text, int count)
-{
-    const lightprobe_result r = lightprobe__add_shader(gl, which, LIGHTPROBE__GL_COMPUTE_SHADER, text, count);
-    return r ? r : lightprobe__link(gl, which);
+    return good ? LIGHTPROBE_OK : lightprobe__report_build(gl, program, 1, which);
 }
 
 // A name to bind again; 0 where the object has been deleted since, perhaps in another context.
 static unsigned lightprobe__living(int name, lightprobe__glboolean(LIGHTPROBE__GLAPI *is)(unsigned))
 {
     return name && is((unsigned)name) ? (unsigned)name : 0;
+}
+
+// A buffer. Mesa forgets the generic binding too when one with an indexed binding is deleted.
+static void lightprobe__delete_buffer(const lightprobe_gl *gl, unsigned buffer)
+{
+    if (!buffer) return;
+    const int generic = lightprobe__get(gl, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
+    gl->f.DeleteBuffers(1, &buffer); // which also unmaps it
+    if (generic != (int)buffer) gl->f.BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
 }
 
 // [plumbing end]
@@ -5493,7 +5505,9 @@ static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, c
                                 : plans                           ? lightprobe__glsl_plan
                                                                   : lightprobe__glsl_moving,
                                 bodies[which]};
-    return lightprobe__build_program(gl, which, text, (int)(sizeof text / sizeof *text));
+    const lightprobe_result r = lightprobe__add_shader(gl, which, LIGHTPROBE__GL_COMPUTE_SHADER,
+                                                       text, (int)(sizeof text / sizeof *text));
+    return r ? r : lightprobe__link(gl, which);
 }
 
 static unsigned lightprobe__bits_of(float x)
@@ -5563,10 +5577,7 @@ static lightprobe_result lightprobe__upload_weights(lightprobe_gl *gl)
     const size_t quarter = (size_t)w.half * (size_t)w.half;
     const size_t bytes = (1 + 2 * quarter) * sizeof(float);
     float *memory = (float *)LIGHTPROBE_MALLOC(bytes);
-    if (!memory) {
-        lightprobe__log(gl, "no memory", NULL);
-        return LIGHTPROBE_ERROR_MEMORY;
-    }
+    if (!memory) return lightprobe__report(gl, LIGHTPROBE_ERROR_MEMORY, "no memory");
     memory[0] = 0;
     w.omega = memory + 1;
     w.weight = w.omega + quarter;
@@ -5618,10 +5629,9 @@ static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl)
         error = lightprobe__take_error(gl);
     }
     if (good && gl->mapped && !error) return lightprobe__upload_weights(gl);
-    lightprobe__log(gl, "no storage for this side and so many lights: ",
-                    error == LIGHTPROBE__GL_OUT_OF_MEMORY ? "out of memory"
-                                                          : "the driver refuses it");
-    return LIGHTPROBE_ERROR_GL;
+    return lightprobe__report(
+        gl, LIGHTPROBE_ERROR_GL, "no storage for this side and so many lights: %s",
+        error == LIGHTPROBE__GL_OUT_OF_MEMORY ? "out of memory" : "the driver refuses it");
 }
 
 // Defaults filled in.
@@ -5671,25 +5681,18 @@ static lightprobe_result lightprobe__check_units(const lightprobe_gl *gl)
 
 lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_desc *desc)
 {
-    if (!gl || !desc || !desc->load) {
-        if (desc && desc->log) desc->log(desc->user, "lightprobe: desc.load or gl is null");
-        return LIGHTPROBE_ERROR_NULL;
-    }
+    lightprobe_gl start;
+    memset(&start, 0, sizeof start);
+    if (desc) start.desc = *desc;
+    if (!gl || !start.desc.load)
+        return lightprobe__report(&start, LIGHTPROBE_ERROR_NULL, "desc.load or gl is null");
+    lightprobe_result r = lightprobe__check_desc(&start);
+    if (!r) r = lightprobe__load(&start);
+    if (r) return r;
     lightprobe_gl *g = (lightprobe_gl *)LIGHTPROBE_MALLOC(sizeof *g);
-    if (!g) {
-        if (desc->log) desc->log(desc->user, "lightprobe: no memory");
-        return LIGHTPROBE_ERROR_MEMORY;
-    }
-    memset(g, 0, sizeof *g);
-    g->desc = *desc;
-    lightprobe_result r = lightprobe__check_desc(g);
-    if (!r) r = lightprobe__load(g);
-    if (r) {
-        LIGHTPROBE_FREE(g);
-        return r;
-    }
-    if (lightprobe__take_error(g))
-        lightprobe__log(g, "a GL error was pending before lightprobe_gl_create", NULL);
+    if (!g) return lightprobe__report(&start, LIGHTPROBE_ERROR_MEMORY, "no memory");
+    *g = start;
+    lightprobe__drop_errors(g, "lightprobe_gl_create");
     for (g->top = LIGHTPROBE_TILE_LEVEL;; g->top++) {
         const int n = lightprobe__level_side(g->desc.side, g->top);
         g->first_cell[g->top] = g->cells;
@@ -5716,19 +5719,11 @@ void lightprobe_gl_destroy(lightprobe_gl *gl)
 {
     if (!gl) return;
     const lightprobe__gl_functions *f = &gl->f;
-    // Mesa forgets the generic binding too when a buffer with an indexed binding is deleted.
-    const int generic = lightprobe__get(gl, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
-    int ours = 0;
     for (int i = 0; i < LIGHTPROBE__SLOTS; i++)
         if (gl->fence[i]) f->DeleteSync(gl->fence[i]);
-    for (int i = 0; i < LIGHTPROBE__BUFFERS; i++) {
-        if (gl->buffer[i]) f->DeleteBuffers(1, &gl->buffer[i]); // which also unmaps it
-        ours |= (int)gl->buffer[i] == generic;
-    }
-    if (!ours) f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
-    if (gl->sampler) f->DeleteSamplers(1, &gl->sampler);
-    for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++)
-        if (gl->program[i]) f->DeleteProgram(gl->program[i]);
+    for (int i = 0; i < LIGHTPROBE__BUFFERS; i++) lightprobe__delete_buffer(gl, gl->buffer[i]);
+    f->DeleteSamplers(1, &gl->sampler); // GL passes over names that are 0
+    for (int i = 0; i < LIGHTPROBE__PROGRAMS; i++) f->DeleteProgram(gl->program[i]);
     LIGHTPROBE_FREE(gl);
 }
 
@@ -5788,15 +5783,14 @@ static int lightprobe__bind_texture(const lightprobe_gl *gl, unsigned texture)
     const lightprobe__glenum cube = LIGHTPROBE__GL_TEXTURE_CUBE_MAP;
     const lightprobe__gl_functions *f = &gl->f;
     int base = 0, last = 0, levels = 0, mip = -1;
-    char line[160];
     if (!texture || !f->IsTexture(texture)) {
-        lightprobe__log(gl, "the cube-map texture is none", NULL);
+        lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE, "the cube-map texture is none");
         return -1;
     }
     f->BindTexture(cube, texture);
     if (lightprobe__get(gl, LIGHTPROBE__GL_TEXTURE_BINDING_CUBE_MAP) != (int)texture) {
         lightprobe__take_error(gl);
-        lightprobe__log(gl, "the texture is no cube map", NULL);
+        lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE, "the texture is no cube map");
         return -1;
     }
     f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_BASE_LEVEL, &base);
@@ -5814,10 +5808,10 @@ static int lightprobe__bind_texture(const lightprobe_gl *gl, unsigned texture)
         side = width / 2;
     }
     if (mip >= 0) return mip;
-    snprintf(line, sizeof line,
-             "the texture has no level of side %d among its levels %d to %d, or lacks one of these",
-             gl->desc.side, base, last);
-    lightprobe__log(gl, line, NULL);
+    lightprobe__report(
+        gl, LIGHTPROBE_ERROR_TEXTURE,
+        "the texture has no level of side %d among its levels %d to %d, or lacks one of these",
+        gl->desc.side, base, last);
     return -1;
 }
 
@@ -5892,9 +5886,9 @@ lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture)
     const lightprobe__gl_functions *f = &gl->f;
     if (lightprobe__get(gl, LIGHTPROBE__GL_TRANSFORM_FEEDBACK_ACTIVE) &&
         !lightprobe__get(gl, LIGHTPROBE__GL_TRANSFORM_FEEDBACK_PAUSED)) {
-        lightprobe__log(gl, "transform feedback must be paused or ended before ",
-                        "lightprobe_gl_update");
-        return LIGHTPROBE_ERROR_ORDER;
+        return lightprobe__report(
+            gl, LIGHTPROBE_ERROR_ORDER,
+            "transform feedback must be paused or ended before lightprobe_gl_update");
     }
     lightprobe__gl_bindings saved;
     lightprobe__save_bindings(gl, &saved);

@@ -4865,12 +4865,18 @@ static const char *mssm__program_name(int which)
 
 // [plumbing begin], which `make glsl` copies into lightprobe.h under its own prefix
 
-static void mssm__log(const mssm_gl *gl, const char *what, const char *detail)
+// Tells the log, where there is one, why a call fails; returns its result.
+static mssm_result mssm__report(const mssm_gl *gl, mssm_result result, const char *format, ...)
 {
-    if (!gl->desc.log) return;
-    char line[256];
-    snprintf(line, sizeof line, "mssm: %s%s", what, detail ? detail : "");
+    char line[256] = "mssm: ";
+    const size_t start = strlen(line);
+    va_list list;
+    if (!gl->desc.log) return result;
+    va_start(list, format);
+    vsnprintf(line + start, sizeof line - start, format, list);
+    va_end(list);
     gl->desc.log(gl->desc.user, line);
+    return result;
 }
 
 static int mssm__get(const mssm_gl *gl, mssm__glenum name)
@@ -4892,6 +4898,13 @@ static mssm__glenum mssm__take_error(const mssm_gl *gl)
     return first;
 }
 
+// What the caller has left would be taken for ours.
+static void mssm__drop_errors(const mssm_gl *gl, const char *call)
+{
+    if (mssm__take_error(gl))
+        mssm__report(gl, MSSM_ERROR_GL, "a GL error was pending before %s", call);
+}
+
 static mssm_result mssm__load(mssm_gl *gl)
 {
     const char *missing = NULL;
@@ -4907,33 +4920,31 @@ static mssm_result mssm__load(mssm_gl *gl)
         const char *text = (const char *)gl->f.GetString(MSSM__GL_VERSION);
         const int major = mssm__get(gl, MSSM__GL_MAJOR_VERSION);
         const int old = major < 4 || (major == 4 && mssm__get(gl, MSSM__GL_MINOR_VERSION) < 5);
-        if (!text || !strncmp(text, "OpenGL ES", 9) || old) {
-            mssm__log(gl, text ? "OpenGL 4.5 is needed, this context is " : "no context is current",
-                      text);
-            return MSSM_ERROR_GL_VERSION;
-        }
+        if (!text) return mssm__report(gl, MSSM_ERROR_GL_VERSION, "no context is current");
+        if (old || !strncmp(text, "OpenGL ES", 9))
+            return mssm__report(gl, MSSM_ERROR_GL_VERSION,
+                                "OpenGL 4.5 is needed, this context is %s", text);
     }
-    if (missing) {
-        mssm__log(gl, "OpenGL 4.5 is needed (is a context current?), the loader does not find ",
-                  missing);
-        return MSSM_ERROR_GL_VERSION;
-    }
-    return MSSM_OK;
+    if (!missing) return MSSM_OK;
+    return mssm__report(gl, MSSM_ERROR_GL_VERSION,
+                        "OpenGL 4.5 is needed (is a context current?), the loader does not find %s",
+                        missing);
 }
 
-// Shader or program: passes the whole log on.
-static void mssm__log_all(const mssm_gl *gl, unsigned name, int program, const char *what)
+// Passes the whole log of a shader, or of the program, on.
+static mssm_result mssm__report_build(const mssm_gl *gl, unsigned name, int program, int which)
 {
     int length = 0;
     (program ? gl->f.GetProgramiv : gl->f.GetShaderiv)(name, MSSM__GL_INFO_LOG_LENGTH, &length);
-    mssm__log(gl, "cannot build ", what);
-    if (!gl->desc.log || length <= 1 || length > 1 << 20) return;
+    mssm__report(gl, MSSM_ERROR_GL, "cannot build %s", mssm__program_name(which));
+    if (!gl->desc.log || length <= 1 || length > 1 << 20) return MSSM_ERROR_GL;
     char *text = (char *)MSSM_MALLOC((size_t)length + 1);
-    if (!text) return;
+    if (!text) return MSSM_ERROR_GL;
     memset(text, 0, (size_t)length + 1);
     (program ? gl->f.GetProgramInfoLog : gl->f.GetShaderInfoLog)(name, length, NULL, text);
     gl->desc.log(gl->desc.user, text);
     MSSM_FREE(text);
+    return MSSM_ERROR_GL;
 }
 
 static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type,
@@ -4944,19 +4955,17 @@ static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type,
     const unsigned shader = f->CreateShader(type);
     if (!gl->program[which]) gl->program[which] = f->CreateProgram();
     if (!shader || !gl->program[which]) {
-        if (shader) f->DeleteShader(shader);
-        mssm__log(gl, "no shader or program object for ", mssm__program_name(which));
-        return MSSM_ERROR_GL;
+        f->DeleteShader(shader); // GL passes over 0
+        return mssm__report(gl, MSSM_ERROR_GL, "no shader or program object for %s",
+                            mssm__program_name(which));
     }
     f->ShaderSource(shader, count, text, NULL);
     f->CompileShader(shader);
     f->GetShaderiv(shader, MSSM__GL_COMPILE_STATUS, &good);
-    if (good)
-        f->AttachShader(gl->program[which], shader);
-    else
-        mssm__log_all(gl, shader, 0, mssm__program_name(which));
+    const mssm_result r = good ? MSSM_OK : mssm__report_build(gl, shader, 0, which);
+    if (good) f->AttachShader(gl->program[which], shader);
     f->DeleteShader(shader);
-    return good ? MSSM_OK : MSSM_ERROR_GL;
+    return r;
 }
 
 static mssm_result mssm__link(mssm_gl *gl, int which)
@@ -4965,15 +4974,8 @@ static mssm_result mssm__link(mssm_gl *gl, int which)
     int good = 0;
     gl->f.LinkProgram(program);
     gl->f.GetProgramiv(program, MSSM__GL_LINK_STATUS, &good);
-    if (!good) mssm__log_all(gl, program, 1, mssm__program_name(which));
     gl->f.ObjectLabel(MSSM__GL_PROGRAM, program, -1, mssm__program_name(which));
-    return good ? MSSM_OK : MSSM_ERROR_GL;
-}
-
-static mssm_result mssm__build_program(mssm_gl *gl, int which, const char *const *text, int count)
-{
-    const mssm_result r = mssm__add_shader(gl, which, MSSM__GL_COMPUTE_SHADER, text, count);
-    return r ? r : mssm__link(gl, which);
+    return good ? MSSM_OK : mssm__report_build(gl, program, 1, which);
 }
 
 // A name to bind again; 0 where the object has been deleted since, perhaps in another context.
@@ -4982,19 +4984,16 @@ static unsigned mssm__living(int name, mssm__glboolean(MSSM__GLAPI *is)(unsigned
     return name && is((unsigned)name) ? (unsigned)name : 0;
 }
 
-// [plumbing end]
-
-// Tells the log, where a call fails why; returns its result.
-static mssm_result mssm__report(const mssm_gl *gl, mssm_result result, const char *format, ...)
+// A buffer. Mesa forgets the generic binding too when one with an indexed binding is deleted.
+static void mssm__delete_buffer(const mssm_gl *gl, unsigned buffer)
 {
-    char line[200];
-    va_list list;
-    va_start(list, format);
-    vsnprintf(line, sizeof line, format, list);
-    va_end(list);
-    mssm__log(gl, line, NULL);
-    return result;
+    if (!buffer) return;
+    const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
+    gl->f.DeleteBuffers(1, &buffer); // which also unmaps it
+    if (generic != (int)buffer) gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
 }
+
+// [plumbing end]
 
 static int mssm__in_range(const mssm_gl *gl, const char *name, int value, int low, int high)
 {
@@ -5181,7 +5180,8 @@ static mssm_result mssm__make_program(mssm_gl *gl, int which, const char *option
         if (!r) r = mssm__add_shader(gl, which, MSSM__GL_FRAGMENT_SHADER, all, count);
         if (!r) r = mssm__link(gl, which);
     } else {
-        r = mssm__build_program(gl, which, all, count);
+        r = mssm__add_shader(gl, which, MSSM__GL_COMPUTE_SHADER, all, count);
+        if (!r) r = mssm__link(gl, which);
     }
     if (!r) return MSSM_OK;
     if (gl->program[which]) gl->f.DeleteProgram(gl->program[which]);
@@ -5231,14 +5231,7 @@ static void mssm__delete_storage(mssm_gl *gl)
     f->DeleteFramebuffers(MSSM__FRAMEBUFFERS, gl->framebuffer); // GL passes over names that are 0
     f->DeleteTextures(1, &gl->depth);
     f->DeleteTextures(MSSM__TABLES, gl->table);
-    if (gl->views) {
-        // Mesa forgets the generic binding too when a buffer with an indexed binding is deleted.
-        const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
-        f->DeleteBuffers(1, &gl->views);
-        if (generic != (int)gl->views) {
-            f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
-        }
-    }
+    mssm__delete_buffer(gl, gl->views);
     MSSM_FREE(gl->lights);
     MSSM_FREE(gl->view);
 }
@@ -5829,26 +5822,20 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
 
 mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 {
-    if (!gl || !desc || !desc->load) {
-        if (desc && desc->log) desc->log(desc->user, "mssm: desc.load or gl is null");
-        return MSSM_ERROR_ARGUMENT;
-    }
+    mssm_gl start;
+    memset(&start, 0, sizeof start);
+    if (desc) start.desc = *desc;
+    if (!gl || !start.desc.load)
+        return mssm__report(&start, MSSM_ERROR_ARGUMENT, "desc.load or gl is null");
+    start.drawing = -1;
+    mssm_result r = mssm__check_desc(&start);
+    if (!r) r = mssm__load(&start);
+    if (r) return r;
     mssm_gl *g = (mssm_gl *)MSSM_MALLOC(sizeof *g);
-    if (!g) {
-        if (desc->log) desc->log(desc->user, "mssm: no memory");
-        return MSSM_ERROR_MEMORY;
-    }
-    memset(g, 0, sizeof *g);
-    g->desc = *desc;
-    g->drawing = -1;
-    mssm_result r = mssm__check_desc(g);
-    if (!r) r = mssm__load(g);
-    if (!r) mssm__find_capabilities(g);
-    if (r) {
-        MSSM_FREE(g);
-        return r;
-    }
-    if (mssm__take_error(g)) mssm__log(g, "a GL error was pending before mssm_gl_create", NULL);
+    if (!g) return mssm__report(&start, MSSM_ERROR_MEMORY, "no memory");
+    *g = start;
+    mssm__find_capabilities(g);
+    mssm__drop_errors(g, "mssm_gl_create");
     r = mssm__check_limits(g);
     if (!r) r = mssm__build_programs(g);
     if (!r) r = mssm__create_storage(g);
@@ -5883,7 +5870,7 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
         }
     }
     if (targets > SIZE_MAX || light > (SIZE_MAX - targets) / (uint64_t)g.desc.lights) {
-        mssm__log(&g, "more bytes than a size_t holds", NULL);
+        mssm__report(&g, MSSM_ERROR_ARGUMENT, "more bytes than a size_t holds");
         return 0;
     }
     return (size_t)(light * (uint64_t)g.desc.lights + targets);
@@ -5938,7 +5925,7 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
     fresh.views = 0;
     fresh.lights = NULL;
     fresh.view = NULL;
-    if (mssm__take_error(gl)) mssm__log(gl, "a GL error was pending before mssm_gl_resize", NULL);
+    mssm__drop_errors(gl, "mssm_gl_resize");
     r = mssm__check_limits(&fresh);
     if (!r) r = mssm__create_storage(&fresh);
     if (r) {
@@ -6184,11 +6171,10 @@ static int mssm__bind_depth(mssm_gl *gl, mssm__gl_light *light, int i, const mss
     memcpy(&s.is, d, sizeof *d);
     s.kind = kind;
     if (ask && (!d->texture || !gl->f.IsTexture(d->texture))) {
-        mssm__log(gl, "mssm_gl_depth: there is no such texture", NULL);
+        mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: there is no such texture");
         return 0;
     }
-    if (ask && mssm__take_error(gl))
-        mssm__log(gl, "a GL error was pending before mssm_gl_set_depth", NULL);
+    if (ask) mssm__drop_errors(gl, "mssm_gl_set_depth");
     mssm__bind_texture(gl, unit, mssm__targets[kind].target, d->texture);
     gl->f.BindSampler((unsigned)unit, gl->sampler);
     if (!ask) {
@@ -6197,7 +6183,8 @@ static int mssm__bind_depth(mssm_gl *gl, mssm__gl_light *light, int i, const mss
     }
     if (mssm__get(gl, mssm__targets[kind].binding) != (int)d->texture) {
         mssm__take_error(gl);
-        mssm__log(gl, "mssm_gl_depth: the texture is no ", mssm__targets[kind].name);
+        mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: the texture is no %s",
+                     mssm__targets[kind].name);
         return 0;
     }
     if (!mssm__ask_depth(gl, &s)) return 0;
