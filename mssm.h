@@ -4070,20 +4070,23 @@ typedef struct mssm__gl_functions {
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
 
+// Programs: of soft shadows up to MSSM__RESOLVE, of filtered ones from there to MSSM__COPY; the rest
+// when first needed. The last are those of given depth maps: for each target, without and with back
+// faces.
 enum {
-    MSSM__RESOLVE,
-    MSSM__AVERAGE,
     MSSM__ROWS,
     MSSM__HALVE,
     MSSM__COLUMNS,
     MSSM__LEAST,
+    MSSM__AVERAGE,
+    MSSM__RESOLVE,
     MSSM__FILTER,
-    MSSM__STORE,
     MSSM__COPY,
+    MSSM__STORE,
     MSSM__SHOW,
     MSSM__GIVEN,
     MSSM__PROGRAMS = MSSM__GIVEN + 12
-}; // a given depth map: for each target, without and with back faces
+};
 
 // Textures of an mssm_gl after the three that shading reads, and the framebuffer after that of
 // depth passes: of filtered maps, to work in.
@@ -4850,17 +4853,69 @@ static const char mssm__glsl_filtered_entry[] =
     "{\n"
     "    return @_bounds(light, world_position, ddx, ddy).upper;\n"
     "}\n";
+#else
+#define mssm__glsl_filtered_resolve ""
+#define mssm__glsl_filter ""
+#define mssm__glsl_copy ""
 #endif
+
+// Textures that depth is read from: first that of our own passes.
+static const struct {
+    mssm__glenum target, binding;
+    const char *name, *text;
+} mssm__targets[6] = {
+    {MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY,
+     "GL_TEXTURE_2D_MULTISAMPLE_ARRAY",
+     "#define MSSM_SAMPLER sampler2DMSArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), s).x\n"},
+    {MSSM__GL_TEXTURE_2D, MSSM__GL_TEXTURE_BINDING_2D, "GL_TEXTURE_2D",
+     "#define MSSM_SAMPLER sampler2D\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, 0).x\n"},
+    {MSSM__GL_TEXTURE_2D_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_ARRAY, "GL_TEXTURE_2D_ARRAY",
+     "#define MSSM_SAMPLER sampler2DArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), 0).x\n"},
+    {MSSM__GL_TEXTURE_CUBE_MAP, MSSM__GL_TEXTURE_BINDING_CUBE_MAP, "GL_TEXTURE_CUBE_MAP",
+     "#define MSSM_SAMPLER samplerCube\n"
+     "#define MSSM_FETCH(map, at, layer, s) "
+     "textureLod(map, cube_direction(layer, at, textureSize(map, 0).x), 0.0).x\n"},
+    {MSSM__GL_TEXTURE_CUBE_MAP_ARRAY, MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY,
+     "GL_TEXTURE_CUBE_MAP_ARRAY",
+     "#define MSSM_SAMPLER samplerCubeArray\n"
+     "#define MSSM_FETCH(map, at, layer, s) "
+     "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), float((layer) / 6)), 0.0).x\n"},
+    {MSSM__GL_TEXTURE_2D_MULTISAMPLE, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE,
+     "GL_TEXTURE_2D_MULTISAMPLE",
+     "#define MSSM_SAMPLER sampler2DMS\n"
+     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, s).x\n"}};
+
+// Programs by their numbers. Those that take depth have the math and linear depth in front of this.
+typedef struct mssm__program {
+    const char *name, *option, *head, *body;
+} mssm__program;
+static const mssm__program mssm__programs[] = {
+    {"mssm rows", "", mssm__glsl_tables, mssm__glsl_rows},
+    {"mssm halve", "#define MSSM_HALVE\n", mssm__glsl_tables, mssm__glsl_rows},
+    {"mssm columns", "", mssm__glsl_tables, mssm__glsl_columns},
+    {"mssm least depth", "", "", mssm__glsl_least},
+    {"mssm average", "#define MSSM_AVERAGE\n", mssm__glsl_drawn, mssm__glsl_resolve},
+    {"mssm resolve", "", mssm__glsl_drawn, mssm__glsl_resolve},
+    {"mssm filter", "", "", mssm__glsl_filter},
+    {"mssm copy", "", "", mssm__glsl_copy},
+    {"mssm store", "#define MSSM_STORE\n#define MSSM_EMPTY 0.99999\n", "", mssm__glsl_filter},
+    {"mssm show", "", "", mssm__glsl_show},
+    {"mssm given depth", "", mssm__glsl_given, mssm__glsl_resolve},
+    {"mssm given depth", "#define MSSM_AVERAGE\n", mssm__glsl_given, mssm__glsl_resolve}};
 
 // ---- Loader, log, programs ---- >>plumbing
 
-static const char *const mssm__program_names[MSSM__GIVEN] = {
-    "mssm resolve",     "mssm average", "mssm rows",  "mssm halve", "mssm columns",
-    "mssm least depth", "mssm filter",  "mssm store", "mssm copy",  "mssm show"};
+static const mssm__program *mssm__program_of(int which)
+{
+    return mssm__programs + (which < MSSM__GIVEN ? which : MSSM__GIVEN + (which - MSSM__GIVEN) % 2);
+}
 
 static const char *mssm__program_name(int which)
 {
-    return which < MSSM__GIVEN ? mssm__program_names[which] : "mssm given depth";
+    return mssm__program_of(which)->name;
 }
 
 // [plumbing begin], which `make glsl` copies into lightprobe.h under its own prefix
@@ -5123,9 +5178,8 @@ static size_t mssm__add_text(char *to, size_t at, const char *text, const char *
     return at;
 }
 
-// The text for shading, if to is not NULL; its length. own: before and after what the estimators
-// share, three at the end.
-static size_t mssm__print_shader(const mssm_gl *gl, const char *const own[5], char *to)
+// The text for shading, if to is not NULL; its length.
+static size_t mssm__print_shader(const mssm_gl *gl, char *to)
 {
     const char *name = gl->desc.name;
     char collisions[1400], defines[700], others[80];
@@ -5138,91 +5192,72 @@ static size_t mssm__print_shader(const mssm_gl *gl, const char *const own[5], ch
         strcat(collisions, "#define mssm_filtered_bounds mssm_filtered_visibility_bounds\n");
     if (!name) name = gl->filtered ? "mssm_filtered_visibility" : "mssm_visibility";
     mssm__print_defines(gl, defines, sizeof defines);
+    // Before and after what the estimators share, three at the end.
+    const char *const soft[] = {mssm__glsl_search, mssm__glsl_strips,
+                                gl->unbound ? mssm__glsl_unbound : mssm__glsl_bound,
+                                mssm__glsl_entry, mssm__glsl_texels};
+    const char *const *own = soft;
+#ifndef MSSM_NO_FILTERED
+    const char *const filtered[] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered(),
+                                    mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n", ""};
+    if (gl->filtered) own = filtered;
+#endif
     const char *const needs = gl->unbound ? mssm__glsl_needs_less : mssm__glsl_needs;
     const char *const parts[] = {
         needs,   mssm_glsl_math(), collisions, own[0], mssm_glsl_shading(), own[1],
         defines, own[2],           own[3],     own[4], mssm__glsl_end};
-    const int count = (int)(sizeof parts / sizeof *parts);
     size_t length = 0;
-    for (int i = 0; i < count; i++) length = mssm__add_text(to, length, parts[i], name, others);
+    for (int i = 0; i < (int)(sizeof parts / sizeof *parts); i++)
+        length = mssm__add_text(to, length, parts[i], name, others);
     if (to) to[length] = 0;
     return length;
 }
 
-static mssm_result mssm__write_shader(mssm_gl *gl, const char *const own[5])
+// Of a compute shader, or of the fragments of a triangle; made when first needed. On failure none is
+// left.
+static mssm_result mssm__make_program(mssm_gl *gl, int which)
 {
-    gl->shader = (char *)MSSM_MALLOC(mssm__print_shader(gl, own, NULL) + 1);
-    if (!gl->shader) return mssm__report(gl, MSSM_ERROR_MEMORY, "no memory");
-    mssm__print_shader(gl, own, gl->shader);
-    return MSSM_OK;
-}
-
-// A program of the object's numbers, an option and texts up to a NULL: of a compute shader, or of
-// the fragments of a triangle; made when first needed. On failure none is left.
-static mssm_result mssm__make_program(mssm_gl *gl, int which, const char *option,
-                                      const char *const texts[6])
-{
-    if (gl->program[which]) return MSSM_OK;
-    char defines[256];
+    const mssm__program *p = mssm__program_of(which);
+    const int triangle = which == MSSM__COPY || which == MSSM__SHOW;
+    const int given = which - MSSM__GIVEN;
+    const int depth = given >= 0 || which == MSSM__AVERAGE || which == MSSM__RESOLVE;
+    const char *const math = depth ? mssm_glsl_math() : "";
+    const char *const linear = depth ? mssm__glsl_linear_depth : "";
+    const char *const target = given < 0 ? "" : mssm__targets[given / 2].text;
+    const char *const body = depth && gl->filtered ? mssm__glsl_filtered_resolve : p->body;
+    char defines[300];
+    const char *const all[] = {
+        mssm__glsl_version, defines, p->option, target, math, linear, p->head, body};
     const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
-    const char *all[9] = {mssm__glsl_version, defines, option};
-    int count = 3;
-    mssm_result r;
+    if (gl->program[which]) return MSSM_OK;
     snprintf(defines, sizeof defines,
              "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
              "#define MSSM_BATCH %d\n#define MSSM_LAYERS %d\n#define MSSM_GIVEN %d\n"
-             "#define MSSM_SCALE %d\n",
+             "#define MSSM_SCALE %d\n%s",
              gl->desc.moments, gl->desc.first_texture_unit, gl->desc.first_texture_unit + 1,
-             (int)MSSM__BATCH, (int)MSSM__LAYERS, (int)MSSM__GIVEN_UNIFORM, MSSM_SCALE);
-    for (int i = 0; i < 6 && texts[i]; i++) all[count++] = texts[i];
-    if (which == MSSM__COPY || which == MSSM__SHOW) {
-        r = mssm__add_shader(gl, which, MSSM__GL_VERTEX_SHADER, vertex, 2);
-        if (!r) r = mssm__add_shader(gl, which, MSSM__GL_FRAGMENT_SHADER, all, count);
-        if (!r) r = mssm__link(gl, which);
-    } else {
-        r = mssm__add_shader(gl, which, MSSM__GL_COMPUTE_SHADER, all, count);
-        if (!r) r = mssm__link(gl, which);
-    }
+             (int)MSSM__BATCH, (int)MSSM__LAYERS, (int)MSSM__GIVEN_UNIFORM, MSSM_SCALE,
+             gl->filtered ? "#define MSSM_FILTERED\n" : "");
+    const mssm__glenum type = triangle ? MSSM__GL_FRAGMENT_SHADER : MSSM__GL_COMPUTE_SHADER;
+    mssm_result r = mssm__add_shader(gl, which, type, all, 8);
+    if (!r && triangle) r = mssm__add_shader(gl, which, MSSM__GL_VERTEX_SHADER, vertex, 2);
+    if (!r) r = mssm__link(gl, which);
     if (!r) return MSSM_OK;
-    if (gl->program[which]) gl->f.DeleteProgram(gl->program[which]);
+    gl->f.DeleteProgram(gl->program[which]);
     gl->program[which] = 0;
     return r;
 }
 
-#ifndef MSSM_NO_FILTERED
-static mssm_result mssm__filtered_programs(mssm_gl *gl)
-{
-    static const char *const filter[6] = {mssm__glsl_filter}, *const copy[6] = {mssm__glsl_copy};
-    const char *const drawn[6] = {mssm_glsl_math(), mssm__glsl_linear_depth, mssm__glsl_drawn,
-                                  mssm__glsl_filtered_resolve};
-    const char *const shading[5] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered(),
-                                    mssm__glsl_filtered_entry, "#undef MSSM_NO_ESTIMATE\n", ""};
-    mssm_result r = mssm__make_program(gl, MSSM__RESOLVE, "", drawn);
-    if (!r) r = mssm__make_program(gl, MSSM__FILTER, "", filter);
-    if (!r) r = mssm__make_program(gl, MSSM__COPY, "", copy);
-    return r ? r : mssm__write_shader(gl, shading);
-}
-#endif
-
 static mssm_result mssm__build_programs(mssm_gl *gl)
 {
-#ifndef MSSM_NO_FILTERED
-    if (gl->filtered) return mssm__filtered_programs(gl);
-#endif
-    static const char *const rows[6] = {mssm__glsl_tables, mssm__glsl_rows};
-    static const char *const columns[6] = {mssm__glsl_tables, mssm__glsl_columns};
-    static const char *const least[6] = {mssm__glsl_least};
-    static const char *const shading[5] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_bound,
-                                           mssm__glsl_entry, mssm__glsl_texels};
-    const char *const drawn[6] = {mssm_glsl_math(), mssm__glsl_linear_depth, mssm__glsl_drawn,
-                                  mssm__glsl_resolve};
-    mssm_result r = mssm__make_program(gl, MSSM__RESOLVE, "", drawn);
-    if (!r) r = mssm__make_program(gl, MSSM__AVERAGE, "#define MSSM_AVERAGE\n", drawn);
-    if (!r) r = mssm__make_program(gl, MSSM__ROWS, "", rows);
-    if (!r) r = mssm__make_program(gl, MSSM__HALVE, "#define MSSM_HALVE\n", rows);
-    if (!r) r = mssm__make_program(gl, MSSM__COLUMNS, "", columns);
-    if (!r) r = mssm__make_program(gl, MSSM__LEAST, "", least);
-    return r ? r : mssm__write_shader(gl, shading);
+    const int last = gl->filtered ? MSSM__COPY : MSSM__RESOLVE;
+    mssm_result r = MSSM_OK;
+    for (int i = gl->filtered ? MSSM__RESOLVE : 0; i <= last && !r; i++)
+        r = mssm__make_program(gl, i);
+    if (r) return r;
+    gl->shader = (char *)MSSM_MALLOC(mssm__print_shader(gl, NULL) + 1);
+    if (!gl->shader) return mssm__report(gl, MSSM_ERROR_MEMORY, "no memory");
+    mssm__print_shader(gl, gl->shader);
+    return MSSM_OK;
 }
 
 static void mssm__delete_storage(mssm_gl *gl)
@@ -5403,35 +5438,6 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     return MSSM_OK;
 }
 
-// Textures that depth is read from: first that of our own passes.
-static const struct {
-    mssm__glenum target, binding;
-    const char *name, *text;
-} mssm__targets[6] = {
-    {MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY,
-     "GL_TEXTURE_2D_MULTISAMPLE_ARRAY",
-     "#define MSSM_SAMPLER sampler2DMSArray\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), s).x\n"},
-    {MSSM__GL_TEXTURE_2D, MSSM__GL_TEXTURE_BINDING_2D, "GL_TEXTURE_2D",
-     "#define MSSM_SAMPLER sampler2D\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, 0).x\n"},
-    {MSSM__GL_TEXTURE_2D_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_ARRAY, "GL_TEXTURE_2D_ARRAY",
-     "#define MSSM_SAMPLER sampler2DArray\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), 0).x\n"},
-    {MSSM__GL_TEXTURE_CUBE_MAP, MSSM__GL_TEXTURE_BINDING_CUBE_MAP, "GL_TEXTURE_CUBE_MAP",
-     "#define MSSM_SAMPLER samplerCube\n"
-     "#define MSSM_FETCH(map, at, layer, s) "
-     "textureLod(map, cube_direction(layer, at, textureSize(map, 0).x), 0.0).x\n"},
-    {MSSM__GL_TEXTURE_CUBE_MAP_ARRAY, MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY,
-     "GL_TEXTURE_CUBE_MAP_ARRAY",
-     "#define MSSM_SAMPLER samplerCubeArray\n"
-     "#define MSSM_FETCH(map, at, layer, s) "
-     "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), float((layer) / 6)), 0.0).x\n"},
-    {MSSM__GL_TEXTURE_2D_MULTISAMPLE, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE,
-     "GL_TEXTURE_2D_MULTISAMPLE",
-     "#define MSSM_SAMPLER sampler2DMS\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, s).x\n"}};
-
 // ---- State that is put back ---- >>state
 
 // Between glBeginTransformFeedback and its end GL allows no other program. Says so.
@@ -5581,7 +5587,7 @@ static void mssm__resolve(mssm_gl *gl)
             count++;
         }
         if (!count) continue;
-        const unsigned program = gl->program[MSSM__RESOLVE + average];
+        const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
         gl->f.ProgramUniform1iv(program, 0, 2 + 5 * count, job);
         mssm__take_depth(gl, program, count);
     }
@@ -5878,8 +5884,6 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
 
 size_t mssm_glsl_shader(const mssm_gl_desc *desc, char *text, size_t bytes)
 {
-    static const char *const shading[5] = {mssm__glsl_search, mssm__glsl_strips, mssm__glsl_unbound,
-                                           mssm__glsl_entry, mssm__glsl_texels};
     mssm_gl g;
     if (!desc) return 0;
     memset(&g, 0, sizeof g);
@@ -5889,8 +5893,8 @@ size_t mssm_glsl_shader(const mssm_gl_desc *desc, char *text, size_t bytes)
         !mssm__in_range(&g, "mssm_glsl_shader: filtered", g.filtered, 0, 0)) {
         return 0;
     }
-    const size_t length = mssm__print_shader(&g, shading, NULL) + 1;
-    if (text && bytes >= length) mssm__print_shader(&g, shading, text);
+    const size_t length = mssm__print_shader(&g, NULL) + 1;
+    if (text && bytes >= length) mssm__print_shader(&g, text);
     return length;
 }
 
@@ -6196,7 +6200,6 @@ static int mssm__bind_depth(mssm_gl *gl, mssm__gl_light *light, int i, const mss
 // Programs of a kind of depth map and the sampler, made when first needed.
 static mssm_result mssm__prepare_depth(mssm_gl *gl, int kind, int back)
 {
-    const int which = MSSM__GIVEN + 2 * kind + back;
     if (!gl->sampler) {
         gl->f.CreateSamplers(1, &gl->sampler);
         if (!gl->sampler) return mssm__report(gl, MSSM_ERROR_GL, "no sampler object");
@@ -6204,13 +6207,7 @@ static mssm_result mssm__prepare_depth(mssm_gl *gl, int kind, int back)
         gl->f.SamplerParameteri(gl->sampler, MSSM__GL_TEXTURE_MAG_FILTER, MSSM__GL_NEAREST);
         gl->f.ObjectLabel(MSSM__GL_SAMPLER, gl->sampler, -1, "mssm given depth");
     }
-    const char *resolve = mssm__glsl_resolve;
-#ifndef MSSM_NO_FILTERED
-    if (gl->filtered) resolve = mssm__glsl_filtered_resolve;
-#endif
-    const char *const texts[6] = {mssm__targets[kind].text, mssm_glsl_math(),
-                                  mssm__glsl_linear_depth, mssm__glsl_given, resolve};
-    return mssm__make_program(gl, which, back ? "#define MSSM_AVERAGE\n" : "", texts);
+    return mssm__make_program(gl, MSSM__GIVEN + 2 * kind + back);
 }
 
 // Depth maps that are bound, as moments into the map of a light.
@@ -6435,7 +6432,6 @@ static void mssm__draw_show(mssm_gl *gl, const int show[3])
 
 mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
 {
-    static const char *const texts[6] = {mssm__glsl_show};
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1) ||
         !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, gl->filtered ? 0 : 1)) {
         return MSSM_ERROR_ARGUMENT;
@@ -6446,9 +6442,7 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
             "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build");
     mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
     if (!r) r = mssm__prepare_array(gl);
-    if (!r)
-        r = mssm__make_program(gl, MSSM__SHOW, gl->filtered ? "#define MSSM_FILTERED\n" : "",
-                               texts);
+    if (!r) r = mssm__make_program(gl, MSSM__SHOW);
     if (r) return r;
     const int show[3] = {index, (int)what, gl->desc.side};
     mssm__save_state(gl);
@@ -6584,7 +6578,6 @@ static void mssm__filtered_build(mssm_gl *gl, int instead)
 
 mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 {
-    static const char *const texts[6] = {mssm__glsl_filter};
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
         return MSSM_ERROR_ARGUMENT;
     if (!texture || (!gl->framing && !gl->f.IsTexture(texture)))
@@ -6596,8 +6589,7 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     if (r) return r;
     if (gl->filtered)
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_set_moments is for soft shadows");
-    r = mssm__make_program(gl, MSSM__STORE, "#define MSSM_STORE\n#define MSSM_EMPTY 0.99999\n",
-                           texts);
+    r = mssm__make_program(gl, MSSM__STORE);
     if (r) return r;
     const int job[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
