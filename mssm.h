@@ -4092,6 +4092,17 @@ enum {
 // depth passes: of filtered maps, to work in.
 enum { MSSM__LEAST_DEPTHS = 2, MSSM__WORK, MSSM__BLURRED_ROWS, MSSM__FARTHEST, MSSM__TABLES };
 enum { MSSM__TRANSLUCENT = 1, MSSM__FRAMEBUFFERS };
+static const struct {
+    const char *label;
+    mssm__glenum format[2]; // of soft and of filtered shadows, 0: these have none
+    unsigned char bytes[2]; // of a texel
+} mssm__tables[MSSM__TABLES] = {
+    {"mssm tables, moments 1 to 4", {MSSM__GL_RGBA32I, MSSM__GL_RGBA16}, {16, 8}},
+    {"mssm tables, moments 5 and 6", {MSSM__GL_RG32I, MSSM__GL_RG16}, {8, 4}},
+    {"mssm least depths", {MSSM__GL_RG32F, 0}, {8, 0}},
+    {"mssm moments", {0, MSSM__GL_RGBA32F}, {0, 16}},
+    {"mssm blurred rows", {0, MSSM__GL_RGBA32F}, {0, 16}},
+    {"mssm depth, one sample", {0, MSSM__GL_DEPTH_COMPONENT32F}, {0, 4}}};
 // Layers of the depth target at most, and bytes if there are more than a light needs. GPUs wait for
 // a target that is drawn to before they read it: the more passes it holds, the fewer of these waits.
 enum { MSSM__LAYERS = 16, MSSM__TARGET_BYTES = 32 << 20 };
@@ -4147,7 +4158,6 @@ struct mssm_gl {
     int stale;                 // something has changed since the last build
     int first_changed, last_changed; // lights whose views the buffer does not have
     int bound;                       // by mssm_gl_bind, at least once
-    const mssm__glenum *format;      // of the tables, 0: this kind has none
     unsigned depth, framebuffer[MSSM__FRAMEBUFFERS], table[MSSM__TABLES], views,
         program[MSSM__PROGRAMS];
     unsigned sampler; // that of given depth maps
@@ -5097,7 +5107,7 @@ static int mssm__print_float(char *to, size_t size, const char *before, float x)
 // Whether it has this of the textures.
 static int mssm__has_texture(const mssm_gl *gl, int i)
 {
-    return i == 1 ? gl->desc.moments == 6 : gl->format[i] != 0;
+    return i == 1 ? gl->desc.moments == 6 : mssm__tables[i].format[gl->filtered] != 0;
 }
 
 // Whether GLSL takes it, and what is made of it: gl_ and double underscores are its own.
@@ -5330,10 +5340,6 @@ static int mssm__array_size(const mssm_gl *gl, int i, int *side, int *layers)
 
 static mssm_result mssm__create_arrays(mssm_gl *gl)
 {
-    static const char *const labels[MSSM__TABLES] = {
-        "mssm tables, moments 1 to 4", "mssm tables, moments 5 and 6",
-        "mssm least depths",           "mssm moments",
-        "mssm blurred rows",           "mssm depth, one sample"};
     const mssm__gl_functions *f = &gl->f;
     for (int i = 0; i < MSSM__TABLES; i++) {
         int side, layers;
@@ -5343,7 +5349,8 @@ static mssm_result mssm__create_arrays(mssm_gl *gl)
         f->CreateTextures(MSSM__GL_TEXTURE_2D_ARRAY, 1, &gl->table[i]);
         if (!gl->table[i]) return MSSM_ERROR_GL;
         const unsigned texture = gl->table[i];
-        f->TextureStorage3D(texture, levels, gl->format[i], side, side, layers);
+        f->TextureStorage3D(texture, levels, mssm__tables[i].format[gl->filtered], side, side,
+                            layers);
         // Integer textures are complete with the nearest texel only.
         f->TextureParameteri(texture, MSSM__GL_TEXTURE_MIN_FILTER,
                              smooth ? MSSM__GL_LINEAR_MIPMAP_LINEAR
@@ -5353,7 +5360,7 @@ static mssm_result mssm__create_arrays(mssm_gl *gl)
         // Beyond the edges of filtered maps the outermost texels go on.
         if (smooth) f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_S, MSSM__GL_CLAMP_TO_EDGE);
         if (smooth) f->TextureParameteri(texture, MSSM__GL_TEXTURE_WRAP_T, MSSM__GL_CLAMP_TO_EDGE);
-        f->ObjectLabel(MSSM__GL_TEXTURE, texture, -1, labels[i]);
+        f->ObjectLabel(MSSM__GL_TEXTURE, texture, -1, mssm__tables[i].label);
     }
     return MSSM_OK;
 }
@@ -5526,7 +5533,7 @@ static void mssm__bind_texture(const mssm_gl *gl, int unit, mssm__glenum target,
 static void mssm__bind_image(const mssm_gl *gl, int unit, int table, int level)
 {
     gl->f.BindImageTexture((unsigned)unit, gl->table[table], level, 1, 0, MSSM__GL_READ_WRITE,
-                           gl->format[table]);
+                           mssm__tables[table].format[gl->filtered]);
 }
 
 // All moments.
@@ -5775,15 +5782,10 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
 // Defaults and sizes filled in, or MSSM_ERROR_ARGUMENT.
 static mssm_result mssm__check_desc(mssm_gl *gl)
 {
-    static const mssm__glenum formats[2][MSSM__TABLES] = {
-        {MSSM__GL_RGBA32I, MSSM__GL_RG32I, MSSM__GL_RG32F},
-        {MSSM__GL_RGBA16, MSSM__GL_RG16, 0, MSSM__GL_RGBA32F, MSSM__GL_RGBA32F,
-         MSSM__GL_DEPTH_COMPONENT32F}};
     mssm_gl_desc *d = &gl->desc;
 #ifndef MSSM_NO_FILTERED
     gl->filtered = d->filtered != 0;
 #endif
-    gl->format = formats[gl->filtered];
     if (d->name && !mssm__is_name(d->name)) {
         return mssm__report(
             gl, MSSM_ERROR_ARGUMENT,
@@ -5856,7 +5858,6 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
 
 size_t mssm_gl_bytes(const mssm_gl_desc *desc)
 {
-    static const uint64_t texel[2][MSSM__TABLES] = {{16, 8, 8}, {8, 4, 0, 16, 16, 4}}; // bytes
     mssm_gl g;
     if (!desc) return 0;
     memset(&g, 0, sizeof g);
@@ -5868,7 +5869,8 @@ size_t mssm_gl_bytes(const mssm_gl_desc *desc)
     for (int i = 0; i < MSSM__TABLES; i++) {
         int side, layers;
         for (int level = mssm__array_size(&g, i, &side, &layers); level-- > 0; side /= 2) {
-            const uint64_t bytes = texel[g.filtered][i] * (uint64_t)side * (uint64_t)side;
+            const uint64_t texel = mssm__tables[i].bytes[g.filtered];
+            const uint64_t bytes = texel * (uint64_t)side * (uint64_t)side;
             if (i < MSSM__WORK)
                 light += bytes;
             else
