@@ -4250,7 +4250,8 @@ static const char mssm__glsl_given[] =
     "    return nearness > 0.0 ? z : 1.0;\n"
     "}\n";
 
-// Depth to Chebyshev moments, one thread a texel, as integers. `precise` keeps the compiler from
+// Depth to Chebyshev moments, one thread a texel, as integers; of filtered maps encoded, 1 to 3 in
+// one layer, 4 to 6 in the other, so that alpha is free for blending. `precise` keeps the compiler from
 // fusing what the C code does not fuse: tables of directional lights are equal bit for bit; linear
 // depth has quotients, which GPUs may round their own way.
 static const char mssm__glsl_resolve[] =
@@ -4259,9 +4260,13 @@ static const char mssm__glsl_resolve[] =
     "#ifdef MSSM_AVERAGE\n"
     "layout(binding = MSSM_NEXT_UNIT) uniform MSSM_SAMPLER back;\n"
     "#endif\n"
+    "#ifdef MSSM_FILTERED\n"
+    "layout(binding = 0, rgba32f) writeonly uniform image2DArray work;\n"
+    "#else\n"
     "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray table0;\n"
     "layout(binding = 1, rg32i) writeonly uniform iimage2DArray table1; // of six moments\n"
     "layout(binding = 2, rg32f) writeonly uniform image2DArray depths;\n"
+    "#endif\n"
     "shared vec2 nearest[64];\n"
     "ivec4 to_integer(vec4 t)\n"
     "{\n"
@@ -4287,6 +4292,11 @@ static const char mssm__glsl_resolve[] =
     "        sum += vec4(t.b[0], t.b[1], t.b[2], t.b[3]);\n"
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
     "    } while (++s < job[0]);\n"
+    "#ifdef MSSM_FILTERED\n"
+    "    if (!inside) return;\n"
+    "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * sum.xyz / float(job[0]), 1.0));\n"
+    "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * vec3(sum.w, more.xy) / float(job[0]), 1.0));\n"
+    "#else\n"
     "    if (all(lessThan(p, imageSize(table0).xy))) {\n"
     "        imageStore(table0, ivec3(p, light), to_integer(sum));\n"
     "#if MSSM_MOMENTS == 6\n"
@@ -4300,6 +4310,7 @@ static const char mssm__glsl_resolve[] =
     "    if (i >= 32 || (i & 1) == 1) return;\n"
     "    least = min(min(nearest[i], nearest[i + 1]), min(nearest[i + 32], nearest[i + 33]));\n"
     "    imageStore(depths, ivec3(p / 2, light), least.xyxy);\n" // beyond the image nothing is stored
+    "#endif\n"
     "}\n";
 
 // Least depths of three levels from the one below, by mssm__coarsen_depths: a work group's 8 x 8, 4 x 4
@@ -4590,14 +4601,7 @@ static const char mssm__glsl_entry[] =
     "        high = mssm_sum($table1, map.light, level, x4, y4, sx, sy) * inverse + outside;\n"
     "    }\n"
     "#endif\n"
-    "    mssm_moments6 t;\n"
-    "    t.b[0] = low.x;\n"
-    "    t.b[1] = low.y;\n"
-    "    t.b[2] = low.z;\n"
-    "    t.b[3] = low.w;\n"
-    "    t.b[4] = moments == 6 ? high.x : 0.0;\n"
-    "    t.b[5] = moments == 6 ? high.y : 0.0;\n"
-    "    return t;\n"
+    "    return mssm_moments6(float[6](low.x, low.y, low.z, low.w, high.x, high.y));\n"
     "}\n";
 
 // What is called, and the query of the search.
@@ -4644,14 +4648,7 @@ static const char mssm__glsl_texels[] =
     "    float inverse = MSSM_INVERSE_SCALE / ((sx.high - sx.low) * (sy.high - sy.low));\n"
     "    ivec4 at = ivec4(int(sx.low), int(sy.low), int(sx.high), int(sy.high)) - 1;\n"
     "    vec4 low = vec4(mssm_texels($table0, at, map.light, level)) * inverse;\n"
-    "    mssm_moments6 t;\n"
-    "    t.b[0] = low.x;\n"
-    "    t.b[1] = low.y;\n"
-    "    t.b[2] = low.z;\n"
-    "    t.b[3] = low.w;\n"
-    "    t.b[4] = 0.0;\n"
-    "    t.b[5] = 0.0;\n"
-    "    return t;\n"
+    "    return mssm_moments6(float[6](low.x, low.y, low.z, low.w, 0.0, 0.0));\n"
     "}\n"
     "float mssm_least($map map, float x, float y, float half_size, int which)\n"
     "{\n"
@@ -4709,26 +4706,6 @@ static const char mssm__glsl_show[] =
     "}\n";
 
 #ifndef MSSM_NO_FILTERED
-// Depth to encoded moments: 1 to 3 in one layer, 4 to 6 in the other, so that alpha is free for
-// blending.
-static const char mssm__glsl_filtered_resolve[] =
-    "layout(local_size_x = 8, local_size_y = 8) in;\n"
-    "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
-    "layout(binding = 0, rgba32f) writeonly uniform image2DArray work;\n"
-    "void main()\n"
-    "{\n"
-    "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "    if (any(greaterThanEqual(p, ivec2(job[1])))) return;\n"
-    "    vec3 low = vec3(0.0), high = vec3(0.0);\n"
-    "    for (int s = 0; s < job[0]; s++) {\n"
-    "        mssm_moments6 t = mssm_chebyshev(MSSM_DEPTH(front, 0, p, s));\n"
-    "        low += vec3(t.b[0], t.b[1], t.b[2]);\n"
-    "        high += vec3(t.b[3], t.b[4], t.b[5]);\n"
-    "    }\n"
-    "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * low / float(job[0]), 1.0));\n"
-    "    imageStore(work, ivec3(p, 1), vec4(0.5 + 0.5 * high / float(job[0]), 1.0));\n"
-    "}\n";
-
 // Depth of one sample for translucent casters: the farthest, or an edge of an opaque caster would
 // cut a rim out of the smoke before it. Multisampled depth blits are where drivers fail, and take
 // any sample.
@@ -4833,14 +4810,7 @@ static const char mssm__glsl_filtered_entry[] =
     "        high += (2.0 * textureGrad($map1, p, wide, slim) - 1.0) / float(taps);\n"
     "#endif\n"
     "    }\n"
-    "    mssm_moments6 t;\n"
-    "    t.b[0] = low.x;\n"
-    "    t.b[1] = low.y;\n"
-    "    t.b[2] = low.z;\n"
-    "    t.b[3] = low.w;\n"
-    "    t.b[4] = high.x;\n"
-    "    t.b[5] = high.y;\n"
-    "    return t;\n"
+    "    return mssm_moments6(float[6](low.x, low.y, low.z, low.w, high.x, high.y));\n"
     "}\n"
     "mssm_bounds @_bounds(int light, vec3 world_position, vec3 ddx, vec3 ddy)\n"
     "{\n"
@@ -4864,7 +4834,6 @@ static const char mssm__glsl_filtered_entry[] =
     "    return @_bounds(light, world_position, ddx, ddy).upper;\n"
     "}\n";
 #else
-#define mssm__glsl_filtered_resolve ""
 #define mssm__glsl_filter ""
 #define mssm__glsl_copy ""
 #endif
@@ -5234,10 +5203,9 @@ static mssm_result mssm__make_program(mssm_gl *gl, int which)
     const char *const math = depth ? mssm_glsl_math() : "";
     const char *const linear = depth ? mssm__glsl_linear_depth : "";
     const char *const target = given < 0 ? "" : mssm__targets[given / 2].text;
-    const char *const body = depth && gl->filtered ? mssm__glsl_filtered_resolve : p->body;
     char defines[300];
     const char *const all[] = {
-        mssm__glsl_version, defines, p->option, target, math, linear, p->head, body};
+        mssm__glsl_version, defines, p->option, target, math, linear, p->head, p->body};
     const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
     if (gl->program[which]) return MSSM_OK;
     snprintf(defines, sizeof defines,
@@ -5567,16 +5535,14 @@ static void mssm__take_depth(mssm_gl *gl, unsigned program, int count)
     f->UseProgram(program);
     if (gl->filtered) {
         mssm__bind_image(gl, 0, MSSM__WORK, 0);
-        f->DispatchCompute((padded + 7) / 8, (padded + 7) / 8, 1);
-        (f->MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
-        return;
+    } else {
+        mssm__bind_level(gl, 0, 0);
+        mssm__bind_image(gl, 2, MSSM__LEAST_DEPTHS, 0);
+        // After shading, or an earlier resolve of these layers; what follows has the build's.
+        (f->MemoryBarrier)(MSSM__GL_BARRIERS);
     }
-    mssm__bind_level(gl, 0, 0);
-    mssm__bind_image(gl, 2, MSSM__LEAST_DEPTHS, 0);
-    // After shading, or an earlier resolve of these layers; what follows has the barrier of the
-    // build.
-    (f->MemoryBarrier)(MSSM__GL_BARRIERS);
     f->DispatchCompute((side + 31) / 32, (side + 1) / 2, (unsigned)count);
+    if (gl->filtered) (f->MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
 }
 
 // Depth of all passes that wait: of lights with front faces only, then of those with back faces.
