@@ -4122,7 +4122,6 @@ typedef struct mssm__gl_state {
 // Program, textures, samplers and images that our own programs displace.
 typedef struct mssm__gl_bindings {
     int program, array, active, buffer, texture[2][6], sampler[2], image[4][6];
-    int targets; // of the textures, as bits
 } mssm__gl_bindings;
 
 // A depth map given to mssm_gl_set_depth, as GL said it is.
@@ -4162,7 +4161,7 @@ struct mssm_gl {
         program[MSSM__PROGRAMS];
     unsigned sampler; // that of given depth maps
     unsigned array;   // without attributes
-    int targets;      // that textures have come with, as bits
+    int targets;      // that textures are bound to, as bits: those of the caller are saved
     int framing;      // between mssm_gl_begin_frame and its end: nothing is saved or put back
     mssm__gl_state saved;
     mssm__gl_bindings bindings; // of the caller
@@ -5426,16 +5425,27 @@ static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
                         "transform feedback must be paused or ended before %s", call);
 }
 
+// One of our units, from 0.
+static void mssm__activate(const mssm_gl *gl, int unit)
+{
+    gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + unit));
+}
+
 // Leaves another unit active.
 static void mssm__save_target(mssm_gl *gl, int kind)
 {
-    mssm__gl_bindings *b = &gl->bindings;
-    if (b->targets >> kind & 1) return;
     for (int i = 0; i < 2; i++) {
-        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
-        b->texture[i][kind] = mssm__get(gl, mssm__targets[kind].binding);
+        mssm__activate(gl, i);
+        gl->bindings.texture[i][kind] = mssm__get(gl, mssm__targets[kind].binding);
     }
-    b->targets |= 1 << kind;
+}
+
+// Before the first texture of that kind is bound. From then on it is saved with the others.
+static void mssm__displace(mssm_gl *gl, int kind)
+{
+    if (gl->targets >> kind & 1) return;
+    gl->targets |= 1 << kind;
+    mssm__save_target(gl, kind);
 }
 
 static void mssm__save_bindings(mssm_gl *gl)
@@ -5449,13 +5459,12 @@ static void mssm__save_bindings(mssm_gl *gl)
     b->array = mssm__get(gl, MSSM__GL_VERTEX_ARRAY_BINDING);
     b->active = mssm__get(gl, MSSM__GL_ACTIVE_TEXTURE);
     b->buffer = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
-    b->targets = 0;
     for (int i = 0; i < 2; i++) {
-        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + i));
+        mssm__activate(gl, i);
         b->sampler[i] = mssm__get(gl, MSSM__GL_SAMPLER_BINDING);
     }
     for (int kind = 0; kind < 6; kind++) {
-        if (!kind || gl->targets >> kind & 1) mssm__save_target(gl, kind);
+        if (gl->targets >> kind & 1) mssm__save_target(gl, kind);
     }
     gl->f.ActiveTexture((mssm__glenum)b->active);
     for (unsigned i = 0; i < 4; i++) {
@@ -5468,14 +5477,14 @@ static void mssm__restore_bindings(const mssm_gl *gl)
     const mssm__gl_bindings *b = &gl->bindings;
     if (gl->framing) return;
     for (int i = 0; i < 2; i++) {
-        const unsigned unit = (unsigned)(gl->desc.first_texture_unit + i);
-        gl->f.ActiveTexture(MSSM__GL_TEXTURE0 + unit);
+        mssm__activate(gl, i);
         for (int k = 0; k < 6; k++) {
-            if (!(b->targets >> k & 1)) continue;
+            if (!(gl->targets >> k & 1)) continue;
             gl->f.BindTexture(mssm__targets[k].target,
                               mssm__living(b->texture[i][k], gl->f.IsTexture));
         }
-        gl->f.BindSampler(unit, mssm__living(b->sampler[i], gl->f.IsSampler));
+        gl->f.BindSampler((unsigned)(gl->desc.first_texture_unit + i),
+                          mssm__living(b->sampler[i], gl->f.IsSampler));
     }
     gl->f.ActiveTexture((mssm__glenum)b->active);
     for (unsigned i = 0; i < 4; i++) {
@@ -5488,13 +5497,14 @@ static void mssm__restore_bindings(const mssm_gl *gl)
     gl->f.UseProgram(mssm__living(b->program, gl->f.IsProgram));
 }
 
-// Without a sampler: a filter for colours would make integer textures incomplete. The unit stays
-// active.
-static void mssm__bind_texture(const mssm_gl *gl, int unit, mssm__glenum target, unsigned texture)
+// Also where the sampler is none: a filter for colours would make integer textures incomplete. The
+// unit stays active.
+static void mssm__bind_texture(const mssm_gl *gl, int unit, mssm__glenum target, unsigned texture,
+                               unsigned sampler)
 {
-    gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + unit));
+    mssm__activate(gl, unit);
     gl->f.BindTexture(target, texture);
-    gl->f.BindSampler((unsigned)unit, 0);
+    gl->f.BindSampler((unsigned)(gl->desc.first_texture_unit + unit), sampler);
 }
 
 // A level of one of the tables, for kernels; none where there is no such table.
@@ -5550,7 +5560,7 @@ static void mssm__resolve(mssm_gl *gl)
 {
     if (!gl->used) return;
     mssm__save_bindings(gl);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit, mssm__targets[0].target, gl->depth);
+    mssm__bind_texture(gl, 0, mssm__targets[0].target, gl->depth, 0);
     for (int average = 0; average < 2; average++) {
         int job[2 + 5 * MSSM__LAYERS] = {gl->samples, gl->desc.side}, count = 0;
         for (int i = 0; i < gl->used; i++) {
@@ -5802,6 +5812,7 @@ mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc)
     if (!gl || !start.desc.load)
         return mssm__report(&start, MSSM_ERROR_ARGUMENT, "desc.load or gl is null");
     start.drawing = -1;
+    start.targets = 1;
     mssm_result r = mssm__check_desc(&start);
     if (!r) r = mssm__load(&start);
     if (r) return r;
@@ -6028,8 +6039,9 @@ static int mssm__depth_ends(const mssm_light *light, const mssm_gl_depth *d, flo
     return own;
 }
 
-// What can be said of a given depth map without GL; its kind, or -1 after a word.
-static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const mssm_gl_depth *d)
+// What can be said of a given depth map without GL, and its kind.
+static mssm_result mssm__check_depth(const mssm_gl *gl, const mssm_light *light,
+                                     const mssm_gl_depth *d, int *kind)
 {
     static const char *const names[6] = {"mssm_gl_depth: stored", "mssm_gl_depth: layer",
                                          "mssm_gl_depth: x",      "mssm_gl_depth: y",
@@ -6037,27 +6049,24 @@ static int mssm__check_depth(const mssm_gl *gl, const mssm_light *light, const m
     const int numbers[6] = {(int)d->stored, d->layer, d->x, d->y, d->width, d->height};
     const unsigned target = d->target ? d->target : (unsigned)MSSM__GL_TEXTURE_2D;
     const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
-    int kind = 5;
-    while (kind >= 0 && mssm__targets[kind].target != target) kind--;
-    if (kind < 0) {
-        mssm__report(gl, MSSM_ERROR_ARGUMENT,
-                     "mssm_gl_depth: target 0x%04X: a 2D, cube map or multisampled texture",
-                     target);
-        return -1;
-    }
+    *kind = 5;
+    while (*kind >= 0 && mssm__targets[*kind].target != target) --*kind;
+    if (*kind < 0)
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT,
+                            "mssm_gl_depth: target 0x%04X: a 2D, cube map or multisampled texture",
+                            target);
     for (int i = 0; i < 6; i++) {
         const int most = i ? INT32_MAX : light->perspective ? 2 : 1;
-        if (!mssm__in_range(gl, names[i], numbers[i], 0, most)) return -1;
+        if (!mssm__in_range(gl, names[i], numbers[i], 0, most)) return MSSM_ERROR_ARGUMENT;
     }
     float low, high;
     mssm__depth_ends(light, d, &low, &high); // NaN fails all of these
     if (low >= (hyperbolic ? FLT_MIN : -FLT_MAX) && high > low && (high <= FLT_MAX || hyperbolic))
-        return kind;
-    mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: z_near %g, z_far %g: %s", (double)low,
-                 (double)high,
-                 hyperbolic ? "0 < z_near < z_far, which may be infinite"
-                            : "z_near < z_far, both finite");
-    return -1;
+        return MSSM_OK;
+    return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: z_near %g, z_far %g: %s",
+                        (double)low, (double)high,
+                        hyperbolic ? "0 < z_near < z_far, which may be infinite"
+                                   : "z_near < z_far, both finite");
 }
 
 // One axis of a given depth map: how many texels a texel of the moment map takes, 0 after a word.
@@ -6078,13 +6087,12 @@ static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int a
 }
 
 // Asks GL about the texture that is bound for it.
-static int mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s)
+static mssm_result mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s, const mssm_gl_depth *d)
 {
     static const char *const names[2][2] = {{"mssm_gl_depth: x", "mssm_gl_depth: width"},
                                             {"mssm_gl_depth: y", "mssm_gl_depth: height"}};
     const mssm__glenum target = mssm__targets[s->kind].target;
     const int cube = target == MSSM__GL_TEXTURE_CUBE_MAP;
-    const int flat = target == MSSM__GL_TEXTURE_2D || target == MSSM__GL_TEXTURE_2D_MULTISAMPLE;
     const int multisampled = s->kind == 0 || s->kind == 5;
     const mssm__glenum image = cube ? (mssm__glenum)MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X : target;
     int level = 0;
@@ -6097,22 +6105,20 @@ static int mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s)
     const int type = mssm__ask_texture(gl, image, level, MSSM__GL_TEXTURE_RED_TYPE);
     if (!depth && type != MSSM__GL_FLOAT && type != MSSM__GL_UNSIGNED_NORMALIZED &&
         type != MSSM__GL_SIGNED_NORMALIZED) {
-        mssm__report(
+        return mssm__report(
             gl, MSSM_ERROR_ARGUMENT,
             "mssm_gl_depth: the texture has no storage, or neither depth nor red as fractions");
-        return 0;
     }
     s->each = multisampled && samples > 0 ? samples : 1;
-    if (!mssm__in_range(gl, "mssm_gl_depth: layer", s->is.layer, 0,
-                        cube   ? 5
-                        : flat ? 0
-                               : layers - (layers > 0)))
-        return 0;
-    s->across = mssm__check_axis(gl, names[0], s->is.x, s->is.width, width);
-    s->up = s->across ? mssm__check_axis(gl, names[1], s->is.y, s->is.height, height) : 0;
-    return s->up &&
-           mssm__in_range(gl, "mssm_gl_depth: texels times samples of a texel of the moment map",
-                          s->across * s->up * s->each, 1, 64);
+    if (!mssm__in_range(gl, "mssm_gl_depth: layer", d->layer, 0, cube ? 5 : layers - (layers > 0)))
+        return MSSM_ERROR_ARGUMENT;
+    s->across = mssm__check_axis(gl, names[0], d->x, d->width, width);
+    s->up = s->across ? mssm__check_axis(gl, names[1], d->y, d->height, height) : 0;
+    return s->up && mssm__in_range(
+                        gl, "mssm_gl_depth: texels times samples of a texel of the moment map",
+                        s->across * s->up * s->each, 1, 64)
+               ? MSSM_OK
+               : MSSM_ERROR_ARGUMENT;
 }
 
 // What a texture's own state must be for its depth to be read: unlike filters and compare mode no
@@ -6133,36 +6139,28 @@ static void mssm__set_texture_state(const mssm_gl *gl, mssm__gl_source *s, int a
 
 // Binds a depth map to a unit, asks GL about it where that has not been done before, and makes it
 // readable.
-static int mssm__bind_depth(mssm_gl *gl, mssm__gl_light *light, int i, const mssm_gl_depth *d,
-                            int kind)
+static mssm_result mssm__bind_depth(mssm_gl *gl, mssm__gl_source *s, int i, const mssm_gl_depth *d,
+                                    int kind)
 {
-    mssm__gl_source *known = &light->source[i], s;
-    const int unit = gl->desc.first_texture_unit + i;
-    const int ask = !gl->framing || !d->texture || memcmp(&known->is, d, sizeof *d) != 0;
-    memset(&s, 0, sizeof s);
-    memcpy(&s.is, d, sizeof *d);
-    s.kind = kind;
-    if (ask && (!d->texture || !gl->f.IsTexture(d->texture))) {
-        mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: there is no such texture");
-        return 0;
+    const int ask = !gl->framing || !d->texture || memcmp(&s->is, d, sizeof *d) != 0;
+    if (ask) {
+        memset(s, 0, sizeof *s);
+        s->kind = kind;
+        if (!d->texture || !gl->f.IsTexture(d->texture))
+            return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: there is no such texture");
+        mssm__drop_errors(gl, "mssm_gl_set_depth");
     }
-    if (ask) mssm__drop_errors(gl, "mssm_gl_set_depth");
-    mssm__bind_texture(gl, unit, mssm__targets[kind].target, d->texture);
-    gl->f.BindSampler((unsigned)unit, gl->sampler);
-    if (!ask) {
-        mssm__set_texture_state(gl, known, 0, 1);
-        return 1;
-    }
-    if (mssm__get(gl, mssm__targets[kind].binding) != (int)d->texture) {
+    mssm__bind_texture(gl, i, mssm__targets[kind].target, d->texture, gl->sampler);
+    if (ask && mssm__get(gl, mssm__targets[kind].binding) != (int)d->texture) {
         mssm__take_error(gl);
-        mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: the texture is no %s",
-                     mssm__targets[kind].name);
-        return 0;
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: the texture is no %s",
+                            mssm__targets[kind].name);
     }
-    if (!mssm__ask_depth(gl, &s)) return 0;
-    mssm__set_texture_state(gl, &s, 1, 1);
-    *known = s;
-    return 1;
+    const mssm_result r = ask ? mssm__ask_depth(gl, s, d) : MSSM_OK;
+    if (r) return r;
+    memcpy(&s->is, d, sizeof *d);
+    mssm__set_texture_state(gl, s, ask, 1);
+    return MSSM_OK;
 }
 
 // Programs of a kind of depth map and the sampler, made when first needed.
@@ -6209,17 +6207,18 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
     mssm__take_depth(gl, program, 1);
 }
 
-// Whether both are read in the same way. Says so if not.
-static int mssm__check_alike(const mssm_gl *gl, const mssm__gl_source *a, const mssm__gl_source *b)
+// Both must be read in the same way.
+static mssm_result mssm__check_alike(const mssm_gl *gl, const mssm__gl_source *a,
+                                     const mssm__gl_source *b)
 {
     if (a->kind == b->kind && a->across == b->across && a->up == b->up && a->each == b->each &&
         a->is.stored == b->is.stored && !a->is.reversed == !b->is.reversed &&
         a->is.z_near == b->is.z_near && a->is.z_far == b->is.z_far) {
-        return 1;
+        return MSSM_OK;
     }
-    mssm__report(gl, MSSM_ERROR_ARGUMENT,
-                 "mssm_gl_set_depth: back must be like front but for texture, layer, x and y");
-    return 0;
+    return mssm__report(
+        gl, MSSM_ERROR_ARGUMENT,
+        "mssm_gl_set_depth: back must be like front but for texture, layer, x and y");
 }
 
 mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
@@ -6235,31 +6234,30 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
         return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_set_depth before mssm_gl_end_depth");
     mssm_result r = mssm__check_feedback(gl, "mssm_gl_set_depth");
     if (r) return r;
-    const int kind = mssm__check_depth(gl, &light->light, front);
-    const int other = back && kind >= 0 ? mssm__check_depth(gl, &light->light, back) : kind;
-    if (kind < 0 || other < 0) return MSSM_ERROR_ARGUMENT;
+    const mssm_gl_depth *const maps[2] = {front, back};
+    const int count = back ? 2 : 1;
+    int kinds[2], bound = 0;
+    for (int i = 0; i < count && !r; i++)
+        r = mssm__check_depth(gl, &light->light, maps[i], &kinds[i]);
+    if (r) return r;
     if (back && gl->filtered)
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "filtered maps have no back faces");
-    r = mssm__prepare_depth(gl, kind, back != NULL);
+    r = mssm__prepare_depth(gl, kinds[0], back != NULL);
     if (r) return r;
     mssm__filtered_build(gl, index);
-    gl->targets |= 1 << kind | 1 << other;
     mssm__save_bindings(gl);
-    mssm__save_target(gl, kind);
-    mssm__save_target(gl, other);
-    int bound = 0, good = 1;
-    for (; bound < (back ? 2 : 1) && good; bound += good)
-        good = mssm__bind_depth(gl, light, bound, bound ? back : front, bound ? other : kind);
-    if (good && back) good = mssm__check_alike(gl, &light->source[0], &light->source[1]);
-    if (good) mssm__take_given(gl, index, light->source, back != NULL);
+    for (int i = 0; i < count; i++) mssm__displace(gl, kinds[i]);
+    for (; bound < count && !r; bound += !r)
+        r = mssm__bind_depth(gl, &light->source[bound], bound, maps[bound], kinds[bound]);
+    if (!r && back) r = mssm__check_alike(gl, &light->source[0], &light->source[1]);
+    if (!r) mssm__take_given(gl, index, light->source, back != NULL);
     while (bound-- > 0) {
-        gl->f.ActiveTexture(
-            (mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + bound));
+        mssm__activate(gl, bound);
         mssm__set_texture_state(gl, &light->source[bound], 0, 0);
     }
     mssm__restore_bindings(gl);
-    if (good) mssm__forget(gl, index);
-    return good ? MSSM_OK : MSSM_ERROR_ARGUMENT;
+    if (!r) mssm__forget(gl, index);
+    return r;
 }
 
 // All that were drawn start with level 0; a light that has only grown wants coarser levels.
@@ -6323,7 +6321,7 @@ static void mssm__log_displaced(const mssm_gl *gl)
     const int unit = gl->desc.first_texture_unit, binding = gl->desc.first_buffer_binding;
     int buffer = 0;
     for (int i = 0; i < 3; i++) {
-        gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + unit + i));
+        mssm__activate(gl, i);
         const int flat = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D);
         const int array = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_ARRAY);
         if (!gl->table[i] || (!flat && !array)) continue;
@@ -6347,9 +6345,7 @@ mssm_result mssm_gl_bind(mssm_gl *gl)
     if (!gl->bound) mssm__log_displaced(gl);
     gl->bound = 1;
     for (int i = 0; i < 3; i++) {
-        if (!gl->table[i]) continue;
-        mssm__bind_texture(gl, gl->desc.first_texture_unit + i, MSSM__GL_TEXTURE_2D_ARRAY,
-                           gl->table[i]);
+        if (gl->table[i]) mssm__bind_texture(gl, i, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[i], 0);
     }
     gl->f.ActiveTexture((mssm__glenum)active);
     gl->f.BindBufferBase(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)gl->desc.first_buffer_binding,
@@ -6377,8 +6373,8 @@ static void mssm__draw_show(mssm_gl *gl, const int show[3])
     const mssm__gl_functions *f = &gl->f;
     const int blend = f->IsEnabledi(MSSM__GL_BLEND, 0);
     mssm__gl_state s = gl->saved;
-    gl->targets |= 1 << 2; // 2D arrays
     mssm__save_bindings(gl);
+    mssm__displace(gl, 2); // 2D arrays
     memset(s.enabled, 0, sizeof s.enabled);
     memset(s.mask, 1, sizeof s.mask);
     s.enabled[2] = 1;
@@ -6386,9 +6382,8 @@ static void mssm__draw_show(mssm_gl *gl, const int show[3])
     s.polygon_mode[0] = s.polygon_mode[1] = MSSM__GL_FILL;
     mssm__set_state(gl, &s);
     f->Disablei(MSSM__GL_BLEND, 0);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[0]);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit + 1, MSSM__GL_TEXTURE_2D_ARRAY,
-                       gl->table[2]);
+    mssm__bind_texture(gl, 0, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[0], 0);
+    mssm__bind_texture(gl, 1, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[2], 0);
     f->ProgramUniform1iv(gl->program[MSSM__SHOW], 0, 3, show);
     f->UseProgram(gl->program[MSSM__SHOW]);
     f->BindVertexArray(gl->array);
@@ -6461,7 +6456,7 @@ static void mssm__copy_depth(mssm_gl *gl)
 {
     const mssm__gl_functions *f = &gl->f;
     mssm__save_bindings(gl);
-    mssm__bind_texture(gl, gl->desc.first_texture_unit, mssm__targets[0].target, gl->depth);
+    mssm__bind_texture(gl, 0, mssm__targets[0].target, gl->depth, 0);
     f->ProgramUniform1i(gl->program[MSSM__COPY], 0, gl->samples);
     f->UseProgram(gl->program[MSSM__COPY]);
     f->BindVertexArray(gl->array);
