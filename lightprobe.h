@@ -3934,7 +3934,44 @@ lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
 
 #ifndef LIGHTPROBE_NO_GL
 
+// What lightprobe.h alone calls.
+#define LIGHTPROBE__GL_OWN(X)                                                                \
+    X(void, GetInteger64i_v, (lightprobe__glenum, unsigned, int64_t *))                      \
+    X(lightprobe__glboolean, IsBuffer, (unsigned))                                           \
+    X(void, CopyBufferSubData,                                                               \
+      (lightprobe__glenum, lightprobe__glenum, ptrdiff_t, ptrdiff_t, ptrdiff_t))             \
+    X(void *, MapBufferRange, (lightprobe__glenum, ptrdiff_t, ptrdiff_t, unsigned))          \
+    X(void, BindBufferRange, (lightprobe__glenum, unsigned, unsigned, ptrdiff_t, ptrdiff_t)) \
+    X(void *, FenceSync, (lightprobe__glenum, unsigned))                                     \
+    X(lightprobe__glenum, ClientWaitSync, (void *, unsigned, uint64_t))                      \
+    X(void, DeleteSync, (void *))                                                            \
+    X(void, Flush, (void))                                                                   \
+    X(void, ObjectPtrLabel, (const void *, int, const char *))
+
+enum {
+    LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE,
+    LIGHTPROBE__GL_TEXTURE_MAX_LEVEL = 0x813D,
+    LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS = 0x82DF,
+    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START = 0x90D4,
+    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE = 0x90D5,
+    LIGHTPROBE__GL_COPY_WRITE_BUFFER = 0x8F37,
+    LIGHTPROBE__GL_DYNAMIC_STORAGE = 0x0100,
+    LIGHTPROBE__GL_CLIENT_STORAGE = 0x0200,
+    LIGHTPROBE__GL_MAP_READ = 0x0001 | 0x0040 | 0x0080, // persistent, coherent
+    LIGHTPROBE__GL_STORAGE_BARRIER = 0x2000,
+    LIGHTPROBE__GL_UPDATE_BARRIER = 0x0200,
+    LIGHTPROBE__GL_SYNC_COMPLETE = 0x9117,
+    LIGHTPROBE__GL_SYNC_FLUSH = 0x0001,
+    LIGHTPROBE__GL_ALREADY_SIGNALED = 0x911A,
+    LIGHTPROBE__GL_TIMEOUT_EXPIRED = 0x911B,
+    LIGHTPROBE__GL_CONDITION_SATISFIED = 0x911C
+};
+
+// clang-format off
+// [plumbing begin], which `make glsl` copies from mssm.h: edit it there
+
 #include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #ifndef LIGHTPROBE_MALLOC
@@ -3952,113 +3989,85 @@ lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
 typedef unsigned int lightprobe__glenum;
 typedef unsigned char lightprobe__glboolean;
 
-// X(result, name without "gl", parameters). Not those of buffers and cube maps by name, which
-// Intel's driver for Windows takes without a word and does not carry out.
-#define LIGHTPROBE__GL_FUNCTIONS(X)                                                          \
-    X(void, GetIntegerv, (lightprobe__glenum, int *))                                        \
-    X(const unsigned char *, GetString, (lightprobe__glenum))                                \
-    X(lightprobe__glenum, GetError, (void))                                                  \
-    X(void, GetIntegeri_v, (lightprobe__glenum, unsigned, int *))                            \
-    X(void, GetInteger64i_v, (lightprobe__glenum, unsigned, int64_t *))                      \
-    X(lightprobe__glboolean, IsTexture, (unsigned))                                          \
-    X(lightprobe__glboolean, IsSampler, (unsigned))                                          \
-    X(lightprobe__glboolean, IsBuffer, (unsigned))                                           \
-    X(lightprobe__glboolean, IsProgram, (unsigned))                                          \
-    X(void, GetTexParameteriv, (lightprobe__glenum, lightprobe__glenum, int *))              \
-    X(void, GetTexLevelParameteriv, (lightprobe__glenum, int, lightprobe__glenum, int *))    \
-    X(void, ActiveTexture, (lightprobe__glenum))                                             \
-    X(void, BindTexture, (lightprobe__glenum, unsigned))                                     \
-    X(void, CreateSamplers, (int, unsigned *))                                               \
-    X(void, DeleteSamplers, (int, const unsigned *))                                         \
-    X(void, SamplerParameteri, (unsigned, lightprobe__glenum, int))                          \
-    X(void, BindSampler, (unsigned, unsigned))                                               \
-    X(void, CreateBuffers, (int, unsigned *))                                                \
-    X(void, DeleteBuffers, (int, const unsigned *))                                          \
-    X(void, BufferStorage, (lightprobe__glenum, ptrdiff_t, const void *, unsigned))          \
-    X(void, BufferSubData, (lightprobe__glenum, ptrdiff_t, ptrdiff_t, const void *))         \
-    X(void, CopyBufferSubData,                                                               \
-      (lightprobe__glenum, lightprobe__glenum, ptrdiff_t, ptrdiff_t, ptrdiff_t))             \
-    X(void *, MapBufferRange, (lightprobe__glenum, ptrdiff_t, ptrdiff_t, unsigned))          \
-    X(void, BindBuffer, (lightprobe__glenum, unsigned))                                      \
-    X(void, BindBufferBase, (lightprobe__glenum, unsigned, unsigned))                        \
-    X(void, BindBufferRange, (lightprobe__glenum, unsigned, unsigned, ptrdiff_t, ptrdiff_t)) \
-    X(unsigned, CreateShader, (lightprobe__glenum))                                          \
-    X(void, DeleteShader, (unsigned))                                                        \
-    X(void, ShaderSource, (unsigned, int, const char *const *, const int *))                 \
-    X(void, CompileShader, (unsigned))                                                       \
-    X(void, GetShaderiv, (unsigned, lightprobe__glenum, int *))                              \
-    X(void, GetShaderInfoLog, (unsigned, int, int *, char *))                                \
-    X(unsigned, CreateProgram, (void))                                                       \
-    X(void, DeleteProgram, (unsigned))                                                       \
-    X(void, AttachShader, (unsigned, unsigned))                                              \
-    X(void, LinkProgram, (unsigned))                                                         \
-    X(void, GetProgramiv, (unsigned, lightprobe__glenum, int *))                             \
-    X(void, GetProgramInfoLog, (unsigned, int, int *, char *))                               \
-    X(void, UseProgram, (unsigned))                                                          \
-    X(void, ProgramUniform1i, (unsigned, int, int))                                          \
-    X(void, DispatchCompute, (unsigned, unsigned, unsigned))                                 \
-    X(void, MemoryBarrier, (unsigned))                                                       \
-    X(void *, FenceSync, (lightprobe__glenum, unsigned))                                     \
-    X(lightprobe__glenum, ClientWaitSync, (void *, unsigned, uint64_t))                      \
-    X(void, DeleteSync, (void *))                                                            \
-    X(void, Flush, (void))                                                                   \
-    X(void, ObjectLabel, (lightprobe__glenum, unsigned, int, const char *))                  \
-    X(void, ObjectPtrLabel, (const void *, int, const char *))
-
-enum {
-    LIGHTPROBE__GL_OUT_OF_MEMORY = 0x0505,
-    LIGHTPROBE__GL_VERSION = 0x1F02,
-    LIGHTPROBE__GL_MAJOR_VERSION = 0x821B,
-    LIGHTPROBE__GL_MINOR_VERSION = 0x821C,
-    LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS = 0x8B4D,
-    LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS = 0x90DD,
-    LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE,
-    LIGHTPROBE__GL_CURRENT_PROGRAM = 0x8B8D,
-    LIGHTPROBE__GL_TEXTURE0 = 0x84C0,
-    LIGHTPROBE__GL_ACTIVE_TEXTURE = 0x84E0,
-    LIGHTPROBE__GL_TEXTURE_CUBE_MAP = 0x8513,
-    LIGHTPROBE__GL_TEXTURE_BINDING_CUBE_MAP = 0x8514,
-    LIGHTPROBE__GL_TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515,
-    LIGHTPROBE__GL_TEXTURE_BASE_LEVEL = 0x813C,
-    LIGHTPROBE__GL_TEXTURE_MAX_LEVEL = 0x813D,
-    LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS = 0x82DF,
-    LIGHTPROBE__GL_TEXTURE_WIDTH = 0x1000,
-    LIGHTPROBE__GL_TEXTURE_MIN_FILTER = 0x2801,
-    LIGHTPROBE__GL_TEXTURE_MAG_FILTER = 0x2800,
-    LIGHTPROBE__GL_NEAREST = 0x2600,
-    LIGHTPROBE__GL_NEAREST_MIPMAP_NEAREST = 0x2700,
-    LIGHTPROBE__GL_SAMPLER_BINDING = 0x8919,
-    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER = 0x90D2,
-    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING = 0x90D3,
-    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START = 0x90D4,
-    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE = 0x90D5,
-    LIGHTPROBE__GL_COPY_WRITE_BUFFER = 0x8F37,
-    LIGHTPROBE__GL_DYNAMIC_STORAGE = 0x0100,
-    LIGHTPROBE__GL_CLIENT_STORAGE = 0x0200,
-    LIGHTPROBE__GL_MAP_READ = 0x0001 | 0x0040 | 0x0080, // persistent, coherent
-    LIGHTPROBE__GL_COMPUTE_SHADER = 0x91B9,
-    LIGHTPROBE__GL_COMPILE_STATUS = 0x8B81,
-    LIGHTPROBE__GL_LINK_STATUS = 0x8B82,
-    LIGHTPROBE__GL_INFO_LOG_LENGTH = 0x8B84,
-    LIGHTPROBE__GL_STORAGE_BARRIER = 0x2000,
-    LIGHTPROBE__GL_UPDATE_BARRIER = 0x0200,
-    LIGHTPROBE__GL_SYNC_COMPLETE = 0x9117,
-    LIGHTPROBE__GL_SYNC_FLUSH = 0x0001,
-    LIGHTPROBE__GL_ALREADY_SIGNALED = 0x911A,
-    LIGHTPROBE__GL_TIMEOUT_EXPIRED = 0x911B,
-    LIGHTPROBE__GL_CONDITION_SATISFIED = 0x911C,
-    LIGHTPROBE__GL_TRANSFORM_FEEDBACK_PAUSED = 0x8E23,
-    LIGHTPROBE__GL_TRANSFORM_FEEDBACK_ACTIVE = 0x8E24,
-    LIGHTPROBE__GL_BUFFER = 0x82E0,
-    LIGHTPROBE__GL_PROGRAM = 0x82E2,
-    LIGHTPROBE__GL_SAMPLER = 0x82E6
-};
+// X(result, name without "gl", parameters): what both headers call, and what this one alone does.
+// Not those by name that Intel's driver for Windows takes without a word and does not carry out:
+// clears, buffers, cube maps, glBindTextureUnit, queries.
+#define LIGHTPROBE__GL_FUNCTIONS(X)                                                  \
+    X(void, GetIntegerv, (lightprobe__glenum, int *))                                \
+    X(const unsigned char *, GetString, (lightprobe__glenum))                        \
+    X(lightprobe__glenum, GetError, (void))                                          \
+    X(void, GetIntegeri_v, (lightprobe__glenum, unsigned, int *))                    \
+    X(lightprobe__glboolean, IsTexture, (unsigned))                                  \
+    X(lightprobe__glboolean, IsSampler, (unsigned))                                  \
+    X(lightprobe__glboolean, IsProgram, (unsigned))                                  \
+    X(void, GetTexLevelParameteriv, (lightprobe__glenum, int, lightprobe__glenum, int *))  \
+    X(void, ActiveTexture, (lightprobe__glenum))                                     \
+    X(void, BindTexture, (lightprobe__glenum, unsigned))                             \
+    X(void, BindSampler, (unsigned, unsigned))                                 \
+    X(void, CreateSamplers, (int, unsigned *))                                 \
+    X(void, DeleteSamplers, (int, const unsigned *))                           \
+    X(void, SamplerParameteri, (unsigned, lightprobe__glenum, int))                  \
+    X(void, GetTexParameteriv, (lightprobe__glenum, lightprobe__glenum, int *))            \
+    X(void, CreateBuffers, (int, unsigned *))                                  \
+    X(void, DeleteBuffers, (int, const unsigned *))                            \
+    X(void, BufferStorage, (lightprobe__glenum, ptrdiff_t, const void *, unsigned))  \
+    X(void, BufferSubData, (lightprobe__glenum, ptrdiff_t, ptrdiff_t, const void *)) \
+    X(void, BindBuffer, (lightprobe__glenum, unsigned))                              \
+    X(void, BindBufferBase, (lightprobe__glenum, unsigned, unsigned))                \
+    X(unsigned, CreateShader, (lightprobe__glenum))                                  \
+    X(void, DeleteShader, (unsigned))                                          \
+    X(void, ShaderSource, (unsigned, int, const char *const *, const int *))   \
+    X(void, CompileShader, (unsigned))                                         \
+    X(void, GetShaderiv, (unsigned, lightprobe__glenum, int *))                      \
+    X(void, GetShaderInfoLog, (unsigned, int, int *, char *))                  \
+    X(unsigned, CreateProgram, (void))                                         \
+    X(void, DeleteProgram, (unsigned))                                         \
+    X(void, AttachShader, (unsigned, unsigned))                                \
+    X(void, LinkProgram, (unsigned))                                           \
+    X(void, GetProgramiv, (unsigned, lightprobe__glenum, int *))                     \
+    X(void, GetProgramInfoLog, (unsigned, int, int *, char *))                 \
+    X(void, UseProgram, (unsigned))                                            \
+    X(void, ProgramUniform1i, (unsigned, int, int))                            \
+    X(void, DispatchCompute, (unsigned, unsigned, unsigned))                   \
+    X(void, MemoryBarrier, (unsigned))                                         \
+    X(void, ObjectLabel, (lightprobe__glenum, unsigned, int, const char *))          \
+    LIGHTPROBE__GL_OWN(X)
 
 typedef struct lightprobe__gl_functions {
 #define LIGHTPROBE__GL_MEMBER(result, name, parameters) result(LIGHTPROBE__GLAPI *name) parameters;
     LIGHTPROBE__GL_FUNCTIONS(LIGHTPROBE__GL_MEMBER)
 #undef LIGHTPROBE__GL_MEMBER
 } lightprobe__gl_functions;
+
+// Of both headers.
+// clang-format off
+enum {
+    // limits and questions
+    LIGHTPROBE__GL_OUT_OF_MEMORY = 0x0505, LIGHTPROBE__GL_VERSION = 0x1F02, LIGHTPROBE__GL_MAJOR_VERSION = 0x821B,
+    LIGHTPROBE__GL_MINOR_VERSION = 0x821C, LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS = 0x8B4D,
+    LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS = 0x90DD,
+    LIGHTPROBE__GL_TRANSFORM_FEEDBACK_ACTIVE = 0x8E24, LIGHTPROBE__GL_TRANSFORM_FEEDBACK_PAUSED = 0x8E23,
+    // what is bound
+    LIGHTPROBE__GL_CURRENT_PROGRAM = 0x8B8D, LIGHTPROBE__GL_ACTIVE_TEXTURE = 0x84E0,
+    LIGHTPROBE__GL_SAMPLER_BINDING = 0x8919, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING = 0x90D3,
+    // textures and what is bound of them
+    LIGHTPROBE__GL_TEXTURE0 = 0x84C0, LIGHTPROBE__GL_TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515,
+    LIGHTPROBE__GL_TEXTURE_CUBE_MAP = 0x8513, LIGHTPROBE__GL_TEXTURE_BINDING_CUBE_MAP = 0x8514,
+    // their properties
+    LIGHTPROBE__GL_TEXTURE_BASE_LEVEL = 0x813C, LIGHTPROBE__GL_TEXTURE_WIDTH = 0x1000,
+    LIGHTPROBE__GL_TEXTURE_MIN_FILTER = 0x2801, LIGHTPROBE__GL_TEXTURE_MAG_FILTER = 0x2800,
+    LIGHTPROBE__GL_NEAREST = 0x2600, LIGHTPROBE__GL_NEAREST_MIPMAP_NEAREST = 0x2700,
+    // access
+    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER = 0x90D2,
+    // shaders
+    LIGHTPROBE__GL_COMPUTE_SHADER = 0x91B9, LIGHTPROBE__GL_COMPILE_STATUS = 0x8B81,
+    LIGHTPROBE__GL_LINK_STATUS = 0x8B82, LIGHTPROBE__GL_INFO_LOG_LENGTH = 0x8B84,
+    // kinds of objects, for labels
+    LIGHTPROBE__GL_BUFFER = 0x82E0, LIGHTPROBE__GL_SAMPLER = 0x82E6, LIGHTPROBE__GL_PROGRAM = 0x82E2
+};
+// clang-format on
+
+// [plumbing end]
 
 enum {
     LIGHTPROBE__TILES,

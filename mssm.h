@@ -3879,45 +3879,17 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
 
 #ifndef MSSM_NO_GL
 
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-
-#ifndef MSSM_MALLOC
-#define MSSM_MALLOC(bytes) malloc(bytes)
-#define MSSM_FREE(memory) free(memory)
-#endif
-
-#if defined _WIN32 && !defined _WIN64
-#define MSSM__GLAPI __stdcall
-#else
-#define MSSM__GLAPI
-#endif
-
-// Types and constants under names of our own, so that any GL header may be included too.
-typedef unsigned int mssm__glenum;
-typedef unsigned char mssm__glboolean;
-
-// X(result, name without "gl", parameters)
-// Not those by name that Intel's driver for Windows takes without a word and does not carry out:
-// clears, buffers, glBindTextureUnit, queries.
-#define MSSM__GL_FUNCTIONS(X)                                                           \
-    X(void, GetIntegerv, (mssm__glenum, int *))                                         \
-    X(const unsigned char *, GetString, (mssm__glenum))                                 \
-    X(mssm__glenum, GetError, (void))                                                   \
-    X(void, GetIntegeri_v, (mssm__glenum, unsigned, int *))                             \
+// What mssm.h alone calls.
+#define MSSM__GL_OWN(X)                                                                 \
     X(void, GetFloati_v, (mssm__glenum, unsigned, float *))                             \
     X(void, GetDoublei_v, (mssm__glenum, unsigned, double *))                           \
     X(void, GetBooleani_v, (mssm__glenum, unsigned, mssm__glboolean *))                 \
     X(const unsigned char *, GetStringi, (mssm__glenum, unsigned))                      \
-    X(mssm__glboolean, IsTexture, (unsigned))                                           \
     X(void, CreateVertexArrays, (int, unsigned *))                                      \
     X(void, DeleteVertexArrays, (int, const unsigned *))                                \
     X(void, BindVertexArray, (unsigned))                                                \
     X(mssm__glboolean, IsVertexArray, (unsigned))                                       \
-    X(mssm__glboolean, IsSampler, (unsigned))                                           \
     X(mssm__glboolean, IsFramebuffer, (unsigned))                                       \
-    X(mssm__glboolean, IsProgram, (unsigned))                                           \
     X(mssm__glboolean, IsEnabled, (mssm__glenum))                                       \
     X(mssm__glboolean, IsEnabledi, (mssm__glenum, unsigned))                            \
     X(void, Enable, (mssm__glenum))                                                     \
@@ -3948,58 +3920,21 @@ typedef unsigned char mssm__glboolean;
     X(void, TextureStorage3DMultisample,                                                \
       (unsigned, int, mssm__glenum, int, int, int, mssm__glboolean))                    \
     X(void, TextureParameteri, (unsigned, mssm__glenum, int))                           \
-    X(void, GetTexLevelParameteriv, (mssm__glenum, int, mssm__glenum, int *))           \
-    X(void, ActiveTexture, (mssm__glenum))                                              \
-    X(void, BindTexture, (mssm__glenum, unsigned))                                      \
-    X(void, BindSampler, (unsigned, unsigned))                                          \
-    X(void, CreateSamplers, (int, unsigned *))                                          \
-    X(void, DeleteSamplers, (int, const unsigned *))                                    \
-    X(void, SamplerParameteri, (unsigned, mssm__glenum, int))                           \
-    X(void, GetTexParameteriv, (mssm__glenum, mssm__glenum, int *))                     \
     X(void, TexParameteri, (mssm__glenum, mssm__glenum, int))                           \
     X(void, BindImageTexture,                                                           \
       (unsigned, unsigned, int, mssm__glboolean, int, mssm__glenum, mssm__glenum))      \
-    X(void, CreateBuffers, (int, unsigned *))                                           \
-    X(void, DeleteBuffers, (int, const unsigned *))                                     \
-    X(void, BufferStorage, (mssm__glenum, ptrdiff_t, const void *, unsigned))           \
-    X(void, BufferSubData, (mssm__glenum, ptrdiff_t, ptrdiff_t, const void *))          \
-    X(void, BindBuffer, (mssm__glenum, unsigned))                                       \
-    X(void, BindBufferBase, (mssm__glenum, unsigned, unsigned))                         \
-    X(unsigned, CreateShader, (mssm__glenum))                                           \
-    X(void, DeleteShader, (unsigned))                                                   \
-    X(void, ShaderSource, (unsigned, int, const char *const *, const int *))            \
-    X(void, CompileShader, (unsigned))                                                  \
-    X(void, GetShaderiv, (unsigned, mssm__glenum, int *))                               \
-    X(void, GetShaderInfoLog, (unsigned, int, int *, char *))                           \
-    X(unsigned, CreateProgram, (void))                                                  \
-    X(void, DeleteProgram, (unsigned))                                                  \
-    X(void, AttachShader, (unsigned, unsigned))                                         \
-    X(void, LinkProgram, (unsigned))                                                    \
-    X(void, GetProgramiv, (unsigned, mssm__glenum, int *))                              \
-    X(void, GetProgramInfoLog, (unsigned, int, int *, char *))                          \
-    X(void, UseProgram, (unsigned))                                                     \
-    X(void, ProgramUniform1i, (unsigned, int, int))                                     \
     X(void, ProgramUniform1iv, (unsigned, int, int, const int *))                       \
     X(void, ProgramUniform4f, (unsigned, int, float, float, float, float))              \
-    X(void, DispatchCompute, (unsigned, unsigned, unsigned))                            \
-    X(void, DrawArrays, (mssm__glenum, int, int))                                       \
-    X(void, MemoryBarrier, (unsigned))                                                  \
-    X(void, ObjectLabel, (mssm__glenum, unsigned, int, const char *))
+    X(void, DrawArrays, (mssm__glenum, int, int))
 
 // clang-format off
 enum {
     // limits and questions
-    MSSM__GL_OUT_OF_MEMORY = 0x0505, MSSM__GL_VERSION = 0x1F02, MSSM__GL_MAJOR_VERSION = 0x821B,
-    MSSM__GL_MINOR_VERSION = 0x821C, MSSM__GL_CONTEXT_PROFILE_MASK = 0x9126,
-    MSSM__GL_EXTENSIONS = 0x1F03, MSSM__GL_NUM_EXTENSIONS = 0x821D,
-    MSSM__GL_MAX_TEXTURE_SIZE = 0x0D33, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS = 0x88FF,
-    MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES = 0x910F, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS = 0x8B4D,
-    MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS = 0x90DD,
-    MSSM__GL_TRANSFORM_FEEDBACK_ACTIVE = 0x8E24, MSSM__GL_TRANSFORM_FEEDBACK_PAUSED = 0x8E23,
+    MSSM__GL_CONTEXT_PROFILE_MASK = 0x9126, MSSM__GL_EXTENSIONS = 0x1F03,
+    MSSM__GL_NUM_EXTENSIONS = 0x821D, MSSM__GL_MAX_TEXTURE_SIZE = 0x0D33,
+    MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS = 0x88FF, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES = 0x910F,
     // what is bound
-    MSSM__GL_CURRENT_PROGRAM = 0x8B8D, MSSM__GL_VERTEX_ARRAY_BINDING = 0x85B5,
-    MSSM__GL_DRAW_FRAMEBUFFER_BINDING = 0x8CA6, MSSM__GL_ACTIVE_TEXTURE = 0x84E0,
-    MSSM__GL_SAMPLER_BINDING = 0x8919, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING = 0x90D3,
+    MSSM__GL_VERTEX_ARRAY_BINDING = 0x85B5, MSSM__GL_DRAW_FRAMEBUFFER_BINDING = 0x8CA6,
     MSSM__GL_IMAGE_BINDING_NAME = 0x8F3A, MSSM__GL_IMAGE_BINDING_LEVEL = 0x8F3B,
     MSSM__GL_IMAGE_BINDING_LAYERED = 0x8F3C, MSSM__GL_IMAGE_BINDING_LAYER = 0x8F3D,
     MSSM__GL_IMAGE_BINDING_ACCESS = 0x8F3E, MSSM__GL_IMAGE_BINDING_FORMAT = 0x906E,
@@ -4024,51 +3959,138 @@ enum {
     MSSM__GL_DEPTH_ATTACHMENT = 0x8D00, MSSM__GL_COLOR_ATTACHMENT0 = 0x8CE0,
     MSSM__GL_DEPTH = 0x1801, MSSM__GL_TRIANGLES = 0x0004,
     // textures and what is bound of them
-    MSSM__GL_TEXTURE0 = 0x84C0, MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515,
     MSSM__GL_TEXTURE_2D = 0x0DE1, MSSM__GL_TEXTURE_BINDING_2D = 0x8069,
     MSSM__GL_TEXTURE_2D_ARRAY = 0x8C1A, MSSM__GL_TEXTURE_BINDING_2D_ARRAY = 0x8C1D,
-    MSSM__GL_TEXTURE_CUBE_MAP = 0x8513, MSSM__GL_TEXTURE_BINDING_CUBE_MAP = 0x8514,
     MSSM__GL_TEXTURE_CUBE_MAP_ARRAY = 0x9009, MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY = 0x900A,
     MSSM__GL_TEXTURE_2D_MULTISAMPLE = 0x9100, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE = 0x9104,
     MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY = 0x9102,
     MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY = 0x9105,
     // their properties
-    MSSM__GL_TEXTURE_BASE_LEVEL = 0x813C, MSSM__GL_TEXTURE_SAMPLES = 0x9106,
-    MSSM__GL_TEXTURE_WIDTH = 0x1000, MSSM__GL_TEXTURE_HEIGHT = 0x1001,
+    MSSM__GL_TEXTURE_SAMPLES = 0x9106, MSSM__GL_TEXTURE_HEIGHT = 0x1001,
     MSSM__GL_TEXTURE_DEPTH = 0x8071, MSSM__GL_TEXTURE_DEPTH_SIZE = 0x884A,
     MSSM__GL_TEXTURE_RED_TYPE = 0x8C10, MSSM__GL_FLOAT = 0x1406,
     MSSM__GL_UNSIGNED_NORMALIZED = 0x8C17, MSSM__GL_SIGNED_NORMALIZED = 0x8F9C,
     MSSM__GL_DEPTH_STENCIL_TEXTURE_MODE = 0x90EA, MSSM__GL_DEPTH_COMPONENT = 0x1902,
     MSSM__GL_DEPTH_TEXTURE_MODE = 0x884B, MSSM__GL_TEXTURE_SWIZZLE_R = 0x8E42,
-    MSSM__GL_RED = 0x1903, MSSM__GL_TEXTURE_MIN_FILTER = 0x2801,
-    MSSM__GL_TEXTURE_MAG_FILTER = 0x2800, MSSM__GL_NEAREST = 0x2600,
-    MSSM__GL_NEAREST_MIPMAP_NEAREST = 0x2700, MSSM__GL_LINEAR = 0x2601,
-    MSSM__GL_LINEAR_MIPMAP_LINEAR = 0x2703, MSSM__GL_TEXTURE_WRAP_S = 0x2802,
-    MSSM__GL_TEXTURE_WRAP_T = 0x2803, MSSM__GL_CLAMP_TO_EDGE = 0x812F,
+    MSSM__GL_RED = 0x1903, MSSM__GL_LINEAR = 0x2601, MSSM__GL_LINEAR_MIPMAP_LINEAR = 0x2703,
+    MSSM__GL_TEXTURE_WRAP_S = 0x2802, MSSM__GL_TEXTURE_WRAP_T = 0x2803,
+    MSSM__GL_CLAMP_TO_EDGE = 0x812F,
     // formats
     MSSM__GL_RGBA32I = 0x8D82, MSSM__GL_RG32I = 0x823B, MSSM__GL_RG32F = 0x8230,
     MSSM__GL_RGBA32F = 0x8814, MSSM__GL_RGBA16 = 0x805B, MSSM__GL_RG16 = 0x822C,
     MSSM__GL_DEPTH_COMPONENT32F = 0x8CAC,
     // access
     MSSM__GL_READ_ONLY = 0x88B8, MSSM__GL_READ_WRITE = 0x88BA,
-    MSSM__GL_SHADER_STORAGE_BUFFER = 0x90D2, MSSM__GL_DYNAMIC_STORAGE_BIT = 0x0100,
+    MSSM__GL_DYNAMIC_STORAGE_BIT = 0x0100,
     // shaders
-    MSSM__GL_COMPUTE_SHADER = 0x91B9, MSSM__GL_VERTEX_SHADER = 0x8B31,
-    MSSM__GL_FRAGMENT_SHADER = 0x8B30, MSSM__GL_COMPILE_STATUS = 0x8B81,
-    MSSM__GL_LINK_STATUS = 0x8B82, MSSM__GL_INFO_LOG_LENGTH = 0x8B84,
+    MSSM__GL_VERTEX_SHADER = 0x8B31, MSSM__GL_FRAGMENT_SHADER = 0x8B30,
     // kinds of objects, for labels
-    MSSM__GL_VERTEX_ARRAY = 0x8074, MSSM__GL_BUFFER = 0x82E0, MSSM__GL_SAMPLER = 0x82E6,
-    MSSM__GL_PROGRAM = 0x82E2, MSSM__GL_TEXTURE = 0x1702, MSSM__GL_FRAMEBUFFER = 0x8D40,
+    MSSM__GL_VERTEX_ARRAY = 0x8074, MSSM__GL_TEXTURE = 0x1702, MSSM__GL_FRAMEBUFFER = 0x8D40,
     // image access and texture fetch; with framebuffers
     MSSM__GL_BARRIERS = 0x20 | 0x8, MSSM__GL_ALL_BARRIERS = MSSM__GL_BARRIERS | 0x400
 };
 // clang-format on
+
+// [plumbing begin], which `make glsl` copies into lightprobe.h under its own prefix
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#ifndef MSSM_MALLOC
+#define MSSM_MALLOC(bytes) malloc(bytes)
+#define MSSM_FREE(memory) free(memory)
+#endif
+
+#if defined _WIN32 && !defined _WIN64
+#define MSSM__GLAPI __stdcall
+#else
+#define MSSM__GLAPI
+#endif
+
+// Types and constants under names of our own, so that any GL header may be included too.
+typedef unsigned int mssm__glenum;
+typedef unsigned char mssm__glboolean;
+
+// X(result, name without "gl", parameters): what both headers call, and what this one alone does.
+// Not those by name that Intel's driver for Windows takes without a word and does not carry out:
+// clears, buffers, cube maps, glBindTextureUnit, queries.
+#define MSSM__GL_FUNCTIONS(X)                                                  \
+    X(void, GetIntegerv, (mssm__glenum, int *))                                \
+    X(const unsigned char *, GetString, (mssm__glenum))                        \
+    X(mssm__glenum, GetError, (void))                                          \
+    X(void, GetIntegeri_v, (mssm__glenum, unsigned, int *))                    \
+    X(mssm__glboolean, IsTexture, (unsigned))                                  \
+    X(mssm__glboolean, IsSampler, (unsigned))                                  \
+    X(mssm__glboolean, IsProgram, (unsigned))                                  \
+    X(void, GetTexLevelParameteriv, (mssm__glenum, int, mssm__glenum, int *))  \
+    X(void, ActiveTexture, (mssm__glenum))                                     \
+    X(void, BindTexture, (mssm__glenum, unsigned))                             \
+    X(void, BindSampler, (unsigned, unsigned))                                 \
+    X(void, CreateSamplers, (int, unsigned *))                                 \
+    X(void, DeleteSamplers, (int, const unsigned *))                           \
+    X(void, SamplerParameteri, (unsigned, mssm__glenum, int))                  \
+    X(void, GetTexParameteriv, (mssm__glenum, mssm__glenum, int *))            \
+    X(void, CreateBuffers, (int, unsigned *))                                  \
+    X(void, DeleteBuffers, (int, const unsigned *))                            \
+    X(void, BufferStorage, (mssm__glenum, ptrdiff_t, const void *, unsigned))  \
+    X(void, BufferSubData, (mssm__glenum, ptrdiff_t, ptrdiff_t, const void *)) \
+    X(void, BindBuffer, (mssm__glenum, unsigned))                              \
+    X(void, BindBufferBase, (mssm__glenum, unsigned, unsigned))                \
+    X(unsigned, CreateShader, (mssm__glenum))                                  \
+    X(void, DeleteShader, (unsigned))                                          \
+    X(void, ShaderSource, (unsigned, int, const char *const *, const int *))   \
+    X(void, CompileShader, (unsigned))                                         \
+    X(void, GetShaderiv, (unsigned, mssm__glenum, int *))                      \
+    X(void, GetShaderInfoLog, (unsigned, int, int *, char *))                  \
+    X(unsigned, CreateProgram, (void))                                         \
+    X(void, DeleteProgram, (unsigned))                                         \
+    X(void, AttachShader, (unsigned, unsigned))                                \
+    X(void, LinkProgram, (unsigned))                                           \
+    X(void, GetProgramiv, (unsigned, mssm__glenum, int *))                     \
+    X(void, GetProgramInfoLog, (unsigned, int, int *, char *))                 \
+    X(void, UseProgram, (unsigned))                                            \
+    X(void, ProgramUniform1i, (unsigned, int, int))                            \
+    X(void, DispatchCompute, (unsigned, unsigned, unsigned))                   \
+    X(void, MemoryBarrier, (unsigned))                                         \
+    X(void, ObjectLabel, (mssm__glenum, unsigned, int, const char *))          \
+    MSSM__GL_OWN(X)
 
 typedef struct mssm__gl_functions {
 #define MSSM__GL_MEMBER(result, name, parameters) result(MSSM__GLAPI *name) parameters;
     MSSM__GL_FUNCTIONS(MSSM__GL_MEMBER)
 #undef MSSM__GL_MEMBER
 } mssm__gl_functions;
+
+// Of both headers.
+// clang-format off
+enum {
+    // limits and questions
+    MSSM__GL_OUT_OF_MEMORY = 0x0505, MSSM__GL_VERSION = 0x1F02, MSSM__GL_MAJOR_VERSION = 0x821B,
+    MSSM__GL_MINOR_VERSION = 0x821C, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS = 0x8B4D,
+    MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS = 0x90DD,
+    MSSM__GL_TRANSFORM_FEEDBACK_ACTIVE = 0x8E24, MSSM__GL_TRANSFORM_FEEDBACK_PAUSED = 0x8E23,
+    // what is bound
+    MSSM__GL_CURRENT_PROGRAM = 0x8B8D, MSSM__GL_ACTIVE_TEXTURE = 0x84E0,
+    MSSM__GL_SAMPLER_BINDING = 0x8919, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING = 0x90D3,
+    // textures and what is bound of them
+    MSSM__GL_TEXTURE0 = 0x84C0, MSSM__GL_TEXTURE_CUBE_MAP_POSITIVE_X = 0x8515,
+    MSSM__GL_TEXTURE_CUBE_MAP = 0x8513, MSSM__GL_TEXTURE_BINDING_CUBE_MAP = 0x8514,
+    // their properties
+    MSSM__GL_TEXTURE_BASE_LEVEL = 0x813C, MSSM__GL_TEXTURE_WIDTH = 0x1000,
+    MSSM__GL_TEXTURE_MIN_FILTER = 0x2801, MSSM__GL_TEXTURE_MAG_FILTER = 0x2800,
+    MSSM__GL_NEAREST = 0x2600, MSSM__GL_NEAREST_MIPMAP_NEAREST = 0x2700,
+    // access
+    MSSM__GL_SHADER_STORAGE_BUFFER = 0x90D2,
+    // shaders
+    MSSM__GL_COMPUTE_SHADER = 0x91B9, MSSM__GL_COMPILE_STATUS = 0x8B81,
+    MSSM__GL_LINK_STATUS = 0x8B82, MSSM__GL_INFO_LOG_LENGTH = 0x8B84,
+    // kinds of objects, for labels
+    MSSM__GL_BUFFER = 0x82E0, MSSM__GL_SAMPLER = 0x82E6, MSSM__GL_PROGRAM = 0x82E2
+};
+// clang-format on
+
+// [plumbing end]
 
 // Programs: of soft shadows up to MSSM__RESOLVE, of filtered ones from there to MSSM__COPY; the rest
 // when first needed. The last are those of given depth maps: for each target, without and with back

@@ -10,8 +10,8 @@
 #     // [glsl text end]
 # A header with several texts names them: "// [glsl begin shading]", "// [glsl text begin shading] made ...".
 # These quotes stand behind all code, in the chapter >>generated: no piece comes after the first of them.
-# In mssm.h lines between "// [plumbing begin]" and "// [plumbing end]" go into the same place of other
-# headers in its folder, with their prefix for its own.
+# In mssm.h the parts between "// [plumbing begin]" and "// [plumbing end]" go into the same places of other
+# headers in its folder, the first into the first and so on, with their prefix for its own.
 # GLSL has no typedef, so "typedef struct NAME { ... } NAME;" becomes "struct NAME { ... };"; and it
 # names a struct without the word, so "struct NAME x" becomes "NAME x".
 # Comments stay: a driver's error message then names a line that a reader finds in the C source.
@@ -42,10 +42,11 @@ plumbing()
     fi
     prefix=$(basename "$1" .h)
     awk -v small="$prefix" -v large="$(echo "$prefix" | tr a-z A-Z)" '
+    FNR == 1 { part = 0 }
     /^\/\/ \[plumbing end\]/ { inside = 0 }
-    FNR == NR && inside { gsub(/mssm/, small); gsub(/MSSM/, large); text = text $0 "\n" }
+    FNR == NR && inside { gsub(/mssm/, small); gsub(/MSSM/, large); text[part] = text[part] $0 "\n" }
     FNR != NR && !inside { print }
-    /^\/\/ \[plumbing begin\]/ { inside = 1; if (FNR != NR) printf "%s", text }' "$from" "$1"
+    /^\/\/ \[plumbing begin\]/ { inside = 1; part++; if (FNR != NR) printf "%s", text[part] }' "$from" "$1"
 }
 
 # Prints the whole header with a fresh block; on bad input, one message and exit 1.
