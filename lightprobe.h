@@ -4116,7 +4116,7 @@ struct lightprobe_gl {
     lightprobe__gl_functions f;
     unsigned program[LIGHTPROBE__PROGRAMS], buffer[LIGHTPROBE__BUFFERS], sampler;
     int first_cell[LIGHTPROBE__LEVELS], cells, top;
-    int splits; // that one dispatch may do
+    int leaves, splits; // that there are, that one dispatch may do
     size_t slot_bytes, part_bytes[LIGHTPROBE__PARTS];
     const char *mapped;
     void *fence[LIGHTPROBE__SLOTS];
@@ -4142,6 +4142,7 @@ static const char *lightprobe__quote_lights(void);
 // The public text: the lights as shading reads them. Our own shaders read the previous ones by it.
 // Texts of mssm.h before it have defined what they take.
 #define LIGHTPROBE__TAKEN(n) " || (LIGHTPROBE_BINDING == " #n " && defined MSSM_BINDING_" #n ")"
+// clang-format off
 static const char lightprobe__glsl_lights[] =
     "#if __VERSION__ < 430 && !defined LIGHTPROBE_UNIFORMS\n"
     "#error lightprobe.h needs #version 430 or higher, or LIGHTPROBE_UNIFORMS, above its text\n"
@@ -4150,161 +4151,159 @@ static const char lightprobe__glsl_lights[] =
     "#define LIGHTPROBE_BINDING 0\n"
     "#endif\n"
     "#ifdef LIGHTPROBE_UNIFORMS\n"
-    "#elif 0" LIGHTPROBE__TAKEN(0) LIGHTPROBE__TAKEN(1) LIGHTPROBE__TAKEN(2) LIGHTPROBE__TAKEN(
-        3) LIGHTPROBE__TAKEN(4) LIGHTPROBE__TAKEN(5) LIGHTPROBE__TAKEN(6) LIGHTPROBE__TAKEN(7)
-        LIGHTPROBE__TAKEN(8) LIGHTPROBE__TAKEN(9) LIGHTPROBE__TAKEN(10) LIGHTPROBE__TAKEN(11)
-            LIGHTPROBE__TAKEN(12) LIGHTPROBE__TAKEN(13) LIGHTPROBE__TAKEN(14) LIGHTPROBE__TAKEN(
-                15) "\n"
-                    "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
-                    "#endif\n"
-                    "struct lightprobe_light {\n"
-                    "    vec3 direction; float cos_alpha;\n"
-                    "    vec3 axis_u; float tan_half_u;\n"
-                    "    vec3 axis_v; float tan_half_v;\n"
-                    "    vec3 irradiance; float solid_angle;\n"
-                    "    int id; float distance, slope_u, slope_v;\n"
-                    "#ifndef LIGHTPROBE_UNIFORMS\n" // which keep no state
-                    "    float state[18];\n"
-                    "#endif\n"
-                    "};\n"
-                    "#ifdef LIGHTPROBE_UNIFORMS\n" // both lay it out the same way
-                    "#define LIGHTPROBE_ROOM LIGHTPROBE_UNIFORMS\n"
-                    "layout(std140) uniform lightprobe_buffer {\n"
-                    "#else\n"
-                    "#define LIGHTPROBE_ROOM\n"
-                    "layout(std430, binding = LIGHTPROBE_BINDING) readonly buffer lightprobe_buffer {\n"
-                    "#endif\n"
-                    "    int lightprobe_count;\n"
-                    "    int lightprobe_repaired_texels;\n"
-                    "    float lightprobe_error;\n"
-                    "    vec4 lightprobe_total; // RGB\n"
-                    "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n"
-                    "    lightprobe_light lightprobe_lights[LIGHTPROBE_ROOM];\n"
-                    "};\n"
-                    "\n"
-                    "#ifndef LIGHTPROBE_LIGHTS_ONLY\n"
-                    "#define sqrtf sqrt\n"
-                    "#define fabsf abs\n"
-                    "#define LIGHTPROBE_SHARED\n"
-                    // [glsl text begin places] made by "make glsl", do not edit
-                    "// Vector irradiance of a disc over pi * radiance * radius2, seen from height below its plane and aside\n"
-                    "// from its axis: along the axis, and towards it per distance from it; its length.\n"
-                    "struct lightprobe_disc {\n"
-                    "    float facing, inward, size;\n"
-                    "};\n"
-                    "\n"
-                    "LIGHTPROBE_SHARED lightprobe_disc lightprobe_disc_from(float height, float aside2, float radius2)\n"
-                    "{\n"
-                    "    lightprobe_disc o;\n"
-                    "    float beyond = height * height + aside2 - radius2;\n"
-                    "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
-                    "    o.facing = 2.0f * height * height / (root * (root + beyond));\n"
-                    "    if (beyond <= 0.0f) o.facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
-                    "    o.inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
-                    "    o.size = sqrtf(o.facing * o.facing + o.inward * o.inward * aside2);\n"
-                    "    return o;\n"
-                    "}\n"
-                    "\n"
-                    "lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)\n"
-                    "{\n"
-                    "    lightprobe_light seen = light;\n"
-                    "    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
-                    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
-                    "    // In units of the distance, from the disc's centre: along its axis, squared distance from it and\n"
-                    "    // squared radius. Turned away it is larger, so that it looks as large from the probe.\n"
-                    "    float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;\n"
-                    "    float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;\n"
-                    "    float slant = sqrtf(1.0f + u * u + v * v), height = 0.0f, aside2 = 0.0f;\n"
-                    "    float axis[3], aside[3];\n"
-                    "    for (int i = 0; i < 3; i++) {\n"
-                    "        axis[i] = (light.direction[i] - u * light.axis_u[i] - v * light.axis_v[i]) / slant;\n"
-                    "        aside[i] = light.direction[i] - scale * (i == 0 ? x : i == 1 ? y : z);\n"
-                    "        height += aside[i] * axis[i];\n"
-                    "    }\n"
-                    "    for (int i = 0; i < 3; i++) {\n"
-                    "        aside[i] -= height * axis[i];\n"
-                    "        aside2 += aside[i] * aside[i];\n"
-                    "    }\n"
-                    "    float radius2 = slant * (1.0f - c) * (1.0f + c) / (c * c), first = c * c;\n"
-                    "    if (slant > 1.0f)\n"
-                    "        first = lightprobe_disc_from(1.0f / slant, 1.0f - 1.0f / (slant * slant), radius2).size;\n"
-                    "    lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);\n"
-                    "    float sine2 = o.size * radius2;\n"
-                    "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f; // 0: behind it, or too far\n"
-                    "    seen.cos_alpha =\n"
-                    "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
-                    "    float part = bright * (1.0f + c) / (first * (1.0f + seen.cos_alpha));\n"
-                    "    for (int i = 0; i < 3; i++) {\n"
-                    "        float way = o.facing * axis[i] + o.inward * aside[i];\n"
-                    "        if (bright > 0.0f) seen.direction[i] = way / o.size;\n"
-                    "        seen.irradiance[i] = part * light.irradiance[i];\n"
-                    "    }\n"
-                    "    return seen;\n"
-                    "}\n"
-                    "\n"
-                    "lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)\n"
-                    "{\n"
-                    "    lightprobe_light seen = light;\n"
-                    "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
-                    "    float scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
-                    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
-                    "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a\n"
-                    "    // small one. In units of the centre's distance: the way there, its square, and the radius'\n"
-                    "    // square.\n"
-                    "    scale *= 1.0f - 0.6666667f * sqrtf(radius2);\n"
-                    "    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;\n"
-                    "    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;\n"
-                    "    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;\n"
-                    "    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);\n"
-                    "    // Solid angle over solid angle; of a point the inverse square.\n"
-                    "    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);\n"
-                    "    for (int i = 0; i < 3; i++) {\n"
-                    "        float way = i == 0 ? a : i == 1 ? b : d;\n"
-                    "        if (away > 0.0f) seen.direction[i] = way / away;\n"
-                    "        seen.irradiance[i] = away > 0.0f ? part * light.irradiance[i] : 0.0f;\n"
-                    "    }\n"
-                    "    return seen;\n"
-                    "}\n"
-                    // [glsl text end]
-                    "#undef sqrtf\n"
-                    "#undef fabsf\n"
-                    "#undef LIGHTPROBE_SHARED\n"
-                    "// Irradiance of a surface with this normal from one light, nothing standing in between.\n"
-                    "vec3 lightprobe_irradiance(int light, vec3 normal)\n"
-                    "{\n"
-                    "    lightprobe_light l = lightprobe_lights[light];\n"
-                    "    float cos_theta = dot(l.direction, normal);\n"
-                    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
-                    "}\n"
-                    "// The same at an offset from the probe's centre, from a light that is not infinitely far.\n"
-                    "vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)\n"
-                    "{\n"
-                    "    lightprobe_light l = lightprobe_light_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
-                    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
-                    "}\n"
-                    "// The same from an emitter that shines to all sides, lightprobe_sphere_at.\n"
-                    "vec3 lightprobe_sphere_irradiance(int light, vec3 offset, vec3 normal)\n"
-                    "{\n"
-                    "    lightprobe_light l = lightprobe_sphere_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
-                    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
-                    "}\n"
-                    "// From what the lights do not carry, in no shadow.\n"
-                    "vec3 lightprobe_residual_irradiance(vec3 normal)\n"
-                    "{\n"
-                    "    vec3 sum = vec3(0.0);\n"
-                    "    for (int i = 0; i < 9; i++)\n"
-                    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, "
-                    "normal.z);\n"
-                    "    return max(sum, vec3(0.0));\n"
-                    "}\n"
-                    "#endif\n"
-                    "#line 1\n";
+    "#elif 0"
+    LIGHTPROBE__TAKEN(0) LIGHTPROBE__TAKEN(1) LIGHTPROBE__TAKEN(2) LIGHTPROBE__TAKEN(3)
+    LIGHTPROBE__TAKEN(4) LIGHTPROBE__TAKEN(5) LIGHTPROBE__TAKEN(6) LIGHTPROBE__TAKEN(7)
+    LIGHTPROBE__TAKEN(8) LIGHTPROBE__TAKEN(9) LIGHTPROBE__TAKEN(10) LIGHTPROBE__TAKEN(11)
+    LIGHTPROBE__TAKEN(12) LIGHTPROBE__TAKEN(13) LIGHTPROBE__TAKEN(14) LIGHTPROBE__TAKEN(15) "\n"
+    "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
+    "#endif\n"
+    "struct lightprobe_light {\n"
+    "    vec3 direction; float cos_alpha;\n"
+    "    vec3 axis_u; float tan_half_u;\n"
+    "    vec3 axis_v; float tan_half_v;\n"
+    "    vec3 irradiance; float solid_angle;\n"
+    "    int id; float distance, slope_u, slope_v;\n"
+    "#ifndef LIGHTPROBE_UNIFORMS\n" // which keep no state
+    "    float state[18];\n"
+    "#endif\n"
+    "};\n"
+    "#ifdef LIGHTPROBE_UNIFORMS\n" // both lay it out the same way
+    "#define LIGHTPROBE_ROOM LIGHTPROBE_UNIFORMS\n"
+    "layout(std140) uniform lightprobe_buffer {\n"
+    "#else\n"
+    "#define LIGHTPROBE_ROOM\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING) readonly buffer lightprobe_buffer {\n"
+    "#endif\n"
+    "    int lightprobe_count;\n"
+    "    int lightprobe_repaired_texels;\n"
+    "    float lightprobe_error;\n"
+    "    vec4 lightprobe_total; // RGB\n"
+    "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n"
+    "    lightprobe_light lightprobe_lights[LIGHTPROBE_ROOM];\n"
+    "};\n"
+    "\n"
+    "#ifndef LIGHTPROBE_LIGHTS_ONLY\n"
+    "#define sqrtf sqrt\n"
+    "#define fabsf abs\n"
+    "#define LIGHTPROBE_SHARED\n"
+    // [glsl text begin places] made by "make glsl", do not edit
+    "// Vector irradiance of a disc over pi * radiance * radius2, seen from height below its plane and aside\n"
+    "// from its axis: along the axis, and towards it per distance from it; its length.\n"
+    "struct lightprobe_disc {\n"
+    "    float facing, inward, size;\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_disc lightprobe_disc_from(float height, float aside2, float radius2)\n"
+    "{\n"
+    "    lightprobe_disc o;\n"
+    "    float beyond = height * height + aside2 - radius2;\n"
+    "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
+    "    o.facing = 2.0f * height * height / (root * (root + beyond));\n"
+    "    if (beyond <= 0.0f) o.facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
+    "    o.inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
+    "    o.size = sqrtf(o.facing * o.facing + o.inward * o.inward * aside2);\n"
+    "    return o;\n"
+    "}\n"
+    "\n"
+    "lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)\n"
+    "{\n"
+    "    lightprobe_light seen = light;\n"
+    "    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
+    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
+    "    // In units of the distance, from the disc's centre: along its axis, squared distance from it and\n"
+    "    // squared radius. Turned away it is larger, so that it looks as large from the probe.\n"
+    "    float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;\n"
+    "    float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;\n"
+    "    float slant = sqrtf(1.0f + u * u + v * v), height = 0.0f, aside2 = 0.0f;\n"
+    "    float axis[3], aside[3];\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        axis[i] = (light.direction[i] - u * light.axis_u[i] - v * light.axis_v[i]) / slant;\n"
+    "        aside[i] = light.direction[i] - scale * (i == 0 ? x : i == 1 ? y : z);\n"
+    "        height += aside[i] * axis[i];\n"
+    "    }\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        aside[i] -= height * axis[i];\n"
+    "        aside2 += aside[i] * aside[i];\n"
+    "    }\n"
+    "    float radius2 = slant * (1.0f - c) * (1.0f + c) / (c * c), first = c * c;\n"
+    "    if (slant > 1.0f)\n"
+    "        first = lightprobe_disc_from(1.0f / slant, 1.0f - 1.0f / (slant * slant), radius2).size;\n"
+    "    lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);\n"
+    "    float sine2 = o.size * radius2;\n"
+    "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f; // 0: behind it, or too far\n"
+    "    seen.cos_alpha =\n"
+    "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
+    "    float part = bright * (1.0f + c) / (first * (1.0f + seen.cos_alpha));\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float way = o.facing * axis[i] + o.inward * aside[i];\n"
+    "        if (bright > 0.0f) seen.direction[i] = way / o.size;\n"
+    "        seen.irradiance[i] = part * light.irradiance[i];\n"
+    "    }\n"
+    "    return seen;\n"
+    "}\n"
+    "\n"
+    "lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)\n"
+    "{\n"
+    "    lightprobe_light seen = light;\n"
+    "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
+    "    float scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
+    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
+    "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a\n"
+    "    // small one. In units of the centre's distance: the way there, its square, and the radius'\n"
+    "    // square.\n"
+    "    scale *= 1.0f - 0.6666667f * sqrtf(radius2);\n"
+    "    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;\n"
+    "    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;\n"
+    "    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;\n"
+    "    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);\n"
+    "    // Solid angle over solid angle; of a point the inverse square.\n"
+    "    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float way = i == 0 ? a : i == 1 ? b : d;\n"
+    "        if (away > 0.0f) seen.direction[i] = way / away;\n"
+    "        seen.irradiance[i] = away > 0.0f ? part * light.irradiance[i] : 0.0f;\n"
+    "    }\n"
+    "    return seen;\n"
+    "}\n"
+    // [glsl text end]
+    "#undef sqrtf\n"
+    "#undef fabsf\n"
+    "#undef LIGHTPROBE_SHARED\n"
+    "// Irradiance of a surface with this normal from one light, nothing standing in between.\n"
+    "vec3 lightprobe_irradiance(int light, vec3 normal)\n"
+    "{\n"
+    "    lightprobe_light l = lightprobe_lights[light];\n"
+    "    float cos_theta = dot(l.direction, normal);\n"
+    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
+    "}\n"
+    "// The same at an offset from the probe's centre, from a light that is not infinitely far.\n"
+    "vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)\n"
+    "{\n"
+    "    lightprobe_light l = lightprobe_light_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
+    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
+    "}\n"
+    "// The same from an emitter that shines to all sides, lightprobe_sphere_at.\n"
+    "vec3 lightprobe_sphere_irradiance(int light, vec3 offset, vec3 normal)\n"
+    "{\n"
+    "    lightprobe_light l = lightprobe_sphere_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
+    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
+    "}\n"
+    "// From what the lights do not carry, in no shadow.\n"
+    "vec3 lightprobe_residual_irradiance(vec3 normal)\n"
+    "{\n"
+    "    vec3 sum = vec3(0.0);\n"
+    "    for (int i = 0; i < 9; i++)\n"
+    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, normal.z);\n"
+    "    return max(sum, vec3(0.0));\n"
+    "}\n"
+    "#endif\n"
+    "#line 1\n";
 
 // What the C half goes by, too. `precise` keeps GLSL compilers from fusing and reordering.
 #define LIGHTPROBE__TEXT(x) LIGHTPROBE__TEXT_OF(x)
 #define LIGHTPROBE__TEXT_OF(x) #x
 #define LIGHTPROBE__DEFINE(name) "#define " #name " " LIGHTPROBE__TEXT(name) "\n"
-// clang-format off
 static const char lightprobe__glsl_shared[] =
     LIGHTPROBE__DEFINE(LIGHTPROBE_SCALE)
     LIGHTPROBE__DEFINE(LIGHTPROBE_BLACK)
@@ -5529,7 +5528,6 @@ static unsigned lightprobe__bits_of(float x)
 static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
 {
     const lightprobe_gl_desc *d = &gl->desc;
-    const int leaves = LIGHTPROBE__LEAVES(d->max_lights) + LIGHTPROBE_MORE_LEAVES;
     char defines[900];
     int at = snprintf(defines, sizeof defines,
                       "#define LIGHTPROBE_LIGHTS_ONLY\nconst int first_cell[] = int[](");
@@ -5545,7 +5543,7 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
              "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
              "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n#define DISTANCES %d\n",
              d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
-             gl->top, d->max_lights, leaves, gl->splits,
+             gl->top, d->max_lights, gl->leaves, gl->splits,
              lightprobe__bits_of(lightprobe__unit(d->max_lights)),
              lightprobe__bits_of(d->tolerance), lightprobe__bits_of(d->min_share),
              lightprobe__bits_of(d->min_shadow), d->first_buffer_binding, d->first_texture_unit,
@@ -5606,7 +5604,7 @@ static size_t lightprobe__aligned(size_t bytes)
 static size_t lightprobe__size_parts(lightprobe_gl *gl)
 {
     const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
-    const size_t leaves = LIGHTPROBE__LEAVES(lights) + LIGHTPROBE_MORE_LEAVES;
+    const size_t leaves = (size_t)gl->leaves;
     const size_t bytes[] = {128 + 8 * half * half + 4 * 4 * lights + 4 * leaves, 80 * leaves,
                             416 * lights, 32 * (size_t)gl->cells};
     size_t sum = 0;
@@ -5647,20 +5645,16 @@ static lightprobe_result lightprobe__create_storage(lightprobe_gl *gl)
 static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
 {
     lightprobe_gl_desc *d = &gl->desc;
-    lightprobe_cube cube = {{NULL, NULL, NULL, NULL, NULL, NULL}, 0, 3};
     lightprobe_settings s;
     memset(&s, 0, sizeof s);
     if (d->side == 0) d->side = 128;
-    if (d->max_lights == 0 && !(d->tolerance > 0))
-        s.tolerance = LIGHTPROBE_DEFAULT_TOLERANCE;
-    else
-        s.tolerance = d->tolerance;
-    cube.side = d->side;
+    const lightprobe_cube cube = {{NULL, NULL, NULL, NULL, NULL, NULL}, d->side, 4};
+    const int unbounded = d->max_lights == 0 && !(d->tolerance > 0);
+    s.tolerance = unbounded ? LIGHTPROBE_DEFAULT_TOLERANCE : d->tolerance;
     s.max_lights = d->max_lights;
     s.min_share = d->min_share;
     s.min_shadow = d->min_shadow;
     s.distances = d->distances;
-    cube.channels = 4;
     s.log = d->log;
     s.user = d->user;
     const lightprobe_result r = lightprobe__check(&cube, &s, LIGHTPROBE_GL_MAX_LIGHTS);
@@ -5709,8 +5703,8 @@ lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_d
         if (n == 1) break;
     }
     // A split takes three loops over the leaves of a cluster, all of them at worst.
-    const int leaves = LIGHTPROBE__LEAVES(g->desc.max_lights) + LIGHTPROBE_MORE_LEAVES;
-    g->splits = LIGHTPROBE__MAX_ROUNDS / (3 * leaves + 100);
+    g->leaves = LIGHTPROBE__LEAVES(g->desc.max_lights) + LIGHTPROBE_MORE_LEAVES;
+    g->splits = LIGHTPROBE__MAX_ROUNDS / (3 * g->leaves + 100);
     r = lightprobe__check_units(g);
     if (!r) r = lightprobe__build_programs(g);
     const int generic = lightprobe__get(g, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
@@ -5957,6 +5951,21 @@ static unsigned lightprobe__newest(const lightprobe_gl *gl, int wait)
     return 0;
 }
 
+// Where a light's members are for the CPU and for the GPU; the state is the last.
+// clang-format off
+#define LIGHTPROBE__MEMBER(m) \
+    {offsetof(lightprobe_light, m), offsetof(lightprobe__gl_light, m), sizeof ((lightprobe_light *)0)->m}
+// clang-format on
+static const struct {
+    size_t cpu, gpu, bytes;
+} lightprobe__members[] = {
+    LIGHTPROBE__MEMBER(direction),  LIGHTPROBE__MEMBER(cos_alpha),   LIGHTPROBE__MEMBER(axis_u),
+    LIGHTPROBE__MEMBER(tan_half_u), LIGHTPROBE__MEMBER(axis_v),      LIGHTPROBE__MEMBER(tan_half_v),
+    LIGHTPROBE__MEMBER(irradiance), LIGHTPROBE__MEMBER(solid_angle), LIGHTPROBE__MEMBER(id),
+    LIGHTPROBE__MEMBER(distance),   LIGHTPROBE__MEMBER(slope_u),     LIGHTPROBE__MEMBER(slope_v),
+    LIGHTPROBE__MEMBER(state)};
+enum { LIGHTPROBE__MEMBERS = sizeof lightprobe__members / sizeof *lightprobe__members };
+
 lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_light *lights,
                                      int *light_count, lightprobe_stats *stats)
 {
@@ -5970,22 +5979,10 @@ lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait, lightprobe_lig
     // The array's room, whatever a driver has put there.
     h.count = h.count < 0 ? 0 : h.count > gl->desc.max_lights ? gl->desc.max_lights : h.count;
     for (int i = 0; i < h.count; i++) {
-        lightprobe__gl_light from;
-        lightprobe_light *to = lights + i;
-        memcpy(&from, slot + sizeof h + (size_t)i * sizeof from, sizeof from);
-        memcpy(to->direction, from.direction, sizeof to->direction);
-        memcpy(to->axis_u, from.axis_u, sizeof to->axis_u);
-        memcpy(to->axis_v, from.axis_v, sizeof to->axis_v);
-        memcpy(to->irradiance, from.irradiance, sizeof to->irradiance);
-        to->tan_half_u = from.tan_half_u;
-        to->tan_half_v = from.tan_half_v;
-        to->solid_angle = from.solid_angle;
-        to->cos_alpha = from.cos_alpha;
-        to->id = from.id;
-        to->distance = from.distance;
-        to->slope_u = from.slope_u;
-        to->slope_v = from.slope_v;
-        memcpy(to->state, from.state, sizeof to->state);
+        const char *from = slot + sizeof h + (size_t)i * sizeof(lightprobe__gl_light);
+        for (int m = 0; m < LIGHTPROBE__MEMBERS; m++)
+            memcpy((char *)(lights + i) + lightprobe__members[m].cpu,
+                   from + lightprobe__members[m].gpu, lightprobe__members[m].bytes);
     }
     *light_count = h.count;
     if (!stats) return LIGHTPROBE_OK;
@@ -6012,22 +6009,11 @@ lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
     for (int i = 0; i < 9; i++) memcpy(h.residual_sh[i], stats->residual_sh[i], 12);
     memcpy(block, &h, head);
     for (int i = 0; i < count; i++) {
-        const lightprobe_light l = lights[i];
-        const lightprobe__gl_light to = {{l.direction[0], l.direction[1], l.direction[2]},
-                                         l.cos_alpha,
-                                         {l.axis_u[0], l.axis_u[1], l.axis_u[2]},
-                                         l.tan_half_u,
-                                         {l.axis_v[0], l.axis_v[1], l.axis_v[2]},
-                                         l.tan_half_v,
-                                         {l.irradiance[0], l.irradiance[1], l.irradiance[2]},
-                                         l.solid_angle,
-                                         l.id,
-                                         l.distance,
-                                         l.slope_u,
-                                         l.slope_v,
-                                         {0},
-                                         {0}};
-        memcpy((char *)block + head + (size_t)i * each, &to, each);
+        char *to = (char *)block + head + (size_t)i * each;
+        for (int m = 0; m < LIGHTPROBE__MEMBERS - 1; m++)
+            memcpy(to + lightprobe__members[m].gpu,
+                   (const char *)(lights + i) + lightprobe__members[m].cpu,
+                   lightprobe__members[m].bytes);
     }
     return LIGHTPROBE_OK;
 }

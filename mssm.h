@@ -5061,22 +5061,18 @@ static int mssm__in_range(const mssm_gl *gl, const char *name, int value, int lo
 // off. Asking for one that a context does not have would be an error.
 static void mssm__find_capabilities(mssm_gl *gl)
 {
-    static const mssm__glenum always[] = {
+    static const mssm__glenum names[] = {
         MSSM__GL_DEPTH_TEST,      MSSM__GL_CULL_FACE,           MSSM__GL_MULTISAMPLE,
         MSSM__GL_STENCIL_TEST,    MSSM__GL_RASTERIZER_DISCARD,  MSSM__GL_DEPTH_CLAMP,
         MSSM__GL_SAMPLE_SHADING,  MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
-        MSSM__GL_SAMPLE_COVERAGE, MSSM__GL_SAMPLE_MASK,         MSSM__GL_COLOR_LOGIC_OP};
-    const int count = (int)(sizeof always / sizeof *always);
-    memcpy(gl->capability, always, sizeof always);
-    gl->capabilities = count;
-    for (unsigned i = 0; i < 8; i++) {
-        gl->capability[gl->capabilities++] = MSSM__GL_CLIP_DISTANCE0 + i;
-    }
+        MSSM__GL_SAMPLE_COVERAGE, MSSM__GL_SAMPLE_MASK,         MSSM__GL_COLOR_LOGIC_OP,
+        MSSM__GL_ALPHA_TEST,      MSSM__GL_POLYGON_STIPPLE};
     // Some drivers have a mask of 0 where nobody asked for a profile.
     gl->compatible = !(mssm__get(gl, MSSM__GL_CONTEXT_PROFILE_MASK) & 1);
-    if (gl->compatible) {
-        gl->capability[gl->capabilities++] = MSSM__GL_ALPHA_TEST;
-        gl->capability[gl->capabilities++] = MSSM__GL_POLYGON_STIPPLE;
+    memcpy(gl->capability, names, sizeof names);
+    gl->capabilities = gl->compatible ? 14 : 12; // the last two are of the compatibility profile
+    for (unsigned i = 0; i < 8; i++) {
+        gl->capability[gl->capabilities++] = MSSM__GL_CLIP_DISTANCE0 + i;
     }
     const int extensions = mssm__get(gl, MSSM__GL_NUM_EXTENSIONS);
     for (int i = 0; i < extensions && i < 2000; i++) {
@@ -5213,8 +5209,8 @@ static size_t mssm__print_shader(const mssm_gl *gl, char *to)
     return length;
 }
 
-// Of a compute shader, or of the fragments of a triangle; made when first needed. On failure none is
-// left.
+// Of a compute shader, or of the fragments of a triangle, which takes a vertex array without
+// attributes; made when first needed. On failure none is left.
 static mssm_result mssm__make_program(mssm_gl *gl, int which)
 {
     const mssm__program *p = mssm__program_of(which);
@@ -5229,6 +5225,11 @@ static mssm_result mssm__make_program(mssm_gl *gl, int which)
         mssm__glsl_version, defines, p->option, target, math, linear, p->head, p->body};
     const char *const vertex[] = {mssm__glsl_version, mssm__glsl_place};
     if (gl->program[which]) return MSSM_OK;
+    if (triangle && !gl->array) {
+        gl->f.CreateVertexArrays(1, &gl->array);
+        if (!gl->array) return mssm__report(gl, MSSM_ERROR_GL, "no vertex array object");
+        gl->f.ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->array, -1, "mssm triangle");
+    }
     snprintf(defines, sizeof defines,
              "#define MSSM_MOMENTS %d\n#define MSSM_UNIT %d\n#define MSSM_NEXT_UNIT %d\n"
              "#define MSSM_BATCH %d\n#define MSSM_LAYERS %d\n#define MSSM_GIVEN %d\n"
@@ -5282,16 +5283,6 @@ static int mssm__is_complete(const mssm_gl *gl, unsigned framebuffer)
 {
     return gl->f.CheckNamedFramebufferStatus(framebuffer, MSSM__GL_DRAW_FRAMEBUFFER) ==
            MSSM__GL_FRAMEBUFFER_COMPLETE;
-}
-
-// A vertex array without attributes, made when first needed.
-static mssm_result mssm__prepare_array(mssm_gl *gl)
-{
-    if (gl->array) return MSSM_OK;
-    gl->f.CreateVertexArrays(1, &gl->array);
-    if (!gl->array) return mssm__report(gl, MSSM_ERROR_GL, "no vertex array object");
-    gl->f.ObjectLabel(MSSM__GL_VERTEX_ARRAY, gl->array, -1, "mssm triangle");
-    return MSSM_OK;
 }
 
 static mssm_result mssm__create_depth(mssm_gl *gl)
@@ -5398,7 +5389,7 @@ static mssm_result mssm__filtered_targets(mssm_gl *gl)
     const mssm__gl_functions *f = &gl->f;
     unsigned *target = &gl->framebuffer[MSSM__TRANSLUCENT];
     f->CreateFramebuffers(1, target);
-    if (!*target || mssm__prepare_array(gl)) return MSSM_ERROR_GL;
+    if (!*target) return MSSM_ERROR_GL;
     for (int i = 0; i < 2; i++)
         f->NamedFramebufferTextureLayer(*target, buffers[i], gl->table[MSSM__WORK], 0, i);
     f->NamedFramebufferTextureLayer(*target, MSSM__GL_DEPTH_ATTACHMENT, gl->table[MSSM__FARTHEST],
@@ -6426,7 +6417,6 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
             gl, MSSM_ERROR_ORDER,
             "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build");
     mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
-    if (!r) r = mssm__prepare_array(gl);
     if (!r) r = mssm__make_program(gl, MSSM__SHOW);
     if (r) return r;
     const int show[3] = {index, (int)what, gl->desc.side};
