@@ -5779,43 +5779,41 @@ static void lightprobe__restore_bindings(const lightprobe_gl *gl, const lightpro
     f->UseProgram(lightprobe__living(b->program, f->IsProgram));
 }
 
-// Binds the texture to the active unit and returns the mip level of our side, counted from its base
-// level; -1 if there is none. Not all contexts know a texture's target: whether it binds tells.
-static int lightprobe__bind_texture(const lightprobe_gl *gl, unsigned texture)
+// Binds the texture to the active unit and finds the mip level of our side, counted from its base
+// level. Not all contexts know a texture's target: whether it binds tells.
+static lightprobe_result lightprobe__bind_texture(const lightprobe_gl *gl, unsigned texture,
+                                                  int *mip)
 {
     const lightprobe__glenum cube = LIGHTPROBE__GL_TEXTURE_CUBE_MAP;
     const lightprobe__gl_functions *f = &gl->f;
-    int base = 0, last = 0, levels = 0, mip = -1;
-    if (!texture || !f->IsTexture(texture)) {
-        lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE, "the cube-map texture is none");
-        return -1;
-    }
+    int base = 0, last = 0, levels = 0;
+    if (!texture || !f->IsTexture(texture))
+        return lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE, "the cube-map texture is none");
     f->BindTexture(cube, texture);
     if (lightprobe__get(gl, LIGHTPROBE__GL_TEXTURE_BINDING_CUBE_MAP) != (int)texture) {
         lightprobe__take_error(gl);
-        lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE, "the texture is no cube map");
-        return -1;
+        return lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE, "the texture is no cube map");
     }
     f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_BASE_LEVEL, &base);
     f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_MAX_LEVEL, &last);
     f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS, &levels);
     if (levels > 0 && last >= levels) last = levels - 1;
+    *mip = -1;
     // Where another level than the first is read, all there may be must be there.
     for (int level = base, side = 0; level >= 0 && level < LIGHTPROBE__LEVELS; level++) {
         int width = 0;
         f->GetTexLevelParameteriv(LIGHTPROBE__GL_TEXTURE_CUBE_MAP_POSITIVE_X, level,
                                   LIGHTPROBE__GL_TEXTURE_WIDTH, &width);
-        if (width == gl->desc.side) mip = level - base;
-        if (level > base && width != side) mip = -1;
-        if (width <= 1 || mip == 0 || level >= last || (level > base && width != side)) break;
+        if (width == gl->desc.side) *mip = level - base;
+        if (level > base && width != side) *mip = -1;
+        if (width <= 1 || *mip == 0 || level >= last || (level > base && width != side)) break;
         side = width / 2;
     }
-    if (mip >= 0) return mip;
-    lightprobe__report(
+    if (*mip >= 0) return LIGHTPROBE_OK;
+    return lightprobe__report(
         gl, LIGHTPROBE_ERROR_TEXTURE,
         "the texture has no level of side %d among its levels %d to %d, or lacks one of these",
         gl->desc.side, base, last);
-    return -1;
 }
 
 // stage: the uniform of that name.
@@ -5895,10 +5893,11 @@ lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture)
     }
     lightprobe__gl_bindings saved;
     lightprobe__save_bindings(gl, &saved);
-    const int mip = lightprobe__bind_texture(gl, cube_texture);
-    if (mip < 0) {
+    int mip = 0;
+    const lightprobe_result r = lightprobe__bind_texture(gl, cube_texture, &mip);
+    if (r) {
         lightprobe__restore_bindings(gl, &saved);
-        return LIGHTPROBE_ERROR_TEXTURE;
+        return r;
     }
     gl->updates++;
     lightprobe__bind(gl, mip);

@@ -3924,7 +3924,7 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     X(void, BindImageTexture,                                                           \
       (unsigned, unsigned, int, mssm__glboolean, int, mssm__glenum, mssm__glenum))      \
     X(void, ProgramUniform1iv, (unsigned, int, int, const int *))                       \
-    X(void, ProgramUniform4f, (unsigned, int, float, float, float, float))              \
+    X(void, ProgramUniform4fv, (unsigned, int, int, const float *))                     \
     X(void, DrawArrays, (mssm__glenum, int, int))
 
 // clang-format off
@@ -4345,8 +4345,10 @@ static const char mssm__glsl_least[] =
     "layout(location = 0) uniform int layers[MSSM_BATCH];\n"
     "layout(location = MSSM_BATCH) uniform int stride;\n"
     "shared vec2 nearest[121];\n"
-    "vec2 next_of(ivec2 p)\n"
+    "vec2 next_of(ivec2 p, vec2 least)\n"
     "{\n"
+    "    barrier();\n"
+    "    nearest[gl_LocalInvocationIndex] = least;\n"
     "    memoryBarrierShared();\n"
     "    barrier();\n"
     "    int i = 2 * min(p.x, 4) + 22 * min(p.y, 4);\n" // threads beyond have nothing to say
@@ -4356,7 +4358,7 @@ static const char mssm__glsl_least[] =
     "{\n"
     "    ivec2 p = ivec2(gl_LocalInvocationID.xy), group = ivec2(gl_WorkGroupID.xy);\n"
     "    ivec2 from = 2 * (8 * group + p), last = imageSize(finer).xy - 1;\n"
-    "    int i = int(gl_LocalInvocationIndex), layer = layers[gl_WorkGroupID.z];\n"
+    "    int layer = layers[gl_WorkGroupID.z];\n"
     "    vec2 least = vec2(1.0);\n"
     "    for (int y = 0; y < 4; y += stride) {\n"
     "        for (int x = 0; x < 4; x += stride) {\n"
@@ -4364,13 +4366,9 @@ static const char mssm__glsl_least[] =
     "        }\n"
     "    }\n"
     "    if (max(p.x, p.y) < 8) imageStore(half_size, ivec3(8 * group + p, layer), least.xyxy);\n"
-    "    nearest[i] = least;\n"
-    "    least = next_of(p);\n"
+    "    least = next_of(p, least);\n"
     "    if (max(p.x, p.y) < 4) imageStore(quarter, ivec3(4 * group + p, layer), least.xyxy);\n"
-    "    memoryBarrierShared();\n"
-    "    barrier();\n"
-    "    nearest[i] = least;\n"
-    "    least = next_of(p);\n"
+    "    least = next_of(p, least);\n"
     "    if (max(p.x, p.y) < 2) imageStore(eighth, ivec3(2 * group + p, layer), least.xyxy);\n"
     "}\n";
 
@@ -5084,12 +5082,6 @@ static void mssm__find_capabilities(mssm_gl *gl)
     }
 }
 
-// A float constant as GLSL reads it in any locale.
-static int mssm__print_float(char *to, size_t size, const char *before, float x)
-{
-    return snprintf(to, size, "%suintBitsToFloat(0x%08xu)", before, (unsigned)mssm_bits(x));
-}
-
 // Whether it has this of the textures.
 static int mssm__has_texture(const mssm_gl *gl, int i)
 {
@@ -5146,18 +5138,18 @@ static void mssm__print_defines(const mssm_gl *gl, char *to, size_t size)
     }
     at += snprintf(to + at, size - (size_t)at, "#define $chosen mssm_options(%d, %d", o.moments,
                    o.estimator);
-    for (int i = 0; i < 4; i++)
-        at += mssm__print_float(to + at, size - (size_t)at, ", ", numbers[i]);
+    for (int i = 0; i < 4; i++) // by their bits: there are countries where printf has no point
+        at += snprintf(to + at, size - (size_t)at, ", uintBitsToFloat(0x%08xu)",
+                       (unsigned)mssm_bits(numbers[i]));
     at += snprintf(to + at, size - (size_t)at, ")\n");
 #ifndef MSSM_NO_FILTERED
     if (!gl->filtered) return;
-    at += snprintf(to + at, size - (size_t)at,
-                   "#undef MSSM_ANISOTROPY\n#define MSSM_ANISOTROPY %d\n#undef MSSM_BLUR\n"
-                   "#define MSSM_BLUR %d.0\n#undef MSSM_LACK\n",
-                   gl->desc.anisotropy, gl->desc.radius > 0 ? 2 * gl->desc.radius : 0);
-    at += mssm__print_float(to + at, size - (size_t)at, "#define MSSM_LACK ",
-                            mssm__filter_lack(&gl->desc.filter));
-    snprintf(to + at, size - (size_t)at, "\n");
+    snprintf(to + at, size - (size_t)at,
+             "#undef MSSM_ANISOTROPY\n#define MSSM_ANISOTROPY %d\n#undef MSSM_BLUR\n"
+             "#define MSSM_BLUR %d.0\n#undef MSSM_LACK\n"
+             "#define MSSM_LACK uintBitsToFloat(0x%08xu)\n",
+             gl->desc.anisotropy, gl->desc.radius > 0 ? 2 * gl->desc.radius : 0,
+             (unsigned)mssm_bits(mssm__filter_lack(&gl->desc.filter)));
 #endif
 }
 
@@ -6197,22 +6189,20 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
     const unsigned program = gl->program[MSSM__GIVEN + 2 * s->kind + back];
     const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
     float low, high;
-    const int ours = mssm__depth_ends(light, d, &low, &high),
-              radial = d->stored == MSSM_STORED_RADIAL;
-    const float ratio = low / high, straight = !ours || radial || (d->reversed && hyperbolic) ? 0.0f
-                                               : d->reversed ? -1.0f
-                                                             : 1.0f;
+    const int ours = mssm__depth_ends(light, d, &low, &high);
+    const int radial = d->stored == MSSM_STORED_RADIAL;
+    const float one = d->reversed ? 1.0f : -1.0f, ratio = low / high;
+    const float straight = !ours || radial || (d->reversed && hyperbolic) ? 0.0f : -one;
+    const float sizes[2] = {radial ? light->extent_u : 0.0f, radial ? light->extent_v : 0.0f};
+    // As in the text: nearness and half-sizes, the law of distance, straight.
+    const float flat[12] = {one, 0.5f - 0.5f * one, sizes[0], sizes[1], high, low - high, 1,
+                            0,   straight};
+    const float steep[12] = {one,   0.5f - 0.5f * one, sizes[0], sizes[1], low, 0,
+                             ratio, 1 - ratio,         straight};
     const int from[9] = {s->across, s->up,     s->each,   d->x,         d->y,
                          d->layer,  s[1].is.x, s[1].is.y, s[1].is.layer};
     int job[16] = {s->across * s->up * s->each, gl->desc.side};
-    gl->f.ProgramUniform4f(program, MSSM__GIVEN_UNIFORM, d->reversed ? 1.0f : -1.0f,
-                           d->reversed ? 0.0f : 1.0f, radial ? light->extent_u : 0.0f,
-                           radial ? light->extent_v : 0.0f);
-    if (hyperbolic)
-        gl->f.ProgramUniform4f(program, MSSM__GIVEN_UNIFORM + 1, low, 0, ratio, 1 - ratio);
-    else
-        gl->f.ProgramUniform4f(program, MSSM__GIVEN_UNIFORM + 1, high, low - high, 1, 0);
-    gl->f.ProgramUniform4f(program, MSSM__GIVEN_UNIFORM + 2, straight, 0, 0, 0);
+    gl->f.ProgramUniform4fv(program, MSSM__GIVEN_UNIFORM, 3, hyperbolic ? steep : flat);
     mssm__filled(gl, index, back);
     mssm__describe(gl, index, 0, hyperbolic, job + 2);
     memcpy(job + 7, from, sizeof from);

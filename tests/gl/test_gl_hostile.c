@@ -109,7 +109,7 @@ static int strange(void)
     X(ProgramUniform1i, (GLuint a, GLint b, GLint c))                                            \
     X(ProgramUniform1f, (GLuint a, GLint b, GLfloat c))                                          \
     X(ProgramUniform1iv, (GLuint a, GLint b, GLsizei c, const GLint *d))                         \
-    X(ProgramUniform4f, (GLuint a, GLint b, GLfloat c, GLfloat d, GLfloat e, GLfloat f))         \
+    X(ProgramUniform4fv, (GLuint a, GLint b, GLsizei c, const GLfloat *d))                       \
     X(Flush, (void))                                                                             \
     X(ObjectLabel, (GLenum a, GLuint b, GLsizei c, const GLchar *d))                             \
     X(ObjectPtrLabel, (const void *a, GLsizei b, const GLchar *c))
