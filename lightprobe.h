@@ -268,9 +268,9 @@ LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], c
 
 // Radiance that goes to the viewer from one light, nothing in between, at a surface (x, y, z) from
 // the probe's centre, which matters where the light has a distance. The light, as extracted and not
-// as lightprobe_light_at gives it, is a uniform rectangle with its slopes, in a plane at
-// cos_alpha, its half-sizes the sines for tan_half_u and tan_half_v (0.001 to 4); up to the whole
-// sphere. Its part of the lobe is exact, also where the horizon cuts it; the lobe is a linearly
+// as lightprobe_light_at gives it, looks from the probe like a uniform rectangle in a plane at
+// cos_alpha, its half-sizes the sines for tan_half_u and tan_half_v (0.001 to 4), up to the whole
+// sphere; it lies in the plane of its slopes. Its part of the lobe is exact, also where the horizon cuts it; the lobe is a linearly
 // transformed cosine (Heitz, Dupuy, Hill, Neubelt 2016): docs/lightprobe.md has its errors. At
 // least 0, and at most the light's radiance, for any finite arguments.
 LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x,
@@ -1035,14 +1035,14 @@ lightprobe_lobe lightprobe_specular_lobe(const lightprobe_vec3 normal, const lig
                                   lightprobe_between(cosine, 0.0f, 1.0f));
 }
 
-LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 w,
-                                            LIGHTPROBE_OUT lightprobe_vec3 to)
+LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe,
+                                            LIGHTPROBE_INOUT lightprobe_vec3 w)
 {
     float x = lightprobe_dot(w, lobe.away), z = lightprobe_dot(w, lobe.normal);
     float forth = (lobe.along - lobe.across) * x - lobe.shear * z;
     float up = (lobe.width - lobe.across) * z;
     for (int i = 0; i < 3; i++)
-        to[i] = lobe.across * w[i] + forth * lobe.away[i] + up * lobe.normal[i];
+        w[i] = lobe.across * w[i] + forth * lobe.away[i] + up * lobe.normal[i];
 }
 
 // The cosine between the viewer and the direction that went into the lobe as this one.
@@ -1093,54 +1093,54 @@ LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightp
     sum[3] += azimuth;
 }
 
-// Adds the edges of the parallelogram with these half-sides, all in the lobe, unless all of what it
-// encloses is below the horizon; c as in lightprobe_specular.
-LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const lightprobe_vec3 middle,
-                                            const lightprobe_vec3 half_u,
-                                            const lightprobe_vec3 half_v, float c,
-                                            LIGHTPROBE_INOUT lightprobe_vec4 sum)
+// Adds the edges from corner to corner, all in the lobe, unless all of what they enclose is below the
+// horizon; c as in lightprobe_specular.
+LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, lightprobe_vec3 corner[4],
+                                            float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)
 {
-    lightprobe_vec3 p, e;
-    float rise = fabsf(lightprobe_dot(half_u, n)) + fabsf(lightprobe_dot(half_v, n));
-    if (c >= 0.0f && lightprobe_dot(middle, n) + rise < 0.0f) return;
-    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];
+    lightprobe_vec3 e;
+    float top = -1.0f;
+    for (int k = 0; k < 4; k++) top = lightprobe_dot(corner[k], n) < 0.0f ? top : 1.0f;
+    if (c >= 0.0f && top < 0.0f) return;
     for (int k = 0; k < 4; k++) {
-        for (int i = 0; i < 3; i++)
-            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);
-        lightprobe_add_edge(n, p, e, sum);
-        for (int i = 0; i < 3; i++) p[i] += e[i];
+        for (int i = 0; i < 3; i++) e[i] = corner[(k + 1) % 4][i] - corner[k][i];
+        lightprobe_add_edge(n, corner[k], e, sum);
     }
 }
 
-// The light from (x, y, z) as a rectangle with these sines of half-sizes, in the plane at c: its centre
-// and half-sides. Returns how far before that plane the place is, 0 or less: it shines the other way.
-LIGHTPROBE_SHARED float lightprobe_rectangle(lightprobe_light light, float c, float u, float v,
-                                             float x, float y, float z,
-                                             LIGHTPROBE_OUT lightprobe_vec3 centre,
-                                             LIGHTPROBE_OUT lightprobe_vec3 axis_u,
-                                             LIGHTPROBE_OUT lightprobe_vec3 axis_v)
+// The light from (x, y, z): corners, in the lobe, of the rectangle with these sines of half-sizes in the
+// plane at c, moved along their rays from the probe into the plane of its slopes. Returns how far before
+// that the place is, 0 or less: it shines the other way.
+LIGHTPROBE_SHARED float lightprobe_corners(lightprobe_light light, lightprobe_lobe lobe, float c,
+                                           float u, float v, float x, float y, float z,
+                                           LIGHTPROBE_OUT lightprobe_vec3 corner[4])
 {
     float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f, before = 1.0f;
     float slope_u = scale > 0.0f ? lightprobe_between(light.slope_u, -4.0f, 4.0f) : 0.0f;
     float slope_v = scale > 0.0f ? lightprobe_between(light.slope_v, -4.0f, 4.0f) : 0.0f;
-    lightprobe_vec3 d, axis, tilt;
+    lightprobe_vec3 at, d, axis_u, axis_v, tilt;
     for (int i = 0; i < 3; i++) {
-        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);
+        at[i] = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);
         d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);
-        axis[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);
-        tilt[i] = slope_u * axis[i] + slope_v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);
-        before -= at * (d[i] - tilt[i]);
-        centre[i] = c * (d[i] - at);
+        axis_u[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);
+        tilt[i] = slope_u * axis_u[i] + slope_v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);
+        before -= at[i] * (d[i] - tilt[i]);
     }
     for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        axis_u[i] = u * axis[i];
-        axis_v[i] = v * (d[j] * axis[k] - d[k] * axis[j]);
+        axis_v[i] = d[j] * axis_u[k] - d[k] * axis_u[j];
     }
     float rise_u = lightprobe_dot(axis_u, tilt), rise_v = lightprobe_dot(axis_v, tilt);
-    for (int i = 0; i < 3; i++) {
-        axis_u[i] += rise_u * d[i];
-        axis_v[i] += rise_v * d[i];
+    lightprobe_into_lobe(lobe, d);
+    lightprobe_into_lobe(lobe, axis_u);
+    lightprobe_into_lobe(lobe, axis_v);
+    if (scale > 0.0f) lightprobe_into_lobe(lobe, at);
+    for (int k = 0; k < 4; k++) {
+        float right = k == 1 || k == 2 ? -u : u, up = k < 2 ? v : -v, reach = 1.0f;
+        float along = c - right * rise_u - up * rise_v;
+        if (scale > 0.0f) reach = c / lightprobe_between(along, 0.25f * c, 4.0f * c);
+        for (int i = 0; i < 3; i++)
+            corner[k][i] = reach * (c * d[i] + right * axis_u[i] + up * axis_v[i]) - c * at[i];
     }
     return before;
 }
@@ -1153,16 +1153,13 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);
     float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);
     float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;
-    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, flux;
+    lightprobe_vec3 corner[4], flux;
     lightprobe_vec4 sum;
     u = most * u / sqrtf(1.0f + u * u);
     v = most * v / sqrtf(1.0f + v * v);
     for (int i = 0; i < 3; i++) sum[i] = sum[3] = rgb[i] = 0.0f;
-    if (lightprobe_rectangle(light, c, u, v, x, y, z, centre, axis_u, axis_v) <= 0.0f) return;
-    lightprobe_into_lobe(lobe, centre, middle);
-    lightprobe_into_lobe(lobe, axis_u, half_u);
-    lightprobe_into_lobe(lobe, axis_v, half_v);
-    lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);
+    if (lightprobe_corners(light, lobe, c, u, v, x, y, z, corner) <= 0.0f) return;
+    lightprobe_add_edges(lobe.normal, corner, c, sum);
     // An outline around the point straight below leaves the horizon's whole circle out: Stokes'
     // theorem.
     float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;
@@ -6262,14 +6259,14 @@ const char *lightprobe_glsl_specular(void)
     "                                  lightprobe_between(cosine, 0.0f, 1.0f));\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe, const lightprobe_vec3 w,\n"
-    "                                            LIGHTPROBE_OUT lightprobe_vec3 to)\n"
+    "LIGHTPROBE_SHARED void lightprobe_into_lobe(lightprobe_lobe lobe,\n"
+    "                                            LIGHTPROBE_INOUT lightprobe_vec3 w)\n"
     "{\n"
     "    float x = lightprobe_dot(w, lobe.away), z = lightprobe_dot(w, lobe.normal);\n"
     "    float forth = (lobe.along - lobe.across) * x - lobe.shear * z;\n"
     "    float up = (lobe.width - lobe.across) * z;\n"
     "    for (int i = 0; i < 3; i++)\n"
-    "        to[i] = lobe.across * w[i] + forth * lobe.away[i] + up * lobe.normal[i];\n"
+    "        w[i] = lobe.across * w[i] + forth * lobe.away[i] + up * lobe.normal[i];\n"
     "}\n"
     "\n"
     "// The cosine between the viewer and the direction that went into the lobe as this one.\n"
@@ -6320,54 +6317,54 @@ const char *lightprobe_glsl_specular(void)
     "    sum[3] += azimuth;\n"
     "}\n"
     "\n"
-    "// Adds the edges of the parallelogram with these half-sides, all in the lobe, unless all of what it\n"
-    "// encloses is below the horizon; c as in lightprobe_specular.\n"
-    "LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, const lightprobe_vec3 middle,\n"
-    "                                            const lightprobe_vec3 half_u,\n"
-    "                                            const lightprobe_vec3 half_v, float c,\n"
-    "                                            LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
+    "// Adds the edges from corner to corner, all in the lobe, unless all of what they enclose is below the\n"
+    "// horizon; c as in lightprobe_specular.\n"
+    "LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, lightprobe_vec3 corner[4],\n"
+    "                                            float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
     "{\n"
-    "    lightprobe_vec3 p, e;\n"
-    "    float rise = fabsf(lightprobe_dot(half_u, n)) + fabsf(lightprobe_dot(half_v, n));\n"
-    "    if (c >= 0.0f && lightprobe_dot(middle, n) + rise < 0.0f) return;\n"
-    "    for (int i = 0; i < 3; i++) p[i] = middle[i] + half_u[i] + half_v[i];\n"
+    "    lightprobe_vec3 e;\n"
+    "    float top = -1.0f;\n"
+    "    for (int k = 0; k < 4; k++) top = lightprobe_dot(corner[k], n) < 0.0f ? top : 1.0f;\n"
+    "    if (c >= 0.0f && top < 0.0f) return;\n"
     "    for (int k = 0; k < 4; k++) {\n"
-    "        for (int i = 0; i < 3; i++)\n"
-    "            e[i] = (k < 2 ? -2.0f : 2.0f) * (k % 2 == 0 ? half_u[i] : half_v[i]);\n"
-    "        lightprobe_add_edge(n, p, e, sum);\n"
-    "        for (int i = 0; i < 3; i++) p[i] += e[i];\n"
+    "        for (int i = 0; i < 3; i++) e[i] = corner[(k + 1) % 4][i] - corner[k][i];\n"
+    "        lightprobe_add_edge(n, corner[k], e, sum);\n"
     "    }\n"
     "}\n"
     "\n"
-    "// The light from (x, y, z) as a rectangle with these sines of half-sizes, in the plane at c: its centre\n"
-    "// and half-sides. Returns how far before that plane the place is, 0 or less: it shines the other way.\n"
-    "LIGHTPROBE_SHARED float lightprobe_rectangle(lightprobe_light light, float c, float u, float v,\n"
-    "                                             float x, float y, float z,\n"
-    "                                             LIGHTPROBE_OUT lightprobe_vec3 centre,\n"
-    "                                             LIGHTPROBE_OUT lightprobe_vec3 axis_u,\n"
-    "                                             LIGHTPROBE_OUT lightprobe_vec3 axis_v)\n"
+    "// The light from (x, y, z): corners, in the lobe, of the rectangle with these sines of half-sizes in the\n"
+    "// plane at c, moved along their rays from the probe into the plane of its slopes. Returns how far before\n"
+    "// that the place is, 0 or less: it shines the other way.\n"
+    "LIGHTPROBE_SHARED float lightprobe_corners(lightprobe_light light, lightprobe_lobe lobe, float c,\n"
+    "                                           float u, float v, float x, float y, float z,\n"
+    "                                           LIGHTPROBE_OUT lightprobe_vec3 corner[4])\n"
     "{\n"
     "    float scale = c > 0.0f && light.distance > 1e-30f ? 1.0f / light.distance : 0.0f, before = 1.0f;\n"
     "    float slope_u = scale > 0.0f ? lightprobe_between(light.slope_u, -4.0f, 4.0f) : 0.0f;\n"
     "    float slope_v = scale > 0.0f ? lightprobe_between(light.slope_v, -4.0f, 4.0f) : 0.0f;\n"
-    "    lightprobe_vec3 d, axis, tilt;\n"
+    "    lightprobe_vec3 at, d, axis_u, axis_v, tilt;\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        float at = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);\n"
+    "        at[i] = lightprobe_between(scale * (i == 0 ? x : i == 1 ? y : z), -1e4f, 1e4f);\n"
     "        d[i] = lightprobe_between(light.direction[i], -1.0f, 1.0f);\n"
-    "        axis[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);\n"
-    "        tilt[i] = slope_u * axis[i] + slope_v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);\n"
-    "        before -= at * (d[i] - tilt[i]);\n"
-    "        centre[i] = c * (d[i] - at);\n"
+    "        axis_u[i] = lightprobe_between(light.axis_u[i], -1.0f, 1.0f);\n"
+    "        tilt[i] = slope_u * axis_u[i] + slope_v * lightprobe_between(light.axis_v[i], -1.0f, 1.0f);\n"
+    "        before -= at[i] * (d[i] - tilt[i]);\n"
     "    }\n"
     "    for (int i = 0; i < 3; i++) { // right-handed, as axis_v need not be\n"
     "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
-    "        axis_u[i] = u * axis[i];\n"
-    "        axis_v[i] = v * (d[j] * axis[k] - d[k] * axis[j]);\n"
+    "        axis_v[i] = d[j] * axis_u[k] - d[k] * axis_u[j];\n"
     "    }\n"
     "    float rise_u = lightprobe_dot(axis_u, tilt), rise_v = lightprobe_dot(axis_v, tilt);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        axis_u[i] += rise_u * d[i];\n"
-    "        axis_v[i] += rise_v * d[i];\n"
+    "    lightprobe_into_lobe(lobe, d);\n"
+    "    lightprobe_into_lobe(lobe, axis_u);\n"
+    "    lightprobe_into_lobe(lobe, axis_v);\n"
+    "    if (scale > 0.0f) lightprobe_into_lobe(lobe, at);\n"
+    "    for (int k = 0; k < 4; k++) {\n"
+    "        float right = k == 1 || k == 2 ? -u : u, up = k < 2 ? v : -v, reach = 1.0f;\n"
+    "        float along = c - right * rise_u - up * rise_v;\n"
+    "        if (scale > 0.0f) reach = c / lightprobe_between(along, 0.25f * c, 4.0f * c);\n"
+    "        for (int i = 0; i < 3; i++)\n"
+    "            corner[k][i] = reach * (c * d[i] + right * axis_u[i] + up * axis_v[i]) - c * at[i];\n"
     "    }\n"
     "    return before;\n"
     "}\n"
@@ -6380,16 +6377,13 @@ const char *lightprobe_glsl_specular(void)
     "    float u = lightprobe_between(light.tan_half_u, 1e-3f, 4.0f);\n"
     "    float v = lightprobe_between(light.tan_half_v, 1e-3f, 4.0f);\n"
     "    float most = c < 0.0f ? sqrtf(1.0f - c * c) : 1.0f;\n"
-    "    lightprobe_vec3 centre, axis_u, axis_v, middle, half_u, half_v, flux;\n"
+    "    lightprobe_vec3 corner[4], flux;\n"
     "    lightprobe_vec4 sum;\n"
     "    u = most * u / sqrtf(1.0f + u * u);\n"
     "    v = most * v / sqrtf(1.0f + v * v);\n"
     "    for (int i = 0; i < 3; i++) sum[i] = sum[3] = rgb[i] = 0.0f;\n"
-    "    if (lightprobe_rectangle(light, c, u, v, x, y, z, centre, axis_u, axis_v) <= 0.0f) return;\n"
-    "    lightprobe_into_lobe(lobe, centre, middle);\n"
-    "    lightprobe_into_lobe(lobe, axis_u, half_u);\n"
-    "    lightprobe_into_lobe(lobe, axis_v, half_v);\n"
-    "    lightprobe_add_edges(lobe.normal, middle, half_u, half_v, c, sum);\n"
+    "    if (lightprobe_corners(light, lobe, c, u, v, x, y, z, corner) <= 0.0f) return;\n"
+    "    lightprobe_add_edges(lobe.normal, corner, c, sum);\n"
     "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes'\n"
     "    // theorem.\n"
     "    float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;\n"

@@ -24,7 +24,8 @@ static void random_unit(uint64_t *seed, double d[3])
 
 // ---- The oracle: radiance per radiance of the light, by a grid over it
 
-// A rectangle; its half-sizes u and v in a plane at c, or towards direction by slope[] along its axes.
+// What looks from the probe like a rectangle with half-sizes u and v in a plane at c, but lies in the plane
+// that recedes by slope[] along its axes.
 typedef struct panel {
     double direction[3], axis_u[3], axis_v[3], c, u, v, offset[3], slope[2];
 } panel;
@@ -77,17 +78,18 @@ static double integral(const panel *p, const surface *s, const lightprobe_lobe *
     double sum = 0;
     for (int i = 0; i < n * n; i++) {
         const double x = p->u * (2 * (i % n + 0.5) / n - 1), y = p->v * (2 * (i / n + 0.5) / n - 1);
-        const double rise = x * p->slope[0] + y * p->slope[1];
-        double l[3], across[3];
+        double l[3], across[3], ray[3];
         for (int k = 0; k < 3; k++) {
-            l[k] = p->c * (p->direction[k] - p->offset[k]) + x * p->axis_u[k] + y * p->axis_v[k] +
-                   rise * p->direction[k];
+            ray[k] = p->c * p->direction[k] + x * p->axis_u[k] + y * p->axis_v[k];
             across[k] = p->direction[k] - p->slope[0] * p->axis_u[k] - p->slope[1] * p->axis_v[k];
         }
+        const double reach =
+            p->c / dot(ray, across); // the ray from the probe meets the plane there
+        for (int k = 0; k < 3; k++) l[k] = reach * ray[k] - p->c * p->offset[k];
         const double square = dot(l, l), size = sqrt(square), facing = dot(l, across) / size;
         for (int k = 0; k < 3; k++) l[k] /= size;
-        if (facing > 0)
-            sum += 4 * p->u * p->v / (n * n) * facing / square *
+        if (facing > 0) // an area of the plane is reach^3 times that of the rectangle, and |across|
+            sum += 4 * p->u * p->v / (n * n) * reach * reach * reach * facing / square *
                    (lobe ? transformed(lobe, l) : reflected(s, l));
     }
     return sum;
