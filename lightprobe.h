@@ -570,23 +570,28 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
     if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;
     // In units of the distance, from the disc's centre: along its axis, squared distance from it and
-    // squared radius. Turned away it is larger, so that it looks as large from the probe.
+    // squared radius. Turned away it is larger, so that it looks as large from the probe, and further, since
+    // its nearer half looks larger than the other.
     float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;
     float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;
-    float slant = sqrtf(1.0f + u * u + v * v), height = 0.0f, aside2 = 0.0f;
+    float tilt2 = u * u + v * v, slant = sqrtf(1.0f + tilt2), height = 0.0f, aside2 = 0.0f;
+    float tan2 = (1.0f - c) * (1.0f + c) / (c * c), radius2 = slant * tan2, first = c * c;
+    float off = tan2 * tilt2 < slant ? tan2 / slant : 1.0f / tilt2, up = 1.0f + off * tilt2;
     float axis[3], aside[3];
     for (int i = 0; i < 3; i++) {
-        axis[i] = (light.direction[i] - u * light.axis_u[i] - v * light.axis_v[i]) / slant;
-        aside[i] = light.direction[i] - scale * (i == 0 ? x : i == 1 ? y : z);
+        float tilt = u * light.axis_u[i] + v * light.axis_v[i];
+        axis[i] = (light.direction[i] - tilt) / slant;
+        aside[i] = up * light.direction[i] + off * tilt - scale * (i == 0 ? x : i == 1 ? y : z);
         height += aside[i] * axis[i];
     }
     for (int i = 0; i < 3; i++) {
         aside[i] -= height * axis[i];
         aside2 += aside[i] * aside[i];
     }
-    float radius2 = slant * (1.0f - c) * (1.0f + c) / (c * c), first = c * c;
-    if (slant > 1.0f)
-        first = lightprobe_disc_from(1.0f / slant, 1.0f - 1.0f / (slant * slant), radius2).size;
+    if (tilt2 > 0.0f)
+        first = lightprobe_disc_from(1.0f / slant,
+                                     up * up + off * off * tilt2 - 1.0f / (slant * slant), radius2)
+                    .size;
     lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);
     float sine2 = o.size * radius2;
     float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f; // 0: behind it, or too far
@@ -4211,23 +4216,28 @@ static const char lightprobe__glsl_lights[] =
     "    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
     "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
     "    // In units of the distance, from the disc's centre: along its axis, squared distance from it and\n"
-    "    // squared radius. Turned away it is larger, so that it looks as large from the probe.\n"
+    "    // squared radius. Turned away it is larger, so that it looks as large from the probe, and further, since\n"
+    "    // its nearer half looks larger than the other.\n"
     "    float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;\n"
     "    float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;\n"
-    "    float slant = sqrtf(1.0f + u * u + v * v), height = 0.0f, aside2 = 0.0f;\n"
+    "    float tilt2 = u * u + v * v, slant = sqrtf(1.0f + tilt2), height = 0.0f, aside2 = 0.0f;\n"
+    "    float tan2 = (1.0f - c) * (1.0f + c) / (c * c), radius2 = slant * tan2, first = c * c;\n"
+    "    float off = tan2 * tilt2 < slant ? tan2 / slant : 1.0f / tilt2, up = 1.0f + off * tilt2;\n"
     "    float axis[3], aside[3];\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        axis[i] = (light.direction[i] - u * light.axis_u[i] - v * light.axis_v[i]) / slant;\n"
-    "        aside[i] = light.direction[i] - scale * (i == 0 ? x : i == 1 ? y : z);\n"
+    "        float tilt = u * light.axis_u[i] + v * light.axis_v[i];\n"
+    "        axis[i] = (light.direction[i] - tilt) / slant;\n"
+    "        aside[i] = up * light.direction[i] + off * tilt - scale * (i == 0 ? x : i == 1 ? y : z);\n"
     "        height += aside[i] * axis[i];\n"
     "    }\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        aside[i] -= height * axis[i];\n"
     "        aside2 += aside[i] * aside[i];\n"
     "    }\n"
-    "    float radius2 = slant * (1.0f - c) * (1.0f + c) / (c * c), first = c * c;\n"
-    "    if (slant > 1.0f)\n"
-    "        first = lightprobe_disc_from(1.0f / slant, 1.0f - 1.0f / (slant * slant), radius2).size;\n"
+    "    if (tilt2 > 0.0f)\n"
+    "        first = lightprobe_disc_from(1.0f / slant,\n"
+    "                                     up * up + off * off * tilt2 - 1.0f / (slant * slant), radius2)\n"
+    "                    .size;\n"
     "    lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);\n"
     "    float sine2 = o.size * radius2;\n"
     "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f; // 0: behind it, or too far\n"

@@ -634,8 +634,9 @@ static void points_at_places_are_exact(void)
     }
 }
 
-// Vector irradiance of a disc at (0, 0, 1) with this axis, over its radiance, by integration over it.
-static void vector_of_disc(const double axis[3], double radius, const double p[3], double sum[3])
+// Vector irradiance of a disc with this axis, over its radiance, by integration over it.
+static void vector_of_disc(const double centre[3], const double axis[3], double radius,
+                           const double p[3], double sum[3])
 {
     enum { RINGS = 200, TURNS = 200 };
     const double u[3] = {axis[2], 0, -axis[0]}, long_u = sqrt(dot(u, u));
@@ -650,7 +651,7 @@ static void vector_of_disc(const double axis[3], double radius, const double p[3
                      a = 6.283185307 * (i / RINGS + 0.5) / TURNS;
         double to[3];
         for (int c = 0; c < 3; c++)
-            to[c] = (c == 2) - p[c] + r * (cos(a) * u[c] / long_u + sin(a) * v[c]);
+            to[c] = centre[c] - p[c] + r * (cos(a) * u[c] / long_u + sin(a) * v[c]);
         const double d2 = dot(to, to), part = dot(to, axis) / (d2 * d2);
         for (int c = 0; c < 3; c++)
             sum[c] += to[c] * part * 3.141592654 * radius * radius / (RINGS * TURNS);
@@ -658,21 +659,25 @@ static void vector_of_disc(const double axis[3], double radius, const double p[3
 }
 
 // Of discs that face the probe or do not, for receivers that see all of them. The light's vector
-// irradiance at the probe is given.
+// irradiance at the probe is given: a tilted disc's centre is moved along its plane, so that its nearer half,
+// which looks larger, does not draw the light to its side.
 static void discs_at_places_are_exact(void)
 {
     const int trials = test_trials(400);
     uint64_t state = 5;
-    double worst = 0;
+    double worst = 0, aside = 0;
     for (int t = 0; t < trials; t++) {
         lightprobe_light l, seen;
         double p[3], sum[3], first[3], below;
         const double u = t % 2 ? test_range(&state, -2, 2) : 0,
                      v = t % 2 ? test_range(&state, -2, 2) : 0, slant = sqrt(1 + u * u + v * v);
         const double normal_to[3] = {-u / slant, -v / slant, 1 / slant}, none[3] = {0, 0, 0};
+        const double angle = t % 4 == 1 ? atan(test_range(&state, 0.01, 0.3) / (fabs(u) + fabs(v)))
+                                        : test_range(&state, 0.01, 1.2);
+        const double off = fmin(tan(angle) * tan(angle) / slant, 1 / (u * u + v * v + 1e-9));
+        const double centre[3] = {off * u, off * v, 1 + off * (u * u + v * v)};
         memset(&l, 0, sizeof l);
-        const double angle = test_range(&state, 0.01, 1.2),
-                     distance = exp(test_range(&state, -3, 3)), radius = tan(angle) * sqrt(slant);
+        const double distance = exp(test_range(&state, -3, 3)), radius = tan(angle) * sqrt(slant);
         do {
             for (int c = 0; c < 3; c++) p[c] = test_range(&state, -0.8, 0.8);
             below = normal_to[2] - dot(normal_to, p);
@@ -683,8 +688,8 @@ static void discs_at_places_are_exact(void)
         for (int c = 0; c < 3; c++) l.irradiance[c] = (float)(6.283185307 * (1 - cos(angle)));
         l.cos_alpha = (float)cos(angle);
         l.distance = (float)distance;
-        vector_of_disc(normal_to, radius, p, sum);
-        vector_of_disc(normal_to, radius, none, first);
+        vector_of_disc(centre, normal_to, radius, p, sum);
+        vector_of_disc(centre, normal_to, radius, none, first);
         const double given = 3.141592654 * sin(angle) * sin(angle) / sqrt(dot(first, first));
         CHECK(t % 2 || fabs(given - 1) < 1e-2, "a disc at the probe: %g", given);
         for (int c = 0; c < 3; c++) sum[c] *= given;
@@ -701,9 +706,13 @@ static void discs_at_places_are_exact(void)
         const float part = (1 + same.cos_alpha) / (1 + l.cos_alpha);
         CHECK(fabsf(part * same.irradiance[1] / l.irradiance[1] - 1) < 1e-5f,
               "vector at the probe");
+        if (t % 4 == 1)
+            aside =
+                fmax(aside, hypot((double)same.direction[0], (double)same.direction[1]) / angle);
     }
-    test_note("worst vector irradiance %.2g", worst);
+    test_note("worst vector irradiance %.2g; at the probe %.2g half-angles aside", worst, aside);
     CHECK(worst < 2e-3, "%g", worst); // of the sum
+    CHECK(aside < 0.02, "%g half-angles aside at the probe, of edges at most 30%% nearer", aside);
     // What has no place, is wider than that or lies behind.
     lightprobe_light l;
     memset(&l, 0, sizeof l);
