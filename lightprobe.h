@@ -828,11 +828,10 @@ typedef struct lightprobe_region {
     lightprobe_wide second[3];
 } lightprobe_region;
 
-// Sums over leaves, by luminance: of squares and product of direction along e and f, of these times what a
-// plane across d leaves of 1 / distance, in parts of it, of the square of that; parts: 1 over how many
-// leaves there are, were they alike.
+// Sums over leaves around a light, by luminance: of squares and product of direction along e and f, of
+// these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that.
 typedef struct lightprobe_tilt {
-    float ee, ff, ef, e, f, squares, parts;
+    float ee, ff, ef, e, f, squares, scale, reach;
 } lightprobe_tilt;
 // [glsl end]
 
@@ -855,7 +854,6 @@ typedef struct lightprobe__work {
     lightprobe_cluster *clusters;
     float *gains; // errors of the clusters that can be split, or what that gains; else 0
     lightprobe_region *regions;
-    lightprobe_tilt *tilts; // only with distances
     int leaf_count, cluster_count, repaired;
     double total[3];
     float total_luminance, mean, reach; // mean: of 1 sr; reach: 1 / distance becomes parallax by it
@@ -906,7 +904,6 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
     w->clusters = LIGHTPROBE__TAKE(lightprobe_cluster, lights);
     w->gains = LIGHTPROBE__TAKE(float, lights);
     w->regions = LIGHTPROBE__TAKE(lightprobe_region, lights);
-    w->tilts = LIGHTPROBE__TAKE(lightprobe_tilt, lights);
 #undef LIGHTPROBE__TAKE
     return used;
 }
@@ -2837,10 +2834,16 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region regi
     return r;
 }
 
-LIGHTPROBE_SHARED lightprobe_tilt lightprobe_no_tilt(void)
+// Whatever light a leaf belongs to: by its own leaves alone one of few has no plane, or a wrong one. They
+// count the less the further they are, and nothing from sqrt(5) times the light's own spread on.
+LIGHTPROBE_SHARED lightprobe_tilt lightprobe_no_tilt(lightprobe_region r)
 {
-    lightprobe_tilt t;
-    t.ee = t.ff = t.ef = t.e = t.f = t.squares = t.parts = 0.0f;
+    LIGHTPROBE_PRECISE lightprobe_tilt t;
+    LIGHTPROBE_PRECISE float size = 0.0f, inverse = LIGHTPROBE_VALUE(r.inverse);
+    for (int i = 0; i < 3; i++) size = size + LIGHTPROBE_VALUE(r.resultant[i]) * r.d[i];
+    t.scale = size < 2e9f * inverse ? size / inverse : 0.0f;                 // 0: infinitely far
+    t.reach = 5.0f * (1.0f - size / LIGHTPROBE_VALUE(r.luminance)) + 0.001f; // beyond a texel
+    t.ee = t.ff = t.ef = t.e = t.f = t.squares = 0.0f;
     return t;
 }
 
@@ -2848,22 +2851,21 @@ LIGHTPROBE_SHARED lightprobe_tilt lightprobe_add_tilt(lightprobe_tilt tilt, ligh
                                                       lightprobe_leaf leaf)
 {
     LIGHTPROBE_PRECISE lightprobe_tilt t = tilt;
-    float inverse = LIGHTPROBE_VALUE(r.inverse);
-    if (!(inverse > 0.0f && inverse <= FLT_MAX && leaf.luminance > 0.0f)) return t;
-    LIGHTPROBE_PRECISE float share = leaf.luminance / LIGHTPROBE_VALUE(r.luminance), size = 0.0f;
-    for (int i = 0; i < 3; i++) size = size + LIGHTPROBE_VALUE(r.resultant[i]) * r.d[i];
+    LIGHTPROBE_PRECISE float along = lightprobe_dot(leaf.direction, r.d), off = 1.0f - along;
+    if (!(off < t.reach && leaf.luminance > 0.0f && t.scale > 0.0f)) return t;
+    LIGHTPROBE_PRECISE float share = leaf.luminance / LIGHTPROBE_VALUE(r.luminance);
+    LIGHTPROBE_PRECISE float part = (share < 1.0f ? share : 1.0f) * (1.0f - off / t.reach);
     LIGHTPROBE_PRECISE float mean = leaf.strength / leaf.luminance;
-    LIGHTPROBE_PRECISE float x = mean * lightprobe_dot(leaf.direction, r.e), sx = share * x;
-    LIGHTPROBE_PRECISE float y = mean * lightprobe_dot(leaf.direction, r.f), sy = share * y;
-    LIGHTPROBE_PRECISE float rest = leaf.inverse / inverse * size;
-    rest = (rest < 4.0f ? rest : 4.0f) - mean * lightprobe_dot(leaf.direction, r.d);
+    LIGHTPROBE_PRECISE float x = mean * lightprobe_dot(leaf.direction, r.e), sx = part * x;
+    LIGHTPROBE_PRECISE float y = mean * lightprobe_dot(leaf.direction, r.f), sy = part * y;
+    LIGHTPROBE_PRECISE float rest = leaf.inverse * t.scale;
+    rest = (rest < 4.0f ? rest : 4.0f) - mean * along;
     t.ee = t.ee + sx * x;
     t.ff = t.ff + sy * y;
     t.ef = t.ef + sx * y;
     t.e = t.e + sx * rest;
     t.f = t.f + sy * rest;
-    t.squares = t.squares + share * rest * rest;
-    t.parts = t.parts + share * share;
+    t.squares = t.squares + part * rest * rest;
     return t;
 }
 
@@ -2980,32 +2982,29 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
 }
 
 // Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. A little is added
-// to the squares, for leaves in a row. Counts from 80% explained on, fully from 97%, of narrow lights; an
-// edge is at most 15% nearer than the middle, of 16 leaves 30%: a few at two places look like one.
+// to the squares, for leaves in a row. Counts from 80% explained on, fully from 97%, of discs up to 29 degrees,
+// less and less up to 41; an edge is at most 25% nearer than the middle.
 LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,
                                                      lightprobe_tilt t)
 {
     lightprobe_light l = light;
-    LIGHTPROBE_PRECISE float ridge = 0.002f * (t.ee + t.ff), ee = t.ee + ridge, ff = t.ff + ridge;
+    LIGHTPROBE_PRECISE float ridge = 0.0005f * (t.ee + t.ff), ee = t.ee + ridge, ff = t.ff + ridge;
     LIGHTPROBE_PRECISE float whole = ee * ff - t.ef * t.ef;
     if (!(l.distance > 0.0f && whole > 1e-30f)) return l;
     LIGHTPROBE_PRECISE float x = (t.e * ff - t.f * t.ef) / whole;
     LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;
     LIGHTPROBE_PRECISE float part = 6.0f * ((x * t.e + y * t.f) / (t.squares + 1e-30f)) - 4.8f;
+    LIGHTPROBE_PRECISE float narrow = 8.0f * l.cos_alpha - 6.0f; // wide ones are often two things
     part = part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;
-    LIGHTPROBE_PRECISE float narrow =
-        1.5f - (t.ee + t.ff) * 4.1666667f; // of wide ones it errs more
     part = part * (narrow > 0.0f ? (narrow < 1.0f ? narrow : 1.0f) : 0.0f);
-    LIGHTPROBE_PRECISE float u = x * lightprobe_dot(r.e, l.axis_u);
-    LIGHTPROBE_PRECISE float v = x * lightprobe_dot(r.e, l.axis_v);
-    u = u + y * lightprobe_dot(r.f, l.axis_u);
-    v = v + y * lightprobe_dot(r.f, l.axis_v);
-    LIGHTPROBE_PRECISE float most = 0.01875f / t.parts;
-    most = most > 0.15f ? (most < 0.3f ? most : 0.3f) : 0.15f;
-    LIGHTPROBE_PRECISE float least = 0.41666667f * most; // width: slopes are at most 2.4
+    LIGHTPROBE_PRECISE float u =
+        x * lightprobe_dot(r.e, l.axis_u) + y * lightprobe_dot(r.f, l.axis_u);
+    LIGHTPROBE_PRECISE float v =
+        x * lightprobe_dot(r.e, l.axis_v) + y * lightprobe_dot(r.f, l.axis_v);
+    float least = 0.10416667f; // width: slopes are at most 2.4
     LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > least ? l.tan_half_u : least);
     edge = edge + fabsf(v) * (l.tan_half_v > least ? l.tan_half_v : least);
-    part = part * edge > most ? most / edge : part;
+    part = part * edge > 0.25f ? 0.25f / edge : part;
     l.slope_u = -part * u;
     l.slope_v = -part * v;
     return l;
@@ -3240,7 +3239,6 @@ static void lightprobe__give(lightprobe__work *w, const lightprobe_leaf *leaf, i
     const lightprobe_leaf given = part < 1 ? lightprobe_part_of(*leaf, part) : *leaf;
     lightprobe_region *r = w->regions + k;
     *r = second ? lightprobe_add_second(*r, given) : lightprobe_add_region(*r, given);
-    if (second && w->distances) w->tilts[k] = lightprobe_add_tilt(w->tilts[k], *r, given);
 }
 
 static void lightprobe__give_all(lightprobe__work *w, int shared, int second)
@@ -3264,10 +3262,7 @@ static void lightprobe__give_all(lightprobe__work *w, int shared, int second)
 
 static void lightprobe__sum_regions(lightprobe__work *w, int shared)
 {
-    for (int k = 0; k < w->cluster_count; k++) {
-        w->regions[k] = lightprobe_no_region();
-        w->tilts[k] = lightprobe_no_tilt();
-    }
+    for (int k = 0; k < w->cluster_count; k++) w->regions[k] = lightprobe_no_region();
     lightprobe__give_all(w, shared, 0);
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
@@ -3302,7 +3297,10 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
         const int k = w->order[i];
         const float rate = w->jumps || w->clusters[k].id < 0 ? 0 : LIGHTPROBE_RATE;
         out[i] = lightprobe_light_of(w->regions[k]);
-        if (w->distances) out[i] = lightprobe_tilted(out[i], w->regions[k], w->tilts[k]);
+        lightprobe_tilt tilt = lightprobe_no_tilt(w->regions[k]);
+        for (int leaf = 0; w->distances && leaf < w->leaf_count; leaf++)
+            tilt = lightprobe_add_tilt(tilt, w->regions[k], w->leaves[leaf]);
+        out[i] = lightprobe_tilted(out[i], w->regions[k], tilt);
         out[i] = lightprobe_carry_on(out[i], w->clusters[k], rate, w->fading, w->total_luminance);
         out[i].id = w->clusters[k].id < 0 ? next_id++ : w->clusters[k].id;
     }
@@ -5224,7 +5222,6 @@ static const char lightprobe__glsl_write[] =
     "void write_light(int i, int k, int id)\n"
     "{\n"
     "    lightprobe_region region = lightprobe_no_region();\n"
-    "    lightprobe_tilt tilt = lightprobe_no_tilt();\n"
     "    for (int turn = 0; turn < 2; turn++) {\n"
     "        for (int leaf = 0; leaf < leaf_count; leaf++) {\n"
     "            float part = takes(leaf, k);\n"
@@ -5232,13 +5229,15 @@ static const char lightprobe__glsl_write[] =
     "            lightprobe_leaf given = lightprobe_part_of(leaves[leaf], part);\n"
     "            if (turn == 0) region = lightprobe_add_region(region, given);\n"
     "            else region = lightprobe_add_second(region, given);\n"
-    "            if (turn == 1) tilt = lightprobe_add_tilt(tilt, region, given);\n"
     "        }\n"
     "        if (turn == 1) break;\n"
     "        if (jumps == 0) region = lightprobe_add_late(region, clusters[k].late, clusters[k].longest);\n"
     "        region = lightprobe_direct(region);\n"
     "        if (jumps == 0) region = lightprobe_add_late_second(region, clusters[k].late);\n"
     "    }\n"
+    "    lightprobe_tilt tilt = lightprobe_no_tilt(region);\n"
+    "    for (int leaf = 0; leaf < DISTANCES * leaf_count; leaf++)\n"
+    "        tilt = lightprobe_add_tilt(tilt, region, leaves[leaf]);\n"
     "    lightprobe_light light = lightprobe_tilted(lightprobe_light_of(region), region, tilt);\n"
     "    float rate = jumps != 0 || clusters[k].id < 0 ? 0.0 : LIGHTPROBE_RATE;\n"
     "    light = lightprobe_carry_on(light, clusters[k], rate, fading, total);\n"
@@ -7163,11 +7162,10 @@ static const char *lightprobe__quote_lights(void)
     "    lightprobe_wide second[3];\n"
     "};\n"
     "\n"
-    "// Sums over leaves, by luminance: of squares and product of direction along e and f, of these times what a\n"
-    "// plane across d leaves of 1 / distance, in parts of it, of the square of that; parts: 1 over how many\n"
-    "// leaves there are, were they alike.\n"
+    "// Sums over leaves around a light, by luminance: of squares and product of direction along e and f, of\n"
+    "// these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that.\n"
     "struct lightprobe_tilt {\n"
-    "    float ee, ff, ef, e, f, squares, parts;\n"
+    "    float ee, ff, ef, e, f, squares, scale, reach;\n"
     "};\n"
     "\n"
     "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,\n"
@@ -7262,10 +7260,16 @@ static const char *lightprobe__quote_lights(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED lightprobe_tilt lightprobe_no_tilt(void)\n"
+    "// Whatever light a leaf belongs to: by its own leaves alone one of few has no plane, or a wrong one. They\n"
+    "// count the less the further they are, and nothing from sqrt(5) times the light's own spread on.\n"
+    "LIGHTPROBE_SHARED lightprobe_tilt lightprobe_no_tilt(lightprobe_region r)\n"
     "{\n"
-    "    lightprobe_tilt t;\n"
-    "    t.ee = t.ff = t.ef = t.e = t.f = t.squares = t.parts = 0.0f;\n"
+    "    LIGHTPROBE_PRECISE lightprobe_tilt t;\n"
+    "    LIGHTPROBE_PRECISE float size = 0.0f, inverse = LIGHTPROBE_VALUE(r.inverse);\n"
+    "    for (int i = 0; i < 3; i++) size = size + LIGHTPROBE_VALUE(r.resultant[i]) * r.d[i];\n"
+    "    t.scale = size < 2e9f * inverse ? size / inverse : 0.0f;                 // 0: infinitely far\n"
+    "    t.reach = 5.0f * (1.0f - size / LIGHTPROBE_VALUE(r.luminance)) + 0.001f; // beyond a texel\n"
+    "    t.ee = t.ff = t.ef = t.e = t.f = t.squares = 0.0f;\n"
     "    return t;\n"
     "}\n"
     "\n"
@@ -7273,22 +7277,21 @@ static const char *lightprobe__quote_lights(void)
     "                                                      lightprobe_leaf leaf)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_tilt t = tilt;\n"
-    "    float inverse = LIGHTPROBE_VALUE(r.inverse);\n"
-    "    if (!(inverse > 0.0f && inverse <= FLT_MAX && leaf.luminance > 0.0f)) return t;\n"
-    "    LIGHTPROBE_PRECISE float share = leaf.luminance / LIGHTPROBE_VALUE(r.luminance), size = 0.0f;\n"
-    "    for (int i = 0; i < 3; i++) size = size + LIGHTPROBE_VALUE(r.resultant[i]) * r.d[i];\n"
+    "    LIGHTPROBE_PRECISE float along = lightprobe_dot(leaf.direction, r.d), off = 1.0f - along;\n"
+    "    if (!(off < t.reach && leaf.luminance > 0.0f && t.scale > 0.0f)) return t;\n"
+    "    LIGHTPROBE_PRECISE float share = leaf.luminance / LIGHTPROBE_VALUE(r.luminance);\n"
+    "    LIGHTPROBE_PRECISE float part = (share < 1.0f ? share : 1.0f) * (1.0f - off / t.reach);\n"
     "    LIGHTPROBE_PRECISE float mean = leaf.strength / leaf.luminance;\n"
-    "    LIGHTPROBE_PRECISE float x = mean * lightprobe_dot(leaf.direction, r.e), sx = share * x;\n"
-    "    LIGHTPROBE_PRECISE float y = mean * lightprobe_dot(leaf.direction, r.f), sy = share * y;\n"
-    "    LIGHTPROBE_PRECISE float rest = leaf.inverse / inverse * size;\n"
-    "    rest = (rest < 4.0f ? rest : 4.0f) - mean * lightprobe_dot(leaf.direction, r.d);\n"
+    "    LIGHTPROBE_PRECISE float x = mean * lightprobe_dot(leaf.direction, r.e), sx = part * x;\n"
+    "    LIGHTPROBE_PRECISE float y = mean * lightprobe_dot(leaf.direction, r.f), sy = part * y;\n"
+    "    LIGHTPROBE_PRECISE float rest = leaf.inverse * t.scale;\n"
+    "    rest = (rest < 4.0f ? rest : 4.0f) - mean * along;\n"
     "    t.ee = t.ee + sx * x;\n"
     "    t.ff = t.ff + sy * y;\n"
     "    t.ef = t.ef + sx * y;\n"
     "    t.e = t.e + sx * rest;\n"
     "    t.f = t.f + sy * rest;\n"
-    "    t.squares = t.squares + share * rest * rest;\n"
-    "    t.parts = t.parts + share * share;\n"
+    "    t.squares = t.squares + part * rest * rest;\n"
     "    return t;\n"
     "}\n"
     "\n"
@@ -7405,32 +7408,29 @@ static const char *lightprobe__quote_lights(void)
     "}\n"
     "\n"
     "// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. A little is added\n"
-    "// to the squares, for leaves in a row. Counts from 80% explained on, fully from 97%, of narrow lights; an\n"
-    "// edge is at most 15% nearer than the middle, of 16 leaves 30%: a few at two places look like one.\n"
+    "// to the squares, for leaves in a row. Counts from 80% explained on, fully from 97%, of discs up to 29 degrees,\n"
+    "// less and less up to 41; an edge is at most 25% nearer than the middle.\n"
     "LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,\n"
     "                                                     lightprobe_tilt t)\n"
     "{\n"
     "    lightprobe_light l = light;\n"
-    "    LIGHTPROBE_PRECISE float ridge = 0.002f * (t.ee + t.ff), ee = t.ee + ridge, ff = t.ff + ridge;\n"
+    "    LIGHTPROBE_PRECISE float ridge = 0.0005f * (t.ee + t.ff), ee = t.ee + ridge, ff = t.ff + ridge;\n"
     "    LIGHTPROBE_PRECISE float whole = ee * ff - t.ef * t.ef;\n"
     "    if (!(l.distance > 0.0f && whole > 1e-30f)) return l;\n"
     "    LIGHTPROBE_PRECISE float x = (t.e * ff - t.f * t.ef) / whole;\n"
     "    LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;\n"
     "    LIGHTPROBE_PRECISE float part = 6.0f * ((x * t.e + y * t.f) / (t.squares + 1e-30f)) - 4.8f;\n"
+    "    LIGHTPROBE_PRECISE float narrow = 8.0f * l.cos_alpha - 6.0f; // wide ones are often two things\n"
     "    part = part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float narrow =\n"
-    "        1.5f - (t.ee + t.ff) * 4.1666667f; // of wide ones it errs more\n"
     "    part = part * (narrow > 0.0f ? (narrow < 1.0f ? narrow : 1.0f) : 0.0f);\n"
-    "    LIGHTPROBE_PRECISE float u = x * lightprobe_dot(r.e, l.axis_u);\n"
-    "    LIGHTPROBE_PRECISE float v = x * lightprobe_dot(r.e, l.axis_v);\n"
-    "    u = u + y * lightprobe_dot(r.f, l.axis_u);\n"
-    "    v = v + y * lightprobe_dot(r.f, l.axis_v);\n"
-    "    LIGHTPROBE_PRECISE float most = 0.01875f / t.parts;\n"
-    "    most = most > 0.15f ? (most < 0.3f ? most : 0.3f) : 0.15f;\n"
-    "    LIGHTPROBE_PRECISE float least = 0.41666667f * most; // width: slopes are at most 2.4\n"
+    "    LIGHTPROBE_PRECISE float u =\n"
+    "        x * lightprobe_dot(r.e, l.axis_u) + y * lightprobe_dot(r.f, l.axis_u);\n"
+    "    LIGHTPROBE_PRECISE float v =\n"
+    "        x * lightprobe_dot(r.e, l.axis_v) + y * lightprobe_dot(r.f, l.axis_v);\n"
+    "    float least = 0.10416667f; // width: slopes are at most 2.4\n"
     "    LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > least ? l.tan_half_u : least);\n"
     "    edge = edge + fabsf(v) * (l.tan_half_v > least ? l.tan_half_v : least);\n"
-    "    part = part * edge > most ? most / edge : part;\n"
+    "    part = part * edge > 0.25f ? 0.25f / edge : part;\n"
     "    l.slope_u = -part * u;\n"
     "    l.slope_v = -part * v;\n"
     "    return l;\n"

@@ -434,6 +434,137 @@ static void setting_lights_fade(void)
     CHECK(rgb[0] == 0 && rgb[2] == 0, "behind it: %g", (double)rgb[0]);
 }
 
+// ---- Lights of a probe that sees a panel, against the panel
+
+// Where the ray meets the rectangle from its front, HUGE_VAL where not; corner and both edges.
+static double meets(double r[3][3], const double n[3], const double ray[3])
+{
+    const double t = dot(r[0], n) / dot(ray, n);
+    double at[3];
+    if (dot(ray, n) >= 0) return HUGE_VAL;
+    for (int k = 0; k < 3; k++) at[k] = t * ray[k] - r[0][k];
+    for (int e = 1; e < 3; e++) {
+        const double part = dot(at, r[e]) / dot(r[e], r[e]);
+        if (part < 0 || part > 1) return HUGE_VAL;
+    }
+    return t;
+}
+
+// A panel anywhere, seen from the probe under up to 60 degrees, shines 1.
+static void random_panel(uint64_t *seed, double r[3][3], double n[3])
+{
+    double at[3], aside[3], away;
+    do {
+        random_unit(seed, n);
+        random_unit(seed, at);
+        random_unit(seed, aside);
+    } while (-dot(n, at) < 0.5 || fabs(dot(n, aside)) > 0.8);
+    away = test_range(seed, 1, 2.5);
+    const double flat = sqrt(1 - pow(dot(n, aside), 2));
+    for (int k = 0; k < 3; k++) r[1][k] = 0.5 * away * (aside[k] - dot(n, aside) * n[k]) / flat;
+    for (int k = 0; k < 3; k++) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        r[2][k] = 0.66 * (n[i] * r[1][j] - n[j] * r[1][i]);
+    }
+    for (int k = 0; k < 3; k++) r[0][k] = away * at[k] - 0.5 * (r[1][k] + r[2][k]);
+}
+
+// Lights of a probe that sees nothing else, by 4 x 4 rays a texel.
+static int lights_of_panel(double r[3][3], const double n[3], int most, lightprobe_light *light)
+{
+    enum { SIDE = 64, RAYS = 4 };
+    static float texels[6][SIDE * SIDE * 4];
+    static unsigned char scratch[1 << 20];
+    lightprobe_cube cube = {{0}, SIDE, 4};
+    lightprobe_settings settings;
+    int count = 0;
+    memset(&settings, 0, sizeof settings);
+    settings.max_lights = most;
+    settings.distances = 1;
+    for (int i = 0; i < 6 * SIDE * SIDE; i++) {
+        float *texel = texels[i / SIDE / SIDE] + 4 * (i % (SIDE * SIDE));
+        double sum = 0, inverse = 0;
+        for (int k = 0; k < RAYS * RAYS; k++) {
+            float d[3];
+            lightprobe_texel_direction(
+                i / SIDE / SIDE, (float)((i % SIDE + (k % RAYS + 0.5) / RAYS) * 2 / SIDE - 1),
+                (float)((i / SIDE % SIDE + (k / RAYS + 0.5) / RAYS) * 2 / SIDE - 1), d);
+            const double ray[3] = {d[0], d[1], d[2]}, t = meets(r, n, ray);
+            sum += t < HUGE_VAL;
+            inverse += 1 / t;
+        }
+        for (int c = 0; c < 3; c++) texel[c] = (float)(sum / (RAYS * RAYS));
+        texel[3] = sum > 0 ? (float)(sum / inverse) : 0;
+        cube.face[i / SIDE / SIDE] = texels[i / SIDE / SIDE];
+    }
+    CHECK(!lightprobe_extract(&cube, &settings, scratch, sizeof scratch, light, &count, NULL),
+          "extract");
+    return count;
+}
+
+// Radiance that a surface at p sends to the viewer of the panel, by a grid over it.
+static double shine_of(double r[3][3], const double n[3], const double p[3], const surface *s)
+{
+    enum { GRID = 32 };
+    double sum = 0;
+    for (int i = 0; i < GRID * GRID; i++) {
+        const double a = (i % GRID + 0.5) / GRID, b = (i / GRID + 0.5) / GRID;
+        double to[3];
+        for (int k = 0; k < 3; k++) to[k] = r[0][k] + a * r[1][k] + b * r[2][k] - p[k];
+        const double away = sqrt(dot(to, to)), cosine = -dot(to, n) / away;
+        for (int k = 0; k < 3; k++) to[k] /= away;
+        if (cosine > 0) sum += reflected(s, to) * cosine / (away * away);
+    }
+    return sum / (GRID * GRID) * sqrt(dot(r[1], r[1]) * dot(r[2], r[2]));
+}
+
+// However few lights a panel has, surfaces around the probe that show it show it tilted: with slopes the
+// error is less, and in no single room more.
+static void panels_shine_as_they_are_tilted(void)
+{
+    const int panels = test_trials(60);
+    for (int most = 1; most <= 16; most *= 2) {
+        uint64_t seed = 15;
+        double ratio = 0, worst = 0;
+        for (int t = 0; t < panels; t++) {
+            double r[3][3], n[3], error[2] = {0, 0};
+            lightprobe_light light[16];
+            random_panel(&seed, r, n);
+            const int count = lights_of_panel(r, n, most, light);
+            for (int i = 0; i < 40; i++) {
+                surface s = {{0}, {0}, 0.2, 1};
+                double p[3], to[3], seen[2] = {0, 0};
+                random_unit(&seed, p);
+                random_unit(&seed, s.normal);
+                for (int k = 0; k < 3; k++) // about where a mirror would show the panel
+                    to[k] = r[0][k] + 0.5 * (r[1][k] + r[2][k]) - 0.7 * p[k] +
+                            test_range(&seed, -0.3, 0.3);
+                const double away = sqrt(dot(to, to)), cosine = dot(to, s.normal) / away;
+                if (cosine < 0.1) continue;
+                for (int k = 0; k < 3; k++) {
+                    s.view[k] = 2 * cosine * s.normal[k] - to[k] / away;
+                    p[k] *= 0.7;
+                }
+                const double right = shine_of(r, n, p, &s);
+                for (int k = 0; k < 2 * count; k++) {
+                    float rgb[3];
+                    lightprobe_light l = light[k / 2];
+                    if (k % 2) l.slope_u = l.slope_v = 0;
+                    lightprobe_specular(l, lobe_of(&s), (float)p[0], (float)p[1], (float)p[2], rgb);
+                    seen[k % 2] += (double)rgb[1];
+                }
+                for (int k = 0; k < 2; k++) error[k] += pow(seen[k] - right, 2);
+            }
+            ratio += 0.5 * log(error[0] / error[1]) / panels;
+            worst = fmax(worst, sqrt(error[0] / error[1]));
+        }
+        test_note("%d lights: error %.2f of that facing the probe, at most %.2f", most, exp(ratio),
+                  worst);
+        CHECK(panels < 20 || exp(ratio) < 0.4, "%d lights: %g", most, exp(ratio));
+        CHECK(worst < 1.06, "%d lights: %g in one room", most, worst);
+    }
+}
+
 static float garbage(uint64_t *seed)
 {
     const double kind = test_uniform(seed);
@@ -518,6 +649,7 @@ const test_case specular_tests[] = {
     {"specular: a light and the rest of the sphere make the whole",
      light_and_its_opposite_make_the_whole},
     {"specular: lights set without a step", setting_lights_fade},
+    {"specular: lights of a panel shine as it is tilted", panels_shine_as_they_are_tilted},
     {"specular: any finite arguments give radiance", any_arguments_give_radiance},
     {"specular: arguments are clamped", arguments_are_clamped},
     {NULL, NULL},
