@@ -269,9 +269,10 @@ LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], c
 // the probe's centre, which matters where the light has a distance. The light, as extracted and not
 // as lightprobe_light_at gives it, looks from the probe like a uniform rectangle in a plane at
 // cos_alpha, its half-sizes the sines for tan_half_u and tan_half_v (0.001 to 4), up to the whole
-// sphere; it lies in the plane of its slopes. Its part of the lobe is exact, also where the horizon cuts it; the lobe is a linearly
-// transformed cosine (Heitz, Dupuy, Hill, Neubelt 2016): docs/lightprobe.md has its errors. At
-// least 0, and at most the light's radiance, for any finite arguments.
+// sphere; it lies in the plane of its slopes. Its part of the lobe is exact, also where the horizon
+// cuts it; the lobe is a linearly transformed cosine (Heitz, Dupuy, Hill, Neubelt 2016):
+// docs/lightprobe.md has its errors. At least 0, and at most the light's radiance, for any finite
+// arguments.
 LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x,
                                         float y, float z, float rgb[3]);
 
@@ -832,6 +833,7 @@ typedef struct lightprobe_region {
 
 // Sums over leaves around a light, by luminance: of squares and product of direction along e and f, of
 // these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that.
+// scale: 1 / distance becomes parts by it; reach: 1 - cosine from which on a leaf does not count.
 typedef struct lightprobe_tilt {
     float ee, ff, ef, e, f, squares, scale, reach;
 } lightprobe_tilt;
@@ -7049,6 +7051,7 @@ static const char *lightprobe__quote_lights(void)
     "\n"
     "// Sums over leaves around a light, by luminance: of squares and product of direction along e and f, of\n"
     "// these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that.\n"
+    "// scale: 1 / distance becomes parts by it; reach: 1 - cosine from which on a leaf does not count.\n"
     "struct lightprobe_tilt {\n"
     "    float ee, ff, ef, e, f, squares, scale, reach;\n"
     "};\n"
