@@ -2265,8 +2265,8 @@ LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lig
 
 // For a moving probe: whether a pair of clusters may give up a light, since it does not need it any more
 // or another gains 16 times what that costs (errors squared). error: with the pair merged.
-LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,
-                                      float total)
+LIGHTPROBE_SHARED int lightprobe_should_reassign(float error, float tolerance, float gain,
+                                                 float cost, float total)
 {
     LIGHTPROBE_PRECISE float least = 1e-5f * total + 16.0f * cost;
     return error < 0.8f * tolerance || gain >= least ? 1 : 0;
@@ -2499,8 +2499,8 @@ static void lightprobe__reassign_lights(lightprobe__work *w, float tolerance)
         lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
         const lightprobe_errors merged =
             lightprobe_merged(e, a->sum, a->error, b->sum, b->error, total);
-        if (cost >= FLT_MAX || !lightprobe_pays(lightprobe_root_error(merged, total), tolerance,
-                                                w->gains[most], cost, total))
+        if (cost >= FLT_MAX || !lightprobe_should_reassign(lightprobe_root_error(merged, total),
+                                                           tolerance, w->gains[most], cost, total))
             break;
         e = merged; // at most: what the split gains is not counted
         a->lives = 2;
@@ -4007,7 +4007,7 @@ enum {
     LIGHTPROBE__DIVIDE_FACES,
     LIGHTPROBE__GATHER,
     LIGHTPROBE__DIVIDE,
-    LIGHTPROBE__RESPEND,
+    LIGHTPROBE__REASSIGN,
     LIGHTPROBE__SETTLE,
     LIGHTPROBE__WRITE,
     LIGHTPROBE__PROGRAMS
@@ -4958,7 +4958,7 @@ static const char lightprobe__glsl_divide[] =
     "    if (lane == 0) cluster_count = count;\n"
     "}\n";
 
-static const char lightprobe__glsl_respend[] =
+static const char lightprobe__glsl_reassign[] =
     "shared ivec2 pairs[GROUP];\n"
     "\n"
     "// Of the clusters of this lane; returns the first of the two, or -1.\n"
@@ -5014,8 +5014,8 @@ static const char lightprobe__glsl_respend[] =
     "        lightprobe_errors merged =\n"
     "            lightprobe_merged(e, clusters[pair.x].sum, errors[pair.x], clusters[pair.y].sum,\n"
     "                              errors[pair.y], total);\n"
-    "        if (lightprobe_pays(lightprobe_root_error(merged, total), TOLERANCE, gain, -top, total) == 0)\n"
-    "            break;\n"
+    "        float error = lightprobe_root_error(merged, total);\n"
+    "        if (lightprobe_should_reassign(error, TOLERANCE, gain, -top, total) == 0) break;\n"
     "        e = merged;\n"
     "        sync();\n"
     "        if (lane == 0) retire(pair, most);\n"
@@ -5026,7 +5026,7 @@ static const char lightprobe__glsl_respend[] =
 // lightprobe__set_seeds, __share_out, __fade.
 static const char lightprobe__glsl_settle[] =
     "layout(local_size_x = GROUP) in;\n"
-    "void plant(int k)\n"
+    "void set_seed(int k)\n"
     "{\n"
     "    lightprobe_moments now = lightprobe_no_moments();\n"
     "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
@@ -5094,7 +5094,7 @@ static const char lightprobe__glsl_settle[] =
     "{\n"
     "    if (is_black()) return;\n"
     "    for (int k = lane; k < cluster_count; k += GROUP)\n"
-    "        if (jumps != 0 || clusters[k].id < 0) plant(k);\n"
+    "        if (jumps != 0 || clusters[k].id < 0) set_seed(k);\n"
     "    sync();\n"
     "    for (int i = lane; i < leaf_count && going_on > 0; i += GROUP) share_out(i);\n"
     "    sync();\n"
@@ -5267,8 +5267,8 @@ const char *lightprobe_glsl_lights(void)
 static const char *lightprobe__program_name(int which)
 {
     static const char *const names[] = {
-        "lightprobe tiles",   "lightprobe leaves", "lightprobe gather", "lightprobe divide",
-        "lightprobe respend", "lightprobe settle", "lightprobe write"};
+        "lightprobe tiles",    "lightprobe leaves", "lightprobe gather", "lightprobe divide",
+        "lightprobe reassign", "lightprobe settle", "lightprobe write"};
     return names[which];
 }
 
@@ -5408,11 +5408,11 @@ static void lightprobe__delete_buffer(const lightprobe_gl *gl, unsigned buffer)
 
 static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, const char *defines)
 {
-    static const char *const bodies[] = {lightprobe__glsl_tiles,   lightprobe__glsl_leaves,
-                                         lightprobe__glsl_gather,  lightprobe__glsl_divide,
-                                         lightprobe__glsl_respend, lightprobe__glsl_settle,
+    static const char *const bodies[] = {lightprobe__glsl_tiles,    lightprobe__glsl_leaves,
+                                         lightprobe__glsl_gather,   lightprobe__glsl_divide,
+                                         lightprobe__glsl_reassign, lightprobe__glsl_settle,
                                          lightprobe__glsl_write};
-    const int plans = which == LIGHTPROBE__DIVIDE || which == LIGHTPROBE__RESPEND;
+    const int plans = which == LIGHTPROBE__DIVIDE || which == LIGHTPROBE__REASSIGN;
     const char *const text[] = {"#version 450 core\n",
                                 defines,
                                 which == LIGHTPROBE__WRITE ? lightprobe_glsl_math() : "",
@@ -5784,7 +5784,7 @@ static void lightprobe__run(const lightprobe_gl *gl, int mip)
                          gl->again ? LIGHTPROBE__START_AGAIN : LIGHTPROBE__START, 1, 1);
     lightprobe__divide_all(gl);
     lightprobe__dispatch(gl, LIGHTPROBE__GATHER, LIGHTPROBE__FIND_NEAR, 1, 1);
-    if (gl->again) lightprobe__dispatch(gl, LIGHTPROBE__RESPEND, 0, 1, 1);
+    if (gl->again) lightprobe__dispatch(gl, LIGHTPROBE__REASSIGN, 0, 1, 1);
     for (int round = 0; round < LIGHTPROBE_ROUNDS; round++)
         lightprobe__dispatch(gl, LIGHTPROBE__GATHER, LIGHTPROBE__RELAX + round, 1, 1);
     if (gl->desc.tolerance > 0) // it may not be met any more
@@ -6850,8 +6850,8 @@ static const char *lightprobe__quote_splits(void)
     "\n"
     "// For a moving probe: whether a pair of clusters may give up a light, since it does not need it any more\n"
     "// or another gains 16 times what that costs (errors squared). error: with the pair merged.\n"
-    "LIGHTPROBE_SHARED int lightprobe_pays(float error, float tolerance, float gain, float cost,\n"
-    "                                      float total)\n"
+    "LIGHTPROBE_SHARED int lightprobe_should_reassign(float error, float tolerance, float gain,\n"
+    "                                                 float cost, float total)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float least = 1e-5f * total + 16.0f * cost;\n"
     "    return error < 0.8f * tolerance || gain >= least ? 1 : 0;\n"

@@ -232,12 +232,14 @@ static void unevenness_is_cramers_distance(void)
 
 static void swaps_pay_when_the_gain_is_16_times_the_cost(void)
 {
-    CHECK(lightprobe_pays(0.79f, 1, 0, 1, 10) == 1,
+    CHECK(lightprobe_should_reassign(0.79f, 1, 0, 1, 10) == 1,
           "what the tolerance spares by a margin is kept");
-    CHECK(lightprobe_pays(0.81f, 1, 0, 1, 10) == 0, "a swap without gain");
-    CHECK(lightprobe_pays(5, 1, 1.61f, 0.1f, 10) == 1, "16 times the cost do not do");
-    CHECK(lightprobe_pays(5, 1, 1.59f, 0.1f, 10) == 0, "less than 16 times the cost does");
-    CHECK(lightprobe_pays(5, 1, 0.9e-4f, 0, 10) == 0 && lightprobe_pays(5, 1, 1.1e-4f, 0, 10) == 1,
+    CHECK(lightprobe_should_reassign(0.81f, 1, 0, 1, 10) == 0, "a swap without gain");
+    CHECK(lightprobe_should_reassign(5, 1, 1.61f, 0.1f, 10) == 1, "16 times the cost do not do");
+    CHECK(lightprobe_should_reassign(5, 1, 1.59f, 0.1f, 10) == 0,
+          "less than 16 times the cost does");
+    CHECK(lightprobe_should_reassign(5, 1, 0.9e-4f, 0, 10) == 0 &&
+              lightprobe_should_reassign(5, 1, 1.1e-4f, 0, 10) == 1,
           "gains below 1e-5 of all count");
 }
 

@@ -67,7 +67,7 @@ static const subject subjects[] = {
     {"lightprobe leaves", KERNEL, 6, {0}, {ANY}, 32, 0},
     {"lightprobe gather", KERNEL, 6, {0}, {ANY}, 48, 0},
     {"lightprobe divide", KERNEL, 6, {0}, {ANY}, 64, 0},
-    {"lightprobe respend", KERNEL, 6, {0}, {ANY}, 64, 0},
+    {"lightprobe reassign", KERNEL, 6, {0}, {ANY}, 64, 0},
     {"lightprobe write", KERNEL, 6, {0}, {ANY}, 64, 0},
 };
 enum { SUBJECTS = sizeof subjects / sizeof *subjects, GPUS = 3, CEILING_GPU = 1 };
