@@ -2973,6 +2973,8 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
         half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
     float inverse_d = 1.0f / (k.d + 1e-30f);
+    // The one-texel kernel sees texel centres up to a texel away.
+    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : inverse_d;
     float inverse = mssm_inverse_between(k.inner, k.d);
     float inverse_outer = mssm_inverse_between(k.d, k.outer);
     float near_by = 0.0f;
@@ -2985,8 +2987,11 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
         if (p.w[j] < 1e-4f) continue;
         float distance = mssm_blur_distance(v, r, p.z[j]);
         float relative = distance * inverse_d;
-        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, inverse);
-        float fresh = counted - mssm_between(distance, k.d, inverse_outer);
+        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but
+        // not out of what lies behind, whose mean is nearer then.
+        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;
+        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, inverse);
+        float fresh = counted - mssm_between(at, k.d, inverse_outer);
         float w;
         if (p.z[j] < r.z_test) {
             w = mssm_blocked(r, p.z[j], p.w[j]);
@@ -3000,7 +3005,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             // tangent plane's reach: without this a plane tilted by more than a third of the
             // light's reach would shadow itself. Halfway to its back, a surface is less in its own
             // way.
-            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], relative);
+            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);
             if (r.plane != 0)
                 w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
         }
@@ -7908,6 +7913,8 @@ const char *mssm_glsl_shading(void)
     "        half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
     "    float inverse_d = 1.0f / (k.d + 1e-30f);\n"
+    "    // The one-texel kernel sees texel centres up to a texel away.\n"
+    "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : inverse_d;\n"
     "    float inverse = mssm_inverse_between(k.inner, k.d);\n"
     "    float inverse_outer = mssm_inverse_between(k.d, k.outer);\n"
     "    float near_by = 0.0f;\n"
@@ -7920,8 +7927,11 @@ const char *mssm_glsl_shading(void)
     "        if (p.w[j] < 1e-4f) continue;\n"
     "        float distance = mssm_blur_distance(v, r, p.z[j]);\n"
     "        float relative = distance * inverse_d;\n"
-    "        float counted = k.last == 1 ? 1.0f : mssm_between(distance, k.inner, inverse);\n"
-    "        float fresh = counted - mssm_between(distance, k.d, inverse_outer);\n"
+    "        // The mirror reaches a fifth further: the bias keeps what is close out of the front, but\n"
+    "        // not out of what lies behind, whose mean is nearer then.\n"
+    "        float at = p.z[j] < r.z_test ? distance : 1.2f * distance;\n"
+    "        float counted = k.last == 1 ? 1.0f : mssm_between(at, k.inner, inverse);\n"
+    "        float fresh = counted - mssm_between(at, k.d, inverse_outer);\n"
     "        float w;\n"
     "        if (p.z[j] < r.z_test) {\n"
     "            w = mssm_blocked(r, p.z[j], p.w[j]);\n"
@@ -7935,7 +7945,7 @@ const char *mssm_glsl_shading(void)
     "            // tangent plane's reach: without this a plane tilted by more than a third of the\n"
     "            // light's reach would shadow itself. Halfway to its back, a surface is less in its own\n"
     "            // way.\n"
-    "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], relative);\n"
+    "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);\n"
     "            if (r.plane != 0)\n"
     "                w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
     "        }\n"
