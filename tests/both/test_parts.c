@@ -717,6 +717,29 @@ static void reassigned_lights_come_in_pairs(void)
     CHECK(all > 0, "nothing changes");
 }
 
+// The logarithm of radiance over its mean, from 1e-3 to 1e6 times; nothing without a solid angle.
+static void tones_are_logarithms_within_limits(void)
+{
+    CHECK(fabs(lightprobe_tone(2, 1, 1) - LIGHTPROBE_TONE * log(2)) < 1e-3, "of twice the mean");
+    CHECK(fabs(lightprobe_tone(1e9f, 1, 1) - LIGHTPROBE_TONE * log(1e6)) < 1e-3, "of a sun");
+    CHECK(fabs(lightprobe_tone(1e-9f, 1, 1) - LIGHTPROBE_TONE * log(1e-3)) < 1e-3, "of black");
+    CHECK(lightprobe_tone(1, 0, 1) == 0, "of nothing");
+}
+
+static void lights_without_a_place_or_a_plane_have_no_slope(void)
+{
+    lightprobe_light light;
+    lightprobe_region r = lightprobe_no_region();
+    lightprobe_tilt t = {0};
+    memset(&light, 0, sizeof light);
+    for (int placed = 0; placed < 2; placed++) {
+        light.distance = (float)placed;
+        const lightprobe_light same = lightprobe_tilted(light, r, t);
+        CHECK(same.slope_u == 0 && same.slope_v == 0 && same.distance == light.distance,
+              "at distance %d", placed);
+    }
+}
+
 const test_case parts_tests[] = {
     {"parts: logarithms and tones are exact", logarithms_and_tones_are_exact},
     {"parts: costs and gains are those of the leaves", costs_and_gains_are_those_of_the_leaves},
@@ -734,5 +757,8 @@ const test_case parts_tests[] = {
     {"parts: neighbours are the nearest clusters", neighbours_are_the_nearest_clusters},
     {"parts: reassigned lights come in pairs", reassigned_lights_come_in_pairs},
     {"parts: relaxing lowers the error", relaxing_lowers_the_error},
+    {"parts: tones are logarithms within limits", tones_are_logarithms_within_limits},
+    {"parts: lights without a place or a plane have no slope",
+     lights_without_a_place_or_a_plane_have_no_slope},
     {NULL, NULL},
 };
