@@ -1635,7 +1635,6 @@ LIGHTPROBE_SHARED float lightprobe_log(float ratio)
 LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, float mean)
 {
     LIGHTPROBE_PRECISE float most = 1e6f * mean * solid_angle, unit = mean * solid_angle;
-    if (!(solid_angle > 0.0f)) return 0.0f;
     return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);
 }
 
@@ -6442,7 +6441,6 @@ static const char *lightprobe__quote_work(void)
     "LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, float mean)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float most = 1e6f * mean * solid_angle, unit = mean * solid_angle;\n"
-    "    if (!(solid_angle > 0.0f)) return 0.0f;\n"
     "    return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);\n"
     "}\n"
     "\n"

@@ -751,6 +751,30 @@ static void lights_are_spent_again_where_they_are_needed(void)
     }
 }
 
+// One texel of a corner, with a distance, in the dark: brighter than any tone tells, and without slopes.
+static void a_lone_texel_is_a_light_at_its_place(void)
+{
+    enum { N = 512 };
+    lightprobe_light light[4];
+    lightprobe_cube cube = {{0}, N, 4};
+    lightprobe_settings set = {0};
+    int count = 0;
+    float *face = calloc((size_t)2 * N * N, 4 * sizeof(float));
+    if (!face) abort();
+    for (int f = 0; f < 6; f++) cube.face[f] = face + (f ? (size_t)4 * N * N : 0);
+    for (int c = 0; c < 4; c++) face[c] = 3;
+    set.max_lights = 4;
+    set.distances = 1;
+    CHECK(!extract(&cube, &set, light, &count, NULL) && count == 1, "%d lights", count);
+    const double flux = 3 * (double)lightprobe_texel_solid_angle(N, 0, 0);
+    for (int c = 0; c < 3; c++)
+        CHECK(fabs((double)light->irradiance[c] / flux - 1) < 1e-4, "flux %g, not %g",
+              (double)light->irradiance[c], flux);
+    CHECK(fabsf(light->distance - 3) < 1e-4f, "at %g, not 3", (double)light->distance);
+    CHECK(light->slope_u == 0 && light->slope_v == 0, "slopes of a texel");
+    free(face);
+}
+
 const test_case edges_tests[] = {
     {"edges: each bad argument of a light alone is refused", each_bad_argument_alone_is_refused},
     {"edges: frusta beyond the range of float are refused",
@@ -778,6 +802,7 @@ const test_case edges_tests[] = {
     {"edges: lights of known probes are as recorded", lights_of_known_probes_are_as_recorded},
     {"edges: foreign previous lights do no harm", foreign_previous_lights_do_no_harm},
     {"edges: hot texels are lights of their size", hot_texels_are_lights_of_their_size},
+    {"edges: a lone texel is a light at its place", a_lone_texel_is_a_light_at_its_place},
     {"edges: lights are spent again where they are needed",
      lights_are_spent_again_where_they_are_needed},
     {NULL, NULL},
