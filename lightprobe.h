@@ -594,7 +594,11 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
                     .size;
     lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);
     float sine2 = o.size * radius2;
-    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f; // 0: behind it, or too far
+    // 0: behind it, or too far. Just before a wide one it fades in, or who crosses the plane would see it at
+    // once.
+    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;
+    float fade = 0.1f * sqrtf(radius2 < 1.0f ? radius2 : 1.0f);
+    if (bright > 0.0f && height < fade) bright = height / fade * bright;
     seen.cos_alpha =
         sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
     float part = bright * (1.0f + c) / (first * (1.0f + seen.cos_alpha));
@@ -751,7 +755,7 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 // 32 lights.
 #define LIGHTPROBE_SOFT 0.15f // radians further than the nearest seed: such lights share a leaf
 #define LIGHTPROBE_RATE 0.03f // part of its way to the light that a seed goes in a frame,
-#define LIGHTPROBE_TURN 0.1f  // a slope; at once a flat lamp's light flickers 3 to 10 times as much
+#define LIGHTPROBE_TURN 0.07f // a slope; at once a flat lamp's light flickers 3 to 10 times as much
 #define LIGHTPROBE_FADE 32.0f // frames in which other changes fade in: at once they step 2.4 times
 
 // [glsl begin work]
@@ -1631,7 +1635,7 @@ LIGHTPROBE_SHARED float lightprobe_log(float ratio)
     return p;
 }
 
-// mean: luminance of 1 sr of the whole probe.
+// mean: luminance of 1 sr of the whole probe; solid_angle is more than 0.
 LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, float mean)
 {
     LIGHTPROBE_PRECISE float most = 1e6f * mean * solid_angle, unit = mean * solid_angle;
@@ -2792,7 +2796,8 @@ LIGHTPROBE_SHARED lightprobe_tilt lightprobe_add_tilt(lightprobe_tilt tilt, ligh
     LIGHTPROBE_PRECISE float along = lightprobe_dot(leaf.direction, r.d), off = 1.0f - along;
     if (!(off < t.reach && leaf.luminance > 0.0f && t.scale > 0.0f)) return t;
     LIGHTPROBE_PRECISE float share = leaf.luminance / LIGHTPROBE_VALUE(r.luminance);
-    LIGHTPROBE_PRECISE float part = (share < 1.0f ? share : 1.0f) * (1.0f - off / t.reach);
+    LIGHTPROBE_PRECISE float inside = 1.0f - off / t.reach;
+    LIGHTPROBE_PRECISE float part = (share < 1.0f ? share : 1.0f) * inside * inside;
     LIGHTPROBE_PRECISE float mean = leaf.strength / leaf.luminance;
     LIGHTPROBE_PRECISE float x = mean * lightprobe_dot(leaf.direction, r.e), sx = part * x;
     LIGHTPROBE_PRECISE float y = mean * lightprobe_dot(leaf.direction, r.f), sy = part * y;
@@ -4168,7 +4173,11 @@ static const char lightprobe__glsl_lights[] =
     "                    .size;\n"
     "    lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);\n"
     "    float sine2 = o.size * radius2;\n"
-    "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f; // 0: behind it, or too far\n"
+    "    // 0: behind it, or too far. Just before a wide one it fades in, or who crosses the plane would see it at\n"
+    "    // once.\n"
+    "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;\n"
+    "    float fade = 0.1f * sqrtf(radius2 < 1.0f ? radius2 : 1.0f);\n"
+    "    if (bright > 0.0f && height < fade) bright = height / fade * bright;\n"
     "    seen.cos_alpha =\n"
     "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
     "    float part = bright * (1.0f + c) / (first * (1.0f + seen.cos_alpha));\n"
@@ -6437,7 +6446,7 @@ static const char *lightprobe__quote_work(void)
     "    return p;\n"
     "}\n"
     "\n"
-    "// mean: luminance of 1 sr of the whole probe.\n"
+    "// mean: luminance of 1 sr of the whole probe; solid_angle is more than 0.\n"
     "LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, float mean)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float most = 1e6f * mean * solid_angle, unit = mean * solid_angle;\n"
@@ -7166,7 +7175,8 @@ static const char *lightprobe__quote_lights(void)
     "    LIGHTPROBE_PRECISE float along = lightprobe_dot(leaf.direction, r.d), off = 1.0f - along;\n"
     "    if (!(off < t.reach && leaf.luminance > 0.0f && t.scale > 0.0f)) return t;\n"
     "    LIGHTPROBE_PRECISE float share = leaf.luminance / LIGHTPROBE_VALUE(r.luminance);\n"
-    "    LIGHTPROBE_PRECISE float part = (share < 1.0f ? share : 1.0f) * (1.0f - off / t.reach);\n"
+    "    LIGHTPROBE_PRECISE float inside = 1.0f - off / t.reach;\n"
+    "    LIGHTPROBE_PRECISE float part = (share < 1.0f ? share : 1.0f) * inside * inside;\n"
     "    LIGHTPROBE_PRECISE float mean = leaf.strength / leaf.luminance;\n"
     "    LIGHTPROBE_PRECISE float x = mean * lightprobe_dot(leaf.direction, r.e), sx = part * x;\n"
     "    LIGHTPROBE_PRECISE float y = mean * lightprobe_dot(leaf.direction, r.f), sy = part * y;\n"

@@ -499,8 +499,7 @@ static void slopes_go_on_smoothly(void)
     }
     test_note("jitter %.2g, facing the probe %.2g; error in the end %.2g, facing %.2g", jitter[0],
               jitter[1], error[0], error[1]);
-    // As contracted floats choose the leaves, it is twice as large: a fiftieth of the error that goes.
-    CHECK(jitter[0] < 2.5 * jitter[1], "jitter %g, not %g", jitter[0], jitter[1]);
+    CHECK(jitter[0] < 1.5 * jitter[1], "jitter %g, not %g", jitter[0], jitter[1]);
     CHECK(error[0] < 0.4 * error[1], "error %g, not %g", error[0], error[1]);
     free(scratch);
     drop(&o);
