@@ -547,8 +547,8 @@ MSSM_API const char *mssm_glsl_math(void);
 // be put after mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map,
 // mssm_view, mssm_options, mssm_receiver), and calls mssm_moments6 mssm_query(int map, int moments,
 // float x, float y, float half_x, float half_y), which is yours to define: the Chebyshev moments
-// that a rectangle of the map holds. A macro MSSM_SEARCH may name a cheaper one for the search, and
-// MSSM_LEAST_DEPTH a float f(int map, float x, float y, float half_size): the least depth within
+// that a rectangle of the map holds. A macro MSSM_LEAST_DEPTH may name a
+// float f(int map, float x, float y, float half_size): the least depth within
 // half_size texels, which proves receivers lit and lets near planes and far casters do no harm;
 // MSSM_GREATEST_DEPTH likewise the greatest, which proves them dark: to be defined right before the
 // text, which forgets them. A type of map other than int is MSSM_MAP's.
@@ -2357,27 +2357,11 @@ MSSM_SHARED struct mssm_strips mssm_cut(float begin, float to, float size)
     return r;
 }
 
-// One axis of a query of whole texels, as table columns (or rows).
+// One axis of a square of the map, in texels of least depth.
 struct mssm_span {
     float low;
     float high;
 };
-
-// Rounds a wide query to the next texel borders. One of a texel's width grows to all that it
-// touches: by rounding it would see one texel of two, and lose what shadows of no width are made
-// of.
-MSSM_SHARED struct mssm_span mssm_cut_texels(float begin, float to, float size)
-{
-    struct mssm_span r;
-    float inwards = mssm_clamp(0.125f * (to - begin - 1.0f), 0.0f, 0.5f);
-    r.low = mssm_whole(mssm_clamp(begin + inwards, 0.0f, size - 1.0f));
-    // No more than a level's sums can hold, however begin and to were rounded.
-    float most = mssm_min(r.low + MSSM_KERNEL, size);
-    float end = mssm_clamp(to - inwards, 0.0f, size);
-    float high = mssm_whole(end);
-    r.high = mssm_clamp(high < end ? high + 1.0f : high, r.low + 1.0f, most);
-    return r;
-}
 
 // The level that serves a kernel this wide in texels of level 0, of a map with so many levels.
 // From the exponents: how often MSSM_KERNEL must be doubled to hold it.
@@ -2474,28 +2458,6 @@ static mssm_moments6 mssm_query(const mssm_map *map, int moments, float x, float
     return t;
 }
 
-// The same of all texels that the rectangle touches: one rectangle, a quarter of the reads.
-static mssm_moments6 mssm__query_texels(const mssm_map *map, int moments, float x, float y,
-                                        float half_x, float half_y)
-{
-    const int level = mssm_level_of(2.0f * mssm_max(half_x, half_y), map->levels);
-    const float size = (float)map->size[level], scale = 1.0f / (float)(1 << level);
-    const struct mssm_span sx = mssm_cut_texels((x - half_x) * scale, (x + half_x) * scale, size);
-    const struct mssm_span sy = mssm_cut_texels((y - half_y) * scale, (y + half_y) * scale, size);
-    const float inverse = MSSM_INVERSE_SCALE / ((sx.high - sx.low) * (sy.high - sy.low));
-    const size_t channels = (size_t)map->moments;
-    const size_t stride = (size_t)(map->size[level] + 1) * channels;
-    const uint32_t *low = map->table[level] + (size_t)sy.low * stride;
-    const uint32_t *high = map->table[level] + (size_t)sy.high * stride;
-    const size_t a = (size_t)sx.low * channels, b = (size_t)sx.high * channels;
-    mssm_moments6 t = {{0}};
-    for (size_t k = 0; k < (size_t)moments; k++) {
-        const uint32_t sum = (high[b + k] - low[b + k]) - (high[a + k] - low[a + k]);
-        t.b[k] = (float)(int32_t)sum * inverse;
-    }
-    return t;
-}
-
 // Least depth, or least of -depth, of all texels within half_size texels of (x, y), and of some
 // around: four reads.
 static float mssm__least(const mssm_map *map, float x, float y, float half_size, int which)
@@ -2517,7 +2479,6 @@ static float mssm__least(const mssm_map *map, float x, float y, float half_size,
 //
 // Shared with GLSL, where a map is the number of a light, in a type of its mssm_gl's own.
 #define MSSM_MAP const mssm_map *
-#define MSSM_SEARCH mssm__query_texels
 #define MSSM_LEAST_DEPTH(map, x, y, half_size) mssm__least(map, x, y, half_size, 0)
 #define MSSM_GREATEST_DEPTH(map, x, y, half_size) (-mssm__least(map, x, y, half_size, 1))
 #define MSSM_CALLED static // shared, but called, not inlined: the bulk of the code
@@ -2878,13 +2839,13 @@ MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o,
 
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
 // the receiver's own surface does no harm. Only where to look first depends on it, so that four
-// moments do, and the rectangle may be rounded to what is cheap to read.
+// moments do.
 MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                      struct mssm_receiver r, float d)
 {
     mssm_moments6 t =
-        MSSM_SEARCH(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,
-                    mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));
+        mssm_query(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,
+                   mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));
     mssm_points4 p = mssm_layers(o, 4, t, r.z_test);
     float sum = 1e-3f * d;
     float squares = sum * d;
@@ -2905,6 +2866,7 @@ struct mssm_nested {
     float d;
     float inner;
     float outer; // of the one before; d where there is none
+    float own;   // share of d up to which a blocker may be the receiver's own surface
     int last;
 };
 
@@ -2999,7 +2961,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
             if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);
             s.all += w;
             s.past += w * mssm_clamp(relative - 1.5f, 0.0f, 1.0f);
-            near_by += w * mssm_clamp(1.0f - relative * (1.0f / 0.3f), 0.0f, 1.0f);
+            near_by += w * mssm_clamp(1.0f - relative / k.own, 0.0f, 1.0f);
         } else {
             // A surface through the receiver lies as much behind it as in front, and within its
             // tangent plane's reach: without this a plane tilted by more than a third of the
@@ -3059,6 +3021,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     k.d = least < reach ? mssm_mean_distance(map, v, o, r, reach) : reach;
     k.outer = k.d;
     k.inner = k.d;
+    k.own = o.moments == 6 ? 0.6f : 0.3f; // four moments tell it from a near caster less well
     float blocked = 0.0f;
     float lit = 0.0f;  // but for fresh blockers
     float rest = 1.0f; // left to narrower kernels
@@ -3863,15 +3826,11 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     "#endif\n"                                                                                             \
     "#ifndef MSSM_GREATEST_DEPTH\n"                                                                        \
     "#define MSSM_GREATEST_DEPTH(map, x, y, half_size) 1.0\n"                                              \
-    "#endif\n"                                                                                             \
-    "#ifndef MSSM_SEARCH\n"                                                                                \
-    "#define MSSM_SEARCH mssm_query\n"                                                                     \
     "#endif\n"
 #define MSSM__ESTIMATE_END         \
     MSSM__GLSL_FORGET              \
     "#undef MSSM_LEAST_DEPTH\n"    \
     "#undef MSSM_GREATEST_DEPTH\n" \
-    "#undef MSSM_SEARCH\n"         \
     "#undef MSSM_MAP\n"            \
     "#endif\n"
 
@@ -4504,12 +4463,10 @@ static const char mssm__glsl_columns[] =
 
 // In the texts of an mssm_gl @ stands for the name of its function, $ for what its other names
 // begin with. The estimators are overloaded for its own type of map. This goes before them.
-static const char mssm__glsl_search[] =
+static const char mssm__glsl_depths[] =
     "struct $map { int light; };\n"
-    "mssm_moments6 mssm_query_texels($map map, int moments, float x, float y, float half_x, float half_y);\n"
     "float mssm_least($map map, float x, float y, float half_size, int which);\n"
     "#define MSSM_MAP $map\n"
-    "#define MSSM_SEARCH mssm_query_texels\n"
     "#define MSSM_LEAST_DEPTH(map, x, y, half_size) mssm_least(map, x, y, half_size, 0)\n"
     "#define MSSM_GREATEST_DEPTH(map, x, y, half_size) (-mssm_least(map, x, y, half_size, 1))\n";
 
@@ -4554,17 +4511,6 @@ static const char mssm__glsl_strips[] =
     "    mssm_entries r3 = mssm_read(table, x, keep, ivec3(y.w, light, level));\n"
     "    parts += sy.last * mssm_strip(r1, r3, sx);\n"
     "    return parts + whole;\n"
-    "}\n"
-    "// All texels of a rectangle of table entries, low and high in x and y.\n"
-    "ivec4 mssm_texels(isampler2DArray table, ivec4 at, int light, int level)\n"
-    "{\n"
-    "    ivec4 p = max(at, 0);\n"
-    "    int x = at.x < 0 ? 0 : -1, y = at.y < 0 ? 0 : -1;\n"
-    "    ivec4 e = texelFetch(table, ivec3(p.z, p.w, light), level);\n"
-    "    e -= texelFetch(table, ivec3(p.x, p.w, light), level) & x;\n"
-    "    e -= texelFetch(table, ivec3(p.z, p.y, light), level) & y;\n"
-    "    e += texelFetch(table, ivec3(p.x, p.y, light), level) & (x & y);\n"
-    "    return e;\n"
     "}\n"
     "#endif\n";
 
@@ -4627,8 +4573,8 @@ static const char mssm__glsl_entry[] =
     "    return mssm_moments6(float[6](low.x, low.y, low.z, low.w, high.x, high.y));\n"
     "}\n";
 
-// What is called, and the query of the search.
-static const char mssm__glsl_texels[] =
+// What is called, and the least depth.
+static const char mssm__glsl_called[] =
     "mssm_view $view_of(int light)\n"
     "{\n"
     "    mssm_view v = $stored_view(light);\n"
@@ -4658,20 +4604,6 @@ static const char mssm__glsl_texels[] =
     "    if (v.side <= 0.0) return 1.0;\n"
     "    return mssm_estimate($map(light), v, $chosen,\n"
     "                         mssm_receive_at(v, $chosen, shadow.x, shadow.y, shadow.z));\n"
-    "}\n"
-    "// Four of them, which are all that the search asks for.\n"
-    "mssm_moments6 mssm_query_texels($map map, int moments, float x, float y, float half_x,\n"
-    "                                float half_y)\n"
-    "{\n"
-    "    int level = mssm_level_of(2.0 * mssm_max(half_x, half_y), $levels);\n"
-    "    float size = float(($side + (1 << level) - 1) >> level);\n"
-    "    float scale = intBitsToFloat((127 - level) << 23);\n"
-    "    mssm_span sx = mssm_cut_texels((x - half_x) * scale, (x + half_x) * scale, size);\n"
-    "    mssm_span sy = mssm_cut_texels((y - half_y) * scale, (y + half_y) * scale, size);\n"
-    "    float inverse = MSSM_INVERSE_SCALE / ((sx.high - sx.low) * (sy.high - sy.low));\n"
-    "    ivec4 at = ivec4(int(sx.low), int(sy.low), int(sx.high), int(sy.high)) - 1;\n"
-    "    vec4 low = vec4(mssm_texels($table0, at, map.light, level)) * inverse;\n"
-    "    return mssm_moments6(float[6](low.x, low.y, low.z, low.w, 0.0, 0.0));\n"
     "}\n"
     "float mssm_least($map map, float x, float y, float half_size, int which)\n"
     "{\n"
@@ -5185,9 +5117,9 @@ static size_t mssm__print_shader(const mssm_gl *gl, char *to)
     if (!name) name = gl->filtered ? "mssm_filtered_visibility" : "mssm_visibility";
     mssm__print_defines(gl, defines, sizeof defines);
     // Before and after what the estimators share, three at the end.
-    const char *const soft[] = {mssm__glsl_search, mssm__glsl_strips,
+    const char *const soft[] = {mssm__glsl_depths, mssm__glsl_strips,
                                 gl->unbound ? mssm__glsl_unbound : mssm__glsl_bound,
-                                mssm__glsl_entry, mssm__glsl_texels};
+                                mssm__glsl_entry, mssm__glsl_called};
     const char *const *own = soft;
 #ifndef MSSM_NO_FILTERED
     const char *const filtered[] = {"#define MSSM_NO_ESTIMATE\n", mssm__glsl_filtered(),
@@ -7485,27 +7417,11 @@ const char *mssm_glsl_shading(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "// One axis of a query of whole texels, as table columns (or rows).\n"
+    "// One axis of a square of the map, in texels of least depth.\n"
     "struct mssm_span {\n"
     "    float low;\n"
     "    float high;\n"
     "};\n"
-    "\n"
-    "// Rounds a wide query to the next texel borders. One of a texel's width grows to all that it\n"
-    "// touches: by rounding it would see one texel of two, and lose what shadows of no width are made\n"
-    "// of.\n"
-    "MSSM_SHARED mssm_span mssm_cut_texels(float begin, float to, float size)\n"
-    "{\n"
-    "    mssm_span r;\n"
-    "    float inwards = mssm_clamp(0.125f * (to - begin - 1.0f), 0.0f, 0.5f);\n"
-    "    r.low = mssm_whole(mssm_clamp(begin + inwards, 0.0f, size - 1.0f));\n"
-    "    // No more than a level's sums can hold, however begin and to were rounded.\n"
-    "    float most = mssm_min(r.low + MSSM_KERNEL, size);\n"
-    "    float end = mssm_clamp(to - inwards, 0.0f, size);\n"
-    "    float high = mssm_whole(end);\n"
-    "    r.high = mssm_clamp(high < end ? high + 1.0f : high, r.low + 1.0f, most);\n"
-    "    return r;\n"
-    "}\n"
     "\n"
     "// The level that serves a kernel this wide in texels of level 0, of a map with so many levels.\n"
     "// From the exponents: how often MSSM_KERNEL must be doubled to hold it.\n"
@@ -7845,6 +7761,7 @@ const char *mssm_glsl_shading(void)
     "    float d;\n"
     "    float inner;\n"
     "    float outer; // of the one before; d where there is none\n"
+    "    float own;   // share of d up to which a blocker may be the receiver's own surface\n"
     "    int last;\n"
     "};\n"
     "\n"
@@ -7939,7 +7856,7 @@ const char *mssm_glsl_shading(void)
     "            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);\n"
     "            s.all += w;\n"
     "            s.past += w * mssm_clamp(relative - 1.5f, 0.0f, 1.0f);\n"
-    "            near_by += w * mssm_clamp(1.0f - relative * (1.0f / 0.3f), 0.0f, 1.0f);\n"
+    "            near_by += w * mssm_clamp(1.0f - relative / k.own, 0.0f, 1.0f);\n"
     "        } else {\n"
     "            // A surface through the receiver lies as much behind it as in front, and within its\n"
     "            // tangent plane's reach: without this a plane tilted by more than a third of the\n"
@@ -8027,13 +7944,13 @@ const char *mssm_glsl_shading(void)
     "\n"
     "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
     "// the receiver's own surface does no harm. Only where to look first depends on it, so that four\n"
-    "// moments do, and the rectangle may be rounded to what is cheap to read.\n"
+    "// moments do.\n"
     "MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                                     mssm_receiver r, float d)\n"
     "{\n"
     "    mssm_moments6 t =\n"
-    "        MSSM_SEARCH(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
-    "                    mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));\n"
+    "        mssm_query(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
+    "                   mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));\n"
     "    mssm_points4 p = mssm_layers(o, 4, t, r.z_test);\n"
     "    float sum = 1e-3f * d;\n"
     "    float squares = sum * d;\n"
@@ -8065,6 +7982,7 @@ const char *mssm_glsl_shading(void)
     "    k.d = least < reach ? mssm_mean_distance(map, v, o, r, reach) : reach;\n"
     "    k.outer = k.d;\n"
     "    k.inner = k.d;\n"
+    "    k.own = o.moments == 6 ? 0.6f : 0.3f; // four moments tell it from a near caster less well\n"
     "    float blocked = 0.0f;\n"
     "    float lit = 0.0f;  // but for fresh blockers\n"
     "    float rest = 1.0f; // left to narrower kernels\n"

@@ -183,6 +183,42 @@ static void penumbrae_only_brighten_outwards(void)
     }
 }
 
+// Half of a light's reach into ground that it grazes lies in front of each receiver, and a caster hides
+// much of the other half, by which ground is known.
+static double error_beside_plate(const double sun[3], double tangent, double height)
+{
+    enum { GRID = 24 };
+    static const double normal[3] = {0, 1, 0};
+    setup u;
+    memset(&u.scene, 0, sizeof u.scene);
+    scene_add_box(&u.scene, 0, -0.05, 0, 2, 0.05, 2);
+    scene_add_box(&u.scene, 0, height, 0, 0.9, 0.03, 0.9);
+    memcpy(u.scene.sun, sun, sizeof u.scene.sun);
+    scene_finish(&u.scene);
+    CHECK(scene_light(&u.scene, tangent, tangent, &u.light) == MSSM_OK, "light");
+    setup_map(&u, 256, 4, 0);
+    double squares = 0;
+    for (int i = 0; i < GRID * GRID; i++) {
+        const double p[3] = {3.9 * (i % GRID + 0.5) / GRID - 1.95, 0,
+                             3.9 * (i / GRID + 0.5) / GRID - 1.95};
+        uint64_t state = 1;
+        const double truth = scene_visibility(&u.scene, &u.light, p, normal, 16, &state);
+        squares += pow(visibility(&u, NULL, p) - truth, 2);
+    }
+    setup_free(&u);
+    return sqrt(squares / (GRID * GRID));
+}
+
+static void grazed_ground_is_no_caster(void)
+{
+    static const double sun[3][3] = {{0.36, 0.864, 0.352}, {0.64, 0.74, 0.21}, {0.1, 0.87, 0.48}};
+    double sum = 0;
+    for (int i = 0; i < 12; i++)
+        sum += error_beside_plate(sun[i / 4], i % 2 ? 0.4 : 0.2, i / 2 % 2 ? 1.6 : 0.4);
+    test_note("rms error %.4f", sum / 12);
+    CHECK(sum / 12 < 0.033, "rms error %.4f", sum / 12);
+}
+
 // ---- frusta that reach far towards the light ---------------------------------------------------
 
 // Below a plate that hides the whole light. In a box 512 times as tall as the plate is above the
@@ -814,6 +850,7 @@ static void no_texel_is_missed(void)
 const test_case estimators_tests[] = {
     {"the penumbra of a convex caster does not fall going outwards",
      penumbrae_only_brighten_outwards},
+    {"ground that the light grazes is no caster", grazed_ground_is_no_caster},
     {"umbras stay dark under tall boxes and near planes close to the light, with every estimator",
      umbras_stay_dark_whatever_the_frustum},
     {"light comes through gaps between plates in tall boxes",
