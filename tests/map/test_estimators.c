@@ -187,7 +187,7 @@ static void penumbrae_only_brighten_outwards(void)
 // much of the other half, by which ground is known.
 static double error_beside_plate(const double sun[3], double tangent, double height)
 {
-    enum { GRID = 24 };
+    enum { GRID = 12 };
     static const double normal[3] = {0, 1, 0};
     setup u;
     memset(&u.scene, 0, sizeof u.scene);
