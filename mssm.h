@@ -547,11 +547,11 @@ MSSM_API const char *mssm_glsl_math(void);
 // be put after mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map,
 // mssm_view, mssm_options, mssm_receiver), and calls mssm_moments6 mssm_query(int map, int moments,
 // float x, float y, float half_x, float half_y), which is yours to define: the Chebyshev moments
-// that a rectangle of the map holds. A macro MSSM_LEAST_DEPTH may name a
-// float f(int map, float x, float y, float half_size): the least depth within
-// half_size texels, which proves receivers lit and lets near planes and far casters do no harm;
-// MSSM_GREATEST_DEPTH likewise the greatest, which proves them dark: to be defined right before the
-// text, which forgets them. A type of map other than int is MSSM_MAP's.
+// that a rectangle of the map holds. A macro MSSM_LEAST_DEPTH may name a float f(int map, float x,
+// float y, float half_size): the least depth within half_size texels, which proves receivers lit
+// and lets near planes and far casters do no harm; MSSM_GREATEST_DEPTH likewise the greatest, which
+// proves them dark: to be defined right before the text, which forgets them. A type of map other
+// than int is MSSM_MAP's.
 MSSM_API const char *mssm_glsl_shading(void);
 
 #if !(defined MSSM_STATIC && defined MSSM_NO_GL) // a static function must be defined
