@@ -1747,7 +1747,9 @@ LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_leaf(lightprobe_sum sum, lightpr
 {
     LIGHTPROBE_PRECISE lightprobe_sum s = sum;
     LIGHTPROBE_PRECISE float tones = leaf.luminance * leaf.tone;
-    for (int i = 0; i < 3; i++) s.resultant[i] += leaf.strength * leaf.direction[i];
+    s.resultant[0] += leaf.strength * leaf.direction[0];
+    s.resultant[1] += leaf.strength * leaf.direction[1];
+    s.resultant[2] += leaf.strength * leaf.direction[2];
     s.luminance += leaf.luminance;
     s.tones += tones;
     s.tones2 += tones * leaf.tone;
@@ -1757,7 +1759,9 @@ LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_leaf(lightprobe_sum sum, lightpr
 
 LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)
 {
-    for (int i = 0; i < 3; i++) a.resultant[i] += b.resultant[i];
+    a.resultant[0] += b.resultant[0];
+    a.resultant[1] += b.resultant[1];
+    a.resultant[2] += b.resultant[2];
     a.luminance += b.luminance;
     a.tones += b.tones;
     a.tones2 += b.tones2;
@@ -2315,7 +2319,8 @@ static void lightprobe__find_cut(const lightprobe__work *w, lightprobe_cluster *
 {
     lightprobe_sum bins[LIGHTPROBE_BINS], above[LIGHTPROBE_BINS], below = lightprobe_nothing();
     if (!(axis.scale > 0)) return;
-    for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) bins[bin] = above[bin] = below;
+    for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) bins[bin] = lightprobe_nothing();
+    above[LIGHTPROBE_BINS - 1] = below;
     for (int k = 0; k < c->sum.count; k++) {
         const lightprobe_leaf *leaf = w->leaves + w->order[c->first + k];
         lightprobe_sum *bin = bins + lightprobe_bin(axis, *leaf);
