@@ -853,7 +853,7 @@ typedef struct lightprobe__work {
     const lightprobe_cube *cube;
     int side, half, tiles, top, max_lights, max_leaves, distances;
     float *omega, *weight; // of the texels of a quarter face: solid angle, that over the distance
-    float *band;           // weights of the texels in a row of tiles
+    float *band;           // of a row of tiles: weights of the texels, sums
     lightprobe_cell *cells[LIGHTPROBE__LEVELS]; // of tiles and larger squares
     lightprobe_leaf *leaves;
     lightprobe__share *shares;
@@ -898,7 +898,7 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
 #define LIGHTPROBE__TAKE(type, count) (type *)lightprobe__take(base, &used, (count) * sizeof(type))
     w->omega = LIGHTPROBE__TAKE(float, quarter);
     w->weight = LIGHTPROBE__TAKE(float, quarter);
-    w->band = LIGHTPROBE__TAKE(float, (4 * 24 + 12 + 1) * tiles);
+    w->band = LIGHTPROBE__TAKE(float, (4 * 24 + 12 + 1 + 24) * tiles);
     for (int level = LIGHTPROBE_TILE_LEVEL;; level++) {
         const size_t n = (size_t)lightprobe__level_side(side, level);
         w->cells[level] = LIGHTPROBE__TAKE(lightprobe_cell, 6 * n * n);
@@ -1284,10 +1284,8 @@ static inline lightprobe__bits lightprobe__bits4(lightprobe__four a)
     return bits;
 }
 
-static inline float lightprobe__sum4(lightprobe__four a)
+static inline float lightprobe__sum4(const float v[4])
 {
-    float v[4];
-    memcpy(v, &a, sizeof v);
     return (v[0] + v[1]) + (v[2] + v[3]);
 }
 
@@ -1397,58 +1395,67 @@ static int lightprobe__gather(const lightprobe__work *w, int face, int tx, int t
     return bad;
 }
 
-// texels and step: four rows of four RGB texels. band: four rows of weights, 12 floats of solid
-// angle and 12 of solid angle times luminance coefficient over distance per tile. s: of the 12
-// floats. t: of the row after the last, next to the one before it. omega: of the tile. Returns 0
-// where a texel was negative, NaN or infinite (then the sums are worthless): the sign bits are
-// gathered on the way, the rest shows in the sums. Written out, three registers of four floats
-// each: gcc -O2 keeps arrays of them in memory, at twice the time.
+// texels and step: four rows of four RGB texels. band: four rows of weights, 12 floats of solid angle
+// and, so many floats after, 12 of solid angle times luminance coefficient over distance. s: of the
+// 12 floats. sums: 12 floats of flux and 4 each of the resultant's components, which are left to
+// lightprobe__tile_cell. Returns 0 where a texel was negative, NaN or infinite (then the sums are
+// worthless): the sign bits are gathered on the way, the rest shows in the sums. Written out, three
+// registers of four floats each: gcc -O2 keeps arrays of them in memory, at twice the time.
 static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, const float *band,
-                                       ptrdiff_t stride, const float *s, const float t[2],
-                                       float omega, lightprobe_cell *cell)
+                                       ptrdiff_t after, const float *s, float sums[24])
 {
     const lightprobe__four zero = lightprobe__set4(0);
     lightprobe__four f0 = zero, f1 = zero, f2 = zero, m0 = zero, m1 = zero, m2 = zero;
     lightprobe__four n0 = zero, n1 = zero, n2 = zero;
     lightprobe__bits sign = lightprobe__bits4(zero);
-    for (int row = 0; row < 4; row++, texels += step, band += stride) {
+    for (int row = 0; row < 4; row++, texels += step, band += 2 * after) {
         const lightprobe__four x0 = lightprobe__load4(texels), x1 = lightprobe__load4(texels + 4);
         const lightprobe__four x2 = lightprobe__load4(texels + 8);
         f0 = lightprobe__add4(f0, lightprobe__mul4(x0, lightprobe__band4(band)));
         f1 = lightprobe__add4(f1, lightprobe__mul4(x1, lightprobe__band4(band + 4)));
         f2 = lightprobe__add4(f2, lightprobe__mul4(x2, lightprobe__band4(band + 8)));
-        m0 = lightprobe__add4(m0, lightprobe__mul4(x0, lightprobe__band4(band + 12)));
-        m1 = lightprobe__add4(m1, lightprobe__mul4(x1, lightprobe__band4(band + 16)));
-        m2 = lightprobe__add4(m2, lightprobe__mul4(x2, lightprobe__band4(band + 20)));
+        m0 = lightprobe__add4(m0, lightprobe__mul4(x0, lightprobe__band4(band + after)));
+        m1 = lightprobe__add4(m1, lightprobe__mul4(x1, lightprobe__band4(band + after + 4)));
+        m2 = lightprobe__add4(m2, lightprobe__mul4(x2, lightprobe__band4(band + after + 8)));
         n0 = lightprobe__add4(n0, m0); // sums of sums: the first row counts 4 times
         n1 = lightprobe__add4(n1, m1);
         n2 = lightprobe__add4(n2, m2);
         sign = lightprobe__or4(sign, lightprobe__or4(lightprobe__bits4(x0), lightprobe__bits4(x1)));
         sign = lightprobe__or4(sign, lightprobe__bits4(x2));
     }
-    float f[12];
-    lightprobe__store4(f, f0);
-    lightprobe__store4(f + 4, f1);
-    lightprobe__store4(f + 8, f2);
-    cell->flux[0] = (f[0] + f[3]) + (f[6] + f[9]);
-    cell->flux[1] = (f[1] + f[4]) + (f[7] + f[10]);
-    cell->flux[2] = (f[2] + f[5]) + (f[8] + f[11]);
-    cell->flux[3] = omega;
-    cell->resultant[0] = lightprobe__sum4(lightprobe__add4(lightprobe__add4(m0, m1), m2));
+    uint64_t signs[2];
+    float all[4];
+    lightprobe__store4(sums, f0);
+    lightprobe__store4(sums + 4, f1);
+    lightprobe__store4(sums + 8, f2);
+    lightprobe__store4(sums + 12, lightprobe__add4(lightprobe__add4(m0, m1), m2));
     m0 = lightprobe__mul4(m0, lightprobe__band4(s));
     m1 = lightprobe__mul4(m1, lightprobe__band4(s + 4));
     m2 = lightprobe__mul4(m2, lightprobe__band4(s + 8));
-    cell->resultant[1] = lightprobe__sum4(lightprobe__add4(lightprobe__add4(m0, m1), m2));
-    const float n = lightprobe__sum4(lightprobe__add4(lightprobe__add4(n0, n1), n2));
+    lightprobe__store4(sums + 16, lightprobe__add4(lightprobe__add4(m0, m1), m2));
+    lightprobe__store4(sums + 20, lightprobe__add4(lightprobe__add4(n0, n1), n2));
+    // A sum that overflows is looked at again by lightprobe__gather, which finds nothing.
+    lightprobe__store4(all, lightprobe__add4(lightprobe__add4(f0, f1), f2));
+    memcpy(signs, &sign, sizeof signs);
+    return !((signs[0] | signs[1]) & 0x8000000080000000u) &&
+           lightprobe__is_number(lightprobe__sum4(all));
+}
+
+// Adds up a tile's sums. Called a whole row of tiles later: what has just been stored is slow to load
+// in other fours. t: of the row after the last, next to the one before it.
+static inline void lightprobe__tile_cell(const float sums[24], const float t[2], float omega,
+                                         lightprobe_cell *cell)
+{
+    lightprobe__four a = lightprobe__load4(sums), b = lightprobe__load4(sums + 6);
+    a = lightprobe__add4(a, lightprobe__load4(sums + 3));
+    b = lightprobe__add4(b, lightprobe__load4(sums + 9));
+    lightprobe__store4(cell->flux, lightprobe__add4(a, b)); // and what is no flux
+    cell->flux[3] = omega;
+    cell->resultant[0] = lightprobe__sum4(sums + 12);
+    cell->resultant[1] = lightprobe__sum4(sums + 16);
+    const float n = lightprobe__sum4(sums + 20);
     cell->resultant[2] = t[0] * cell->resultant[0] + (t[1] - t[0]) * n;
     cell->resultant[3] = 0;
-    // A sum that overflows is looked at again by lightprobe__gather, which finds nothing.
-    const float all = cell->flux[0] + cell->flux[1] + cell->flux[2];
-    uint64_t signs[2];
-    uint32_t bits;
-    memcpy(signs, &sign, sizeof signs);
-    memcpy(&bits, &all, sizeof bits);
-    return !((signs[0] | signs[1]) & 0x8000000080000000u) && bits < 0x7f800000u;
 }
 
 // Weights of the texels in a row of tiles. What lies beyond the side may hold anything finite.
@@ -1458,17 +1465,17 @@ static void lightprobe__make_band(lightprobe__work *w, int ty)
     float *tile_omega = w->band + (4 * 24 + 12) * w->tiles;
     for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++) {
         const size_t first = lightprobe__quarter(w, w->side / 2, y);
-        float *row = w->band + (y & 3) * stride; // a tile has 24 floats, twice 3 a texel
+        float *row = w->band + (y & 3) * stride; // twice three floats a texel
         if (y == 4 * ty) memset(tile_omega, 0, (size_t)w->tiles * sizeof(float));
         for (int d = 0; d < w->half; d++) { // from the middle to both sides
             const float omega = w->omega[first + (size_t)d], q = w->weight[first + (size_t)d];
             const float r = 0.2126f * q, g = 0.7152f * q, blue = 0.0722f * q;
-            for (int x = w->side / 2 + d;; x = w->side - 1 - x) {
-                float *to = row + 12 * (x >> 2) + 3 * x;
+            for (ptrdiff_t x = w->side / 2 + d;; x = w->side - 1 - x) {
+                float *to = row + 3 * x, *v = to + stride / 2;
                 to[0] = to[1] = to[2] = omega;
-                to[12] = r;
-                to[13] = g;
-                to[14] = blue;
+                v[0] = r;
+                v[1] = g;
+                v[2] = blue;
                 tile_omega[x >> 2] += omega;
                 if (2 * x < w->side) break;
             }
@@ -1509,29 +1516,31 @@ static lightprobe_cell lightprobe__small_cell(const lightprobe__work *w, int fac
 static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band_ty)
 {
     const int flip = ty != band_ty;
-    const ptrdiff_t stride = 24 * w->tiles, row = 3 * (ptrdiff_t)w->side;
+    const ptrdiff_t after = 12 * w->tiles, row = 3 * (ptrdiff_t)w->side;
     const ptrdiff_t step = flip ? -row : row, copy_step = flip ? -12 : 12;
-    const float *s = w->band + 4 * stride, *omega = s + 12 * w->tiles, *band = w->band;
+    float *s = w->band + 8 * after, *omega = s + after, *sums = omega + w->tiles;
     const float *texels = w->cube->face[face] + 4 * ty * row + (flip ? 3 * row : 0);
     const int plain = w->cube->channels == 3 && 4 * ty + 4 <= w->side ? w->side / 4 : 0;
     const float t[2] = {lightprobe_centre(w->side, 4 * ty + (flip ? -1 : 4)),
                         lightprobe_centre(w->side, 4 * ty + (flip ? 0 : 3))};
     lightprobe_cell *cell = w->cells[LIGHTPROBE_TILE_LEVEL] + (face * w->tiles + ty) * w->tiles;
-    for (int tx = 0; tx < w->tiles; tx++, cell++, texels += 12, band += 24, s += 12) {
+    for (int tx = 0; tx < w->tiles; tx++) {
         float copy[48];
         int copied = tx >= plain;
         if (copied) w->repaired += lightprobe__gather(w, face, tx, ty, copy);
         // Called in one place, so that tiles are summed alike; a copy is always good.
-        while (!lightprobe__sum_tile(copied ? copy + (flip ? 36 : 0) : texels,
-                                     copied ? copy_step : step, band, stride, s, t, omega[tx],
-                                     cell)) {
+        while (!lightprobe__sum_tile(copied ? copy + (flip ? 36 : 0) : texels + 12 * tx,
+                                     copied ? copy_step : step, w->band + 12 * tx, after,
+                                     s + 12 * tx, sums + 24 * tx)) {
             w->repaired += lightprobe__gather(w, face, tx, ty, copy);
             copied = 1;
         }
-        if (w->distances)
-            cell->resultant[3] =
-                lightprobe__small_cell(w, face, LIGHTPROBE_TILE_LEVEL, tx, ty).resultant[3];
     }
+    for (int tx = 0; tx < w->tiles; tx++)
+        lightprobe__tile_cell(sums + 24 * tx, t, omega[tx], cell + tx);
+    for (int tx = 0; tx < w->tiles && w->distances; tx++)
+        cell[tx].resultant[3] =
+            lightprobe__small_cell(w, face, LIGHTPROBE_TILE_LEVEL, tx, ty).resultant[3];
 }
 
 static void lightprobe__sum_tiles(lightprobe__work *w)
@@ -6477,7 +6486,9 @@ static const char *lightprobe__quote_work(void)
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_sum s = sum;\n"
     "    LIGHTPROBE_PRECISE float tones = leaf.luminance * leaf.tone;\n"
-    "    for (int i = 0; i < 3; i++) s.resultant[i] += leaf.strength * leaf.direction[i];\n"
+    "    s.resultant[0] += leaf.strength * leaf.direction[0];\n"
+    "    s.resultant[1] += leaf.strength * leaf.direction[1];\n"
+    "    s.resultant[2] += leaf.strength * leaf.direction[2];\n"
     "    s.luminance += leaf.luminance;\n"
     "    s.tones += tones;\n"
     "    s.tones2 += tones * leaf.tone;\n"
@@ -6487,7 +6498,9 @@ static const char *lightprobe__quote_work(void)
     "\n"
     "LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)\n"
     "{\n"
-    "    for (int i = 0; i < 3; i++) a.resultant[i] += b.resultant[i];\n"
+    "    a.resultant[0] += b.resultant[0];\n"
+    "    a.resultant[1] += b.resultant[1];\n"
+    "    a.resultant[2] += b.resultant[2];\n"
     "    a.luminance += b.luminance;\n"
     "    a.tones += b.tones;\n"
     "    a.tones2 += b.tones2;\n"
