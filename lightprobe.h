@@ -194,7 +194,9 @@ typedef struct lightprobe_stats {
     float residual_sh[9][3]; // of it, for lightprobe_residual_irradiance
     // Estimate of the root mean square error of irradiance behind a random half-space (its border any
     // great circle; receivers of all orientations), in parts of the mean when nothing stands in between.
-    // Within 25% from 4 lights on. Of LIGHTPROBE_MEDIAN_CUT: mean half square angle to a light's centre.
+    // Of 303 probes with 4 to 64 lights within 15% in 95% of the cases, at worst 27% too low or 34% too
+    // high; with one light mostly 40% too high. Of LIGHTPROBE_MEDIAN_CUT: mean half square angle to a
+    // light's centre.
     float error;
     int lights;          // how many were written
     int repaired_texels; // with a negative, NaN or infinite channel; that channel counts as 0
@@ -1611,15 +1613,17 @@ LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)
 }
 // [glsl end]
 
-// Of equals the first, so that the GPU's way to find it agrees.
+// Of equals the first, so that the GPU's way to find it agrees. By blocks, most of which hold nothing
+// larger: of a plain loop clang makes code that waits for every number, a tenth of the extraction.
 static int lightprobe__largest(const float *x, int count)
 {
-    float top = x[0];
     int most = 0;
-    for (int i = 1; i < count; i++) {
-        if (x[i] <= top) continue;
-        top = x[i];
-        most = i;
+    for (int i = 0, end; i < count; i = end) {
+        float top = x[i];
+        end = i + 8 < count ? i + 8 : count;
+        for (int k = i + 1; k < end; k++) top = x[k] > top ? x[k] : top;
+        if (top <= x[most]) continue;
+        for (most = i; x[most] < top;) most++;
     }
     return most;
 }
