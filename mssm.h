@@ -2936,7 +2936,7 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
     float inverse_d = 1.0f / (k.d + 1e-30f);
     // The one-texel kernel sees texel centres up to a texel away.
-    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : inverse_d;
+    float to_reach = half_width < 1.0f ? kernel : inverse_d;
     float inverse = mssm_inverse_between(k.inner, k.d);
     float inverse_outer = mssm_inverse_between(k.d, k.outer);
     float near_by = 0.0f;
@@ -7831,7 +7831,7 @@ const char *mssm_glsl_shading(void)
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
     "    float inverse_d = 1.0f / (k.d + 1e-30f);\n"
     "    // The one-texel kernel sees texel centres up to a texel away.\n"
-    "    float to_reach = half_width < 1.0f && v.averaged == 0 ? kernel : inverse_d;\n"
+    "    float to_reach = half_width < 1.0f ? kernel : inverse_d;\n"
     "    float inverse = mssm_inverse_between(k.inner, k.d);\n"
     "    float inverse_outer = mssm_inverse_between(k.d, k.outer);\n"
     "    float near_by = 0.0f;\n"
