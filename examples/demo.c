@@ -184,12 +184,11 @@ static bool demo_frame(demo *d, float turn, const char *out, message *why)
 
 static bool demo_run(demo *d, message *why)
 {
-    char name[1024], number[16];
+    char name[1024];
     if (!demo_open(d, why)) return false;
     if (d->o.orbit == 0) return demo_frame(d, 0, d->o.out, why);
     for (int i = 0; i < d->o.orbit; i++) {
-        snprintf(number, sizeof number, "-%04d", i);
-        report_name(name, sizeof name, d->o.out, number);
+        report_frame_name(name, sizeof name, d->o.out, i);
         printf("frame %d of %d\n", i + 1, d->o.orbit);
         if (!demo_frame(d, (float)i / (float)d->o.orbit, name, why)) return false;
     }

@@ -1,19 +1,15 @@
 // Deferred shading by all area lights of a turning probe, OpenGL 4.5, no window. The lights stay on
 // the GPU; the CPU reads them a frame late, for the depth maps, and shading goes by what it read.
 //     cc -O2 -I. examples/gl_deferred.c examples/common/*.c -lm -lpthread -ldl && ./a.out --orbit 8
-#include "common/gl_context.h"
-#include "common/gl_draw.h"
-#include "common/options.h"
+#include "common/gl_example.h"
 #include "common/probe.h"
 #include "../lightprobe.h"
 #include "../mssm.h"
 
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { LIGHTS = 24, WIDTH = 960, HEIGHT = 540 };
-static const char shading[] = // for a triangle over the picture, behind the texts of both headers
+static const char shading[] = // for a triangle over the picture, after the texts of both headers
     "layout(binding = 0) uniform sampler2D position_map;\n"
     "layout(binding = 1) uniform sampler2D normal_map;\n"
     "layout(binding = 2) uniform sampler2D albedo_map;\n"
@@ -57,7 +53,7 @@ static bool create(renderer *r, message *why)
                                .first_texture_unit = 4,
                                .first_buffer_binding = 1,
                                .settings = {.estimator = MSSM_HORIZON}};
-    const GLenum view_formats[] = {GL_RGBA32F, GL_RGBA16F, GL_RGBA8}, formats[3] = {GL_RGBA32F};
+    const GLenum view_formats[] = {GL_RGBA32F, GL_RGBA16F, GL_RGBA8};
     if (lightprobe_gl_create(&r->probe, &from)) return fail(why, "no lights from probes");
     if (mssm_gl_create(&r->shadows, &desc)) return fail(why, "no shadow maps");
     const char *const vertices[] = {gl_triangle_vertex, NULL};
@@ -72,7 +68,7 @@ static bool create(renderer *r, message *why)
            (r->view_program = gl_program_simple("view", gl_scene_vertex, gl_scene_fragment, why)) &&
            (r->shading_program = gl_program("shading", vertices, fragments, why)) &&
            gl_target_create(&r->view, WIDTH, HEIGHT, 1, view_formats, why) &&
-           gl_target_create(&r->picture, WIDTH, HEIGHT, 1, formats, why);
+           gl_target_create(&r->picture, WIDTH, HEIGHT, 1, (GLenum[3]){GL_RGBA32F}, why);
 }
 
 static void draw_shadows(renderer *r, const scene *s)
@@ -82,12 +78,7 @@ static void draw_shadows(renderer *r, const scene *s)
         const lightprobe_light *l = &r->light[i];
         mssm_light f;
         mssm_light_directional(&f, l->direction, l->axis_u, l->tan_half_u, l->tan_half_v, lo, hi);
-        mssm_gl_set_light(r->shadows, i, &f);
-        mssm_gl_begin_depth(r->shadows, i, 0);
-        gl.UseProgram(r->depth_program);
-        gl.ProgramUniformMatrix4fv(r->depth_program, 0, 1, GL_FALSE, f.world_to_shadow);
-        gl_mesh_draw(&r->casters);
-        mssm_gl_end_depth(r->shadows);
+        gl_example_map(r->shadows, i, &f, r->depth_program, &r->casters);
     }
     mssm_gl_build(r->shadows);
 }
@@ -95,12 +86,9 @@ static void draw_shadows(renderer *r, const scene *s)
 static void draw_picture(renderer *r)
 {
     const camera eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 16.0f / 9);
-    float world_to_clip[16];
-    gl_camera_matrix(&eye, 0.1f, 30, world_to_clip);
     gl_target_begin(&r->view);
     gl.Enable(GL_DEPTH_TEST);
-    gl.UseProgram(r->view_program);
-    gl.ProgramUniformMatrix4fv(r->view_program, 0, 1, GL_FALSE, world_to_clip);
+    gl_camera_use(&eye, 0.1f, 30, r->view_program);
     gl_mesh_draw(&r->casters);
     gl.Disable(GL_DEPTH_TEST);
     gl_target_begin(&r->picture);
@@ -116,7 +104,6 @@ static void draw_picture(renderer *r)
 
 static bool frame(renderer *r, const probe *p, const scene *s, const char *file, message *why)
 {
-    image picture;
     gl_probe_upload(&r->cube, p->face, p->side); // whatever animates it
     if (!gl_mesh_upload(&r->casters, s, why)) return false;
     if (lightprobe_gl_update(r->probe, r->cube)) return fail(why, "no lights in the probe");
@@ -124,42 +111,36 @@ static bool frame(renderer *r, const probe *p, const scene *s, const char *file,
     lightprobe_gl_read(r->probe, r->lights == 0, r->light, &r->lights, NULL);
     draw_shadows(r, s);
     draw_picture(r);
-    if (!gl_target_read(&r->picture, &picture, why)) return false;
-    const bool saved = image_save_png(&picture, image_exposure(&picture), file, why);
-    image_free(&picture);
-    return saved;
+    return gl_target_save(&r->picture, 0, file, why);
+}
+
+static bool run(int argc, char **argv, message *why)
+{
+    static renderer r;
+    options o = {.out = "deferred", .orbit = 1};
+    probe source = {0}, turned = {0};
+    bool done = options_parse_some(&o, "--orbit --out", argc, argv, why) &&
+                probe_default(&source, 128) && probe_create(&turned, 128) && create(&r, why);
+    for (int i = 0; i < o.orbit && done; i++) {
+        const float turn = (float)i / (float)o.orbit;
+        scene s = {0};
+        char file[1024];
+        snprintf(file, sizeof file, "%s-%04d.png", o.out, i);
+        done = probe_rotate(&turned, &source, 2 * VEC_PI * turn) &&
+               scene_create(&s, 8 * turn, NULL) && frame(&r, &turned, &s, file, why);
+        scene_free(&s);
+    }
+    probe_free(&source);
+    probe_free(&turned);
+    mssm_gl_destroy(r.shadows); // the rest goes with the context
+    lightprobe_gl_destroy(r.probe);
+    return done;
 }
 
 int main(int argc, char **argv)
 {
-    static renderer r;
-    probe source, turned;
-    gl_context context = {0};
-    message why = {"usage: gl_deferred [--orbit FRAMES] [--out STEM]"};
-    const char *stem = "deferred", *missing;
-    int frames = 1;
-    if (options_help_asked(
-            argc, argv,
-            "gl_deferred [--orbit FRAMES] [--out STEM]: all lights of a turning probe; writes STEM-0000.png and on"))
-        return 0;
-    for (int i = 1; i + 1 < argc; i += 2) {
-        if (!strcmp(argv[i], "--orbit")) frames = atoi(argv[i + 1]);
-        if (!strcmp(argv[i], "--out")) stem = argv[i + 1];
-    }
-    bool done = argc % 2 && (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
-                probe_default(&source, 128) && probe_create(&turned, 128) && create(&r, &why);
-    for (int i = 0; i < frames && done; i++) {
-        const float turn = (float)i / (float)frames;
-        scene s;
-        char file[1024];
-        snprintf(file, sizeof file, "%s-%04d.png", stem, i);
-        done = probe_rotate(&turned, &source, 2 * VEC_PI * turn) &&
-               scene_create(&s, 8 * turn, NULL) && frame(&r, &turned, &s, file, &why);
-        if (done) scene_free(&s);
-    }
-    if (!done) fprintf(stderr, "gl_deferred: %s\n", why.text);
-    mssm_gl_destroy(r.shadows);
-    lightprobe_gl_destroy(r.probe);
-    gl_context_destroy(&context);
-    return done ? 0 : 1;
+    return gl_example_main(argc, argv,
+                           "gl_deferred [--orbit FRAMES] [--out STEM]: all lights of a turning "
+                           "probe; writes STEM-0000.png and on",
+                           run);
 }

@@ -2,13 +2,7 @@
 // 4.5 and without a window:
 //     cc -O2 -I. examples/gl_forward.c examples/common/*.c -lm -lpthread -ldl && ./a.out forward.png
 // Two objects of mssm.h with maps of their own side, and a name each for what the shader calls.
-#include "mssm.h"
-
-#include "common/gl_context.h"
-#include "common/gl_draw.h"
-#include "common/options.h"
-
-#include <stdio.h>
+#include "common/gl_example.h"
 
 enum { LAMPS = 16, WIDTH = 960, HEIGHT = 540 };
 static const float to_sun[3] = {-0.7f, 1, 0.5f}, up[3] = {0, 1, 0}, axis[3] = {1, 0, 0};
@@ -68,13 +62,7 @@ static bool create(message *why)
 static void draw_maps(mssm_gl *maps, const mssm_light *light, int count)
 {
     mssm_gl_begin_frame(maps);
-    for (int i = 0; i < count; i++) {
-        mssm_gl_begin_depth(maps, i, 0);
-        gl.UseProgram(depth);
-        gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light[i].world_to_shadow);
-        gl_mesh_draw(&casters);
-        mssm_gl_end_depth(maps);
-    }
+    for (int i = 0; i < count; i++) gl_example_map(maps, i, &light[i], depth, &casters);
     mssm_gl_build(maps);
     mssm_gl_end_frame(maps);
 }
@@ -83,44 +71,35 @@ static bool draw(const char *file, message *why)
 {
     const camera eye =
         camera_look(vec(0.3f, 3.4f, 5.6f), vec(-0.05f, 0.6f, 0), 0.66f, (float)WIDTH / HEIGHT);
-    float world_to_clip[16];
     gl_target target;
-    image picture;
-    scene s;
-    if (!scene_create(&s, 0, NULL) || !gl_mesh_upload(&casters, &s, why) || !create(why) ||
-        !gl_target_create(&target, WIDTH, HEIGHT, 4, (GLenum[3]){GL_RGBA32F}, why)) {
-        return false;
-    }
+    if (!gl_target_create(&target, WIDTH, HEIGHT, 4, (GLenum[3]){GL_RGBA32F}, why)) return false;
     draw_maps(sun_maps, &sun, 1);
     draw_maps(lamp_maps, lamp, LAMPS);
     gl_target_begin(&target);
     gl.Enable(GL_DEPTH_TEST);
-    gl_camera_matrix(&eye, 0.1f, 100, world_to_clip);
-    gl.UseProgram(program);
-    gl.ProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, world_to_clip);
+    gl_camera_use(&eye, 0.1f, 100, program);
     gl.ProgramUniform3fv(program, 1, 1, to_sun);
     gl.ProgramUniform3fv(program, 2, LAMPS, places[0]);
     mssm_gl_bind(sun_maps);
     mssm_gl_bind(lamp_maps);
     gl_mesh_draw(&casters);
+    return gl_target_save(&target, 1.4f, file, why);
+}
+
+static bool run(int argc, char **argv, message *why)
+{
+    scene s = {0};
+    const bool done = scene_create(&s, 0, NULL) && gl_mesh_upload(&casters, &s, why) &&
+                      create(why) && draw(argc > 1 ? argv[1] : "forward.png", why);
     scene_free(&s);
-    return gl_target_read(&target, &picture, why) && image_save_png(&picture, 1.4f, file, why);
+    mssm_gl_destroy(sun_maps);
+    mssm_gl_destroy(lamp_maps); // the rest goes with the context
+    return done;
 }
 
 int main(int argc, char **argv)
 {
-    gl_context context = {0};
-    const char *missing;
-    message why = {"no memory"};
-    if (options_help_asked(
-            argc, argv,
-            "gl_forward [PICTURE.png]: a filtered sun and 16 soft lamps in one forward shader"))
-        return 0;
-    const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
-                      draw(argc > 1 ? argv[1] : "forward.png", &why);
-    if (!done) fprintf(stderr, "gl_forward: %s\n", why.text);
-    mssm_gl_destroy(sun_maps);
-    mssm_gl_destroy(lamp_maps);
-    gl_context_destroy(&context);
-    return done ? 0 : 1;
+    return gl_example_main(
+        argc, argv,
+        "gl_forward [PICTURE.png]: a filtered sun and 16 soft lamps in one forward shader", run);
 }

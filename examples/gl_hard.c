@@ -1,13 +1,7 @@
 // Antialiased hard shadows of a sun from a moment map of 64 bits a texel, beside percentage-closer
 // filtering of the same kernel and beside rays, with errors and costs, OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_hard.c examples/common/*.c -lm -lpthread -ldl && ./a.out hard 2
-// writes hard.png, hard-pcf.png and hard-truth.png; 2 is the radius of the Gaussian in texels, and
-// a third argument the number of moments, 4 (64 bits a texel) or 6 (96).
-#include "mssm.h"
-
-#include "common/gl_context.h"
-#include "common/gl_draw.h"
-#include "common/options.h"
+#include "common/gl_example.h"
 #include "common/raytrace.h"
 #include "common/threads.h"
 
@@ -23,7 +17,7 @@ static gl_mesh solids;
 static gl_target target, plain; // multisampled; a depth map for the rival
 static image truth;
 
-static const char shading[] = // behind a text that declares visibility()
+static const char shading[] = // after a text that declares visibility()
     "layout(location = 1) uniform vec3 to_sun;\n"
     "in vec3 position, normal, albedo;\n"
     "out vec4 color;\n"
@@ -53,6 +47,10 @@ static const char pcf_text[] = // every texel of the same Gaussian
     "    return sum.x / sum.y;\n"
     "}\n";
 
+static const char usage[] =
+    "gl_hard [STEM [RADIUS [MOMENTS]]]: filtered hard shadows beside PCF and rays; writes STEM.png,\n"
+    "STEM-pcf.png and STEM-truth.png. RADIUS of the Gaussian in texels (2), MOMENTS 4 or 6";
+
 static float sunlight(vec3 n, bool seen) // as the shader has it
 {
     const float facing = fmaxf(vec_dot(n, vec_unit(vec_of(to_sun))), 0);
@@ -63,17 +61,13 @@ static float sunlight(vec3 n, bool seen) // as the shader has it
 static bool draw(GLuint program, const char *file, const char *end, message *why)
 {
     double least = 1e9;
-    float world_to_clip[16];
     char name[300];
     image result;
     const vec3 sun = vec_unit(vec_of(to_sun));
-    gl_camera_matrix(&eye, 0.1f, 30, world_to_clip);
-    gl.ProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, world_to_clip);
+    gl_camera_use(&eye, 0.1f, 30, program);
     gl.ProgramUniform3fv(program, 1, 1, &sun.x);
-    gl.UseProgram(program);
     for (int i = 0; i < FRAMES; i++) {
         gl_target_begin(&target);
-        gl.Enable(GL_DEPTH_TEST);
         gl.Finish();
         const double start = seconds_now();
         gl_mesh_draw(&solids);
@@ -83,18 +77,24 @@ static bool draw(GLuint program, const char *file, const char *end, message *why
     if (!gl_target_read(&target, &result, why)) return false;
     snprintf(name, sizeof name, "%s%s.png", file, end);
     printf("%s: rms error %.4f, %.1f ms\n", name, image_rms(&result, &truth), 1e3 * least);
-    return image_save_png(&result, 1.3f, name, why);
+    const bool saved = image_save_png(&result, 1.3f, name, why);
+    image_free(&result);
+    return saved;
 }
 
-static bool compare(const char *file, int radius, int moments, message *why)
+// The moment map, and the depth map of the rival.
+static void draw_maps(mssm_gl *shadow, GLuint depth)
 {
-    const mssm_gl_desc desc = {.load = gl_context_function,
-                               .filtered = 1,
-                               .side = SIDE,
-                               .radius = radius,
-                               .moments = moments};
-    mssm_gl *shadow;
-    if (mssm_gl_create(&shadow, &desc)) return fail(why, "no filtered maps");
+    gl_example_map(shadow, 0, &light, depth, &solids);
+    mssm_gl_build(shadow);
+    gl_target_begin(&plain);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.UseProgram(depth);
+    gl_mesh_draw(&solids);
+}
+
+static bool compare(mssm_gl *shadow, const char *file, int radius, message *why)
+{
     const char *const vertices[] = {gl_scene_vertex, NULL};
     const char *const rival[] = {pcf_text, shading, NULL};
     const char *const texts[] = {mssm_gl_shader(shadow), moments_text, shading, NULL};
@@ -102,29 +102,16 @@ static bool compare(const char *file, int radius, int moments, message *why)
     const GLuint pcf = gl_program("percentage-closer filtering", vertices, rival, why);
     const GLuint program = gl_program("moments", vertices, texts, why);
     if (!depth || !pcf || !program) return false;
-    gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light.world_to_shadow);
+    draw_maps(shadow, depth);
     gl.ProgramUniformMatrix4fv(pcf, 2, 1, GL_FALSE, light.world_to_shadow);
     gl.ProgramUniform1i(pcf, 3, radius);
-    gl_target_begin(&plain);
-    gl.Enable(GL_DEPTH_TEST);
-    gl.UseProgram(depth);
-    gl_mesh_draw(&solids);
-    mssm_gl_set_light(shadow, 0, &light);
-    mssm_gl_begin_depth(shadow, 0, 0);
-    gl_mesh_draw(&solids);
-    mssm_gl_end_depth(shadow);
-    mssm_gl_build(shadow);
     mssm_gl_bind(shadow);
     gl.BindTextureUnit(2, plain.depth);
-    const bool done = draw(pcf, file, "-pcf", why) && draw(program, file, "", why);
-    mssm_gl_destroy(shadow);
-    return done;
+    return draw(pcf, file, "-pcf", why) && draw(program, file, "", why);
 }
 
-static bool run(const char *file, int radius, int moments, message *why)
+static bool create(message *why)
 {
-    const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F}, none[GL_TARGET_COLORS] = {0};
-    char name[300];
     eye = camera_look(vec(0.3f, 2.25f, 7.7f), vec(-0.05f, 0.86f, 0), 0.57f, 16.0f / 9);
     if (!scene_create(&s, 0, NULL) ||
         !trace_picture(&s, &eye, vec_unit(vec_of(to_sun)), sunlight, WIDTH, HEIGHT, &truth)) {
@@ -132,27 +119,32 @@ static bool run(const char *file, int radius, int moments, message *why)
     }
     const float low[3] = {s.low.x, s.low.y, s.low.z}, high[3] = {s.high.x, s.high.y, s.high.z};
     mssm_light_directional(&light, to_sun, axis, 0, 0, low, high);
+    return gl_mesh_upload(&solids, &s, why) &&
+           gl_target_create(&target, WIDTH, HEIGHT, 4, (GLenum[3]){GL_RGBA32F}, why) &&
+           gl_target_create(&plain, SIDE, SIDE, 1, (GLenum[3]){0}, why);
+}
+
+static bool run(int argc, char **argv, message *why)
+{
+    const char *const file = argc > 1 ? argv[1] : "hard";
+    const mssm_gl_desc desc = {.load = gl_context_function,
+                               .filtered = 1,
+                               .side = SIDE,
+                               .radius = argc > 2 ? atoi(argv[2]) : 2,
+                               .moments = argc > 3 ? atoi(argv[3]) : 4};
+    mssm_gl *shadow;
+    char name[300];
     snprintf(name, sizeof name, "%s-truth.png", file);
-    return image_save_png(&truth, 1.3f, name, why) && gl_mesh_upload(&solids, &s, why) &&
-           gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why) &&
-           gl_target_create(&plain, SIDE, SIDE, 1, none, why) &&
-           compare(file, radius, moments, why);
+    if (mssm_gl_create(&shadow, &desc)) return fail(why, "no filtered maps");
+    const bool done = create(why) && image_save_png(&truth, 1.3f, name, why) &&
+                      compare(shadow, file, desc.radius, why);
+    scene_free(&s);
+    image_free(&truth);
+    mssm_gl_destroy(shadow); // the rest goes with the context
+    return done;
 }
 
 int main(int argc, char **argv)
 {
-    gl_context context = {0};
-    const char *missing;
-    message why = {"cannot start"};
-    if (options_help_asked(
-            argc, argv,
-            "gl_hard [STEM [RADIUS [MOMENTS]]]: filtered hard shadows beside PCF and rays; writes STEM.png,\n"
-            "STEM-pcf.png and STEM-truth.png. RADIUS of the Gaussian in texels (2), MOMENTS 4 or 6"))
-        return 0;
-    const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
-                      run(argc > 1 ? argv[1] : "hard", argc > 2 ? atoi(argv[2]) : 2,
-                          argc > 3 ? atoi(argv[3]) : 4, &why);
-    if (!done) fprintf(stderr, "gl_hard: %s\n", why.text);
-    gl_context_destroy(&context);
-    return done ? 0 : 1;
+    return gl_example_main(argc, argv, usage, run);
 }

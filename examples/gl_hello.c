@@ -1,13 +1,7 @@
 // One area light, one caster, one soft shadow, with OpenGL 4.5 and without a window:
 //     cc -O2 -I. examples/gl_hello.c examples/common/*.c -lm -lpthread -ldl && ./a.out hello.png
 // All that mssm.h asks of a renderer is in shadow_create(), shadow_draw() and the fragment shader.
-#include "mssm.h"
-
-#include "common/gl_context.h"
-#include "common/gl_draw.h"
-#include "common/options.h"
-
-#include <stdio.h>
+#include "common/gl_example.h"
 
 static const float to_light[3] = {-1, 1.1f, 0.15f}, axis[3] = {1, 0, 0};
 static const float box_min[3] = {-0.15f, 0, -0.5f}, box_max[3] = {0.15f, 1.5f, 0.5f};
@@ -73,33 +67,25 @@ static void add_box(int index, vec3 centre, vec3 half)
     }
 }
 
-static bool run(const char *file, message *why)
+static bool run(int argc, char **argv, message *why)
 {
-    const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F};
     const camera eye = camera_look(vec(2.5f, 3.3f, 3.8f), vec(0.42f, 0.58f, 0), 0.52f, 4.0f / 3);
-    scene s = {corner,
-               normal,
-               triangle,
-               object,
-               {{0.7f, 0.7f, 0.68f}, {0.8f, 0.3f, 0.15f}},
-               BOXES * 24,
-               BOXES * 12,
-               BOXES,
-               vec_of(box_min),
-               vec_of(box_max),
-               0,
-               0,
-               false};
+    const scene s = {.position = corner,
+                     .normal = normal,
+                     .triangle = triangle,
+                     .object = object,
+                     .albedo = {{0.7f, 0.7f, 0.68f}, {0.8f, 0.3f, 0.15f}},
+                     .vertices = BOXES * 24,
+                     .triangles = BOXES * 12,
+                     .objects = BOXES};
     gl_mesh casters = {0};
     gl_target target;
     mssm_gl *shadow;
     mssm_light light;
-    image result;
-    float world_to_clip[16];
     add_box(0, vec(0, -0.1f, 0), vec(15, 0.1f, 15));
     add_box(1, vec(0, 0.75f, 0), vec(0.1f, 0.75f, 0.45f));
     if (!gl_mesh_upload(&casters, &s, why) || !shadow_create(&shadow, &light, why) ||
-        !gl_target_create(&target, 1024, 768, 4, formats, why)) {
+        !gl_target_create(&target, 1024, 768, 4, (GLenum[3]){GL_RGBA32F}, why)) {
         return false;
     }
     const char *const vertices[] = {gl_scene_vertex, NULL};
@@ -110,33 +96,19 @@ static bool run(const char *file, message *why)
 
     shadow_draw(shadow, &light, depth, &casters);
 
-    gl_camera_matrix(&eye, 0.1f, 30, world_to_clip);
     gl_target_begin(&target);
     gl.Enable(GL_DEPTH_TEST);
     mssm_gl_bind(shadow);
-    gl.UseProgram(shading);
-    gl.ProgramUniformMatrix4fv(shading, 0, 1, GL_FALSE, world_to_clip);
+    gl_camera_use(&eye, 0.1f, 30, shading);
     gl.ProgramUniform3fv(shading, gl.GetUniformLocation(shading, "to_light"), 1, to_light);
     gl_mesh_draw(&casters);
-    const bool written =
-        gl_target_read(&target, &result, why) && image_save(&result, 1.3f, file, why);
-    image_free(&result);
-    mssm_gl_destroy(shadow);
-    return written;
+    const bool saved = gl_target_save(&target, 1.3f, argc > 1 ? argv[1] : "hello.png", why);
+    mssm_gl_destroy(shadow); // the rest goes with the context
+    return saved;
 }
 
 int main(int argc, char **argv)
 {
-    gl_context context = {0};
-    const char *missing;
-    message why;
-    if (options_help_asked(argc, argv,
-                           "gl_hello [PICTURE.png]: one area light, one caster, one soft shadow"))
-        return 0;
-    if (!gl_context_create(&context, &missing))
-        return fprintf(stderr, "gl_hello: %s\n", missing), 1;
-    const bool done = run(argc > 1 ? argv[1] : "hello.png", &why);
-    if (!done) fprintf(stderr, "gl_hello: %s\n", why.text);
-    gl_context_destroy(&context);
-    return done ? 0 : 1;
+    return gl_example_main(
+        argc, argv, "gl_hello [PICTURE.png]: one area light, one caster, one soft shadow", run);
 }

@@ -1,13 +1,9 @@
 // Every kind of light over one scene, with OpenGL 4.5 and without a window:
 //     cc -O2 -I. examples/gl_lights.c examples/common/*.c -lm -lpthread -ldl && ./a.out lights.png
-// Above: a sun, the sun in a box, a spot. Below: a lamp on all sides, an area light, the same
-// sampled.
-#include "common/gl_context.h"
+// Above: a sun, the sun in a box, a spot. Below: a lamp on all sides, an area light, that sampled.
+#include "common/gl_example.h"
 #include "common/gl_range.h"
 #include "common/gl_sampled.h"
-#include "common/options.h"
-
-#include <stdio.h>
 
 enum { SUN, BOXED, SPOT, LAMP, AREA, SAMPLED, KINDS, MAPS = 10, WIDTH = 480, HEIGHT = 360 };
 static const float sun[3] = {-0.7f, 1, 0.5f}, axis[3] = {1, 0, 0}, up[3] = {0, 1, 0};
@@ -16,7 +12,7 @@ static const float lamp[3] = {0.9f, 1.5f, 1.3f};
 static const float room[2][3] = {{-4.4f, -0.2f, -4.4f}, {4.4f, 2.2f, 4.4f}};
 static const float box[2][3] = {{-1.3f, -0.2f, -1.5f}, {1.5f, 2.2f, 1.3f}}, half_width = 0.35f;
 
-static const char shading[] = // behind mssm_gl_shader() and mssm_glsl_lights()
+static const char shading[] = // after mssm_gl_shader() and mssm_glsl_lights()
     "layout(binding = 0) uniform sampler2D map[4];\n" // position, normal, albedo, sum of samples
     "layout(location = 0) uniform int kind; layout(location = 1) uniform vec3 place[4];\n"
     "vec3 at = place[0], axis = place[1]; out vec4 color;\n" // see shade()
@@ -80,9 +76,8 @@ static bool create(const scene *s, message *why)
         return fail(why, "no shadow maps");
     }
     light[3] = area_light(&half_width, 0, 0);
-    const char *const vertex[] = {gl_triangle_vertex, NULL}, *const texts[] = {
-                                                                 mssm_gl_shader(shadows),
-                                                                 mssm_glsl_lights(), shading, NULL};
+    const char *const vertex[] = {gl_triangle_vertex, NULL};
+    const char *const texts[] = {mssm_gl_shader(shadows), mssm_glsl_lights(), shading, NULL};
     gl_mesh_triangle(&triangle);
     return (depth = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
            (program = gl_program("lights", vertex, texts, why)) &&
@@ -119,12 +114,9 @@ static void shade(int kind)
     gl_mesh_draw(&triangle);
 }
 
-static bool run(const char *file, message *why)
+static bool draw(const char *file, message *why)
 {
     const camera eye = camera_look(vec(0.3f, 3.4f, 5.6f), vec(-0.05f, 0.6f, 0), 0.66f, 4.0f / 3);
-    scene s;
-    image picture;
-    if (!scene_create(&s, 0, NULL) || !create(&s, why)) return false;
     for (int i = 0; i < 32; i++) { // nothing moves, so the state is always 1
         draw_shadows();
         gl_surfaces_draw(&surfaces, &casters, &eye);
@@ -137,22 +129,22 @@ static bool run(const char *file, message *why)
     gl.BindTextureUnit(3, sampled.sum.color[0]);
     mssm_gl_bind(shadows);
     for (int kind = 0; kind < KINDS; kind++) shade(kind);
+    return gl_target_save(&all, 1.6f, file, why);
+}
+
+static bool run(int argc, char **argv, message *why)
+{
+    scene s = {0};
+    const bool done = scene_create(&s, 0, NULL) && create(&s, why) &&
+                      draw(argc > 1 ? argv[1] : "lights.png", why);
     scene_free(&s);
-    return gl_target_read(&all, &picture, why) && image_save_png(&picture, 1.6f, file, why);
+    gl_range_free(&range);
+    mssm_gl_destroy(shadows); // the rest goes with the context
+    return done;
 }
 
 int main(int argc, char **argv)
 {
-    gl_context context = {0};
-    const char *missing;
-    message why = {"no memory"};
-    if (options_help_asked(
-            argc, argv, "gl_lights [PICTURE.png]: every kind of light, the last beside its truth"))
-        return 0;
-    const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
-                      run(argc > 1 ? argv[1] : "lights.png", &why);
-    if (!done) fprintf(stderr, "gl_lights: %s\n", why.text);
-    mssm_gl_destroy(shadows);
-    gl_context_destroy(&context);
-    return done ? 0 : 1;
+    return gl_example_main(
+        argc, argv, "gl_lights [PICTURE.png]: every kind of light, the last beside its truth", run);
 }

@@ -2,9 +2,8 @@
 // view rays on the GPU and, with 1024 steps, on the CPU, which is the truth. OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_shafts.c examples/common/*.c -lm -lpthread -ldl && ./a.out shafts.png
 // writes shafts.png, shafts.png-marched.png (in equal time) and shafts.png-truth.png.
-#include "common/gl_context.h"
+#include "common/gl_example.h"
 #include "common/gl_shafts.h"
-#include "common/options.h"
 #include "common/shafts.h"
 
 #include <stdio.h>
@@ -37,7 +36,6 @@ static GLuint depth, shade, moments, march;
 
 static bool create(message *why)
 {
-    const GLenum color[GL_TARGET_COLORS] = {GL_RGBA32F}, none[GL_TARGET_COLORS] = {0};
     const mssm_gl_desc desc = {
         .load = gl_context_function, .filtered = 1, .side = SIDE, .radius = 1};
     eye = camera_look(vec(2.5f, 1.4f, 3.2f), vec(-0.5f, 1.2f, -2), 0.9f, (float)WIDTH / HEIGHT);
@@ -52,24 +50,16 @@ static bool create(message *why)
            (moments = gl_shafts_program("shafts", NULL, why)) &&
            (march = gl_shafts_program("marching", gl_shafts_marched, why)) &&
            gl_mesh_upload(&solids, &hall, why) && gl_surfaces_create(&seen, WIDTH, HEIGHT, why) &&
-           gl_target_create(&target, WIDTH, HEIGHT, 1, color, why) &&
-           gl_target_create(&depth_map, SIDE, SIDE, 1, none, why);
+           gl_target_create(&target, WIDTH, HEIGHT, 1, (GLenum[3]){GL_RGBA32F}, why) &&
+           gl_target_create(&depth_map, SIDE, SIDE, 1, (GLenum[3]){0}, why);
 }
 
 static bool prepare(message *why)
 {
-    float world_to_clip[16];
-    gl_camera_matrix(&eye, 0.1f, 30, world_to_clip);
-    gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light.world_to_shadow);
     gl.ProgramUniformMatrix4fv(march, gl.GetUniformLocation(march, "world_to_shadow"), 1, GL_FALSE,
                                light.world_to_shadow);
-    gl.ProgramUniformMatrix4fv(shade, 0, 1, GL_FALSE, world_to_clip);
     gl.ProgramUniform3fv(shade, gl.GetUniformLocation(shade, "to_sun"), 1, to_sun);
-    mssm_gl_set_light(map, 0, &light);
-    mssm_gl_begin_depth(map, 0, 0);
-    gl.UseProgram(depth);
-    gl_mesh_draw(&solids);
-    mssm_gl_end_depth(map);
+    gl_example_map(map, 0, &light, depth, &solids);
     mssm_gl_build(map);
     mssm_gl_bind(map);
     gl.Enable(GL_DEPTH_TEST);
@@ -77,7 +67,7 @@ static bool prepare(message *why)
     gl.UseProgram(depth);
     gl_mesh_draw(&solids);
     gl_target_begin(&target);
-    gl.UseProgram(shade);
+    gl_camera_use(&eye, 0.1f, 30, shade);
     gl_mesh_draw(&solids);
     gl_surfaces_draw(&seen, &solids, &eye);
     return gl_target_read(&target, &shaded, why) && gl_target_read(&seen.target, &positions, why);
@@ -120,36 +110,41 @@ static bool save(image *picture, const char *file, const char *end, message *why
     return image_save_png(picture, 1.5f, name, why);
 }
 
-static bool run(const char *file, message *why)
+static bool compare(const char *file, message *why)
 {
     static const int sweep[][2] = {{64, 64}, {128, 128}, {512, 256}, {1024, 512}, {256, 128}};
     image got = {0}, marched = {0};
     double seconds = 0;
-    if (!create(why) || !prepare(why)) return false;
-    if (!shafts_truth(&hall, &light, FINE, 1024, extinction, &eye, &positions, far_end, &truth))
-        return fail(why, "no memory for the truth");
     for (int steps = 4; steps < 128; steps *= 4) draw("marching", 0, steps, &marched);
     const double eight = draw("marching", 0, 8, &marched);
     const double by_step = (draw("marching", 0, 128, &marched) - eight) / 120;
     for (int i = 0; i < 5; i++) seconds = draw("moments", sweep[i][0], sweep[i][1], &got);
     draw("equal time", 0, (int)fmax(8.5 + (seconds - eight) / by_step, 1), &marched);
-    return save(&got, file, "", why) && save(&marched, file, "-marched.png", why) &&
-           save(&truth, file, "-truth.png", why);
+    const bool saved = save(&got, file, "", why) && save(&marched, file, "-marched.png", why) &&
+                       save(&truth, file, "-truth.png", why);
+    image_free(&got);
+    image_free(&marched);
+    return saved;
+}
+
+static bool run(int argc, char **argv, message *why)
+{
+    const bool done =
+        create(why) && prepare(why) &&
+        shafts_truth(&hall, &light, FINE, 1024, extinction, &eye, &positions, far_end, &truth) &&
+        compare(argc > 1 ? argv[1] : "shafts.png", why);
+    scene_free(&hall);
+    image_free(&truth);
+    image_free(&shaded);
+    image_free(&positions);
+    mssm_gl_destroy(map); // the rest goes with the context
+    return done;
 }
 
 int main(int argc, char **argv)
 {
-    gl_context context = {0};
-    const char *missing;
-    message why = {"cannot start"};
-    if (options_help_asked(
-            argc, argv,
-            "gl_shafts [PICTURE.png]: light shafts; writes also PICTURE.png-marched.png and -truth.png"))
-        return 0;
-    if (!gl_context_create(&context, &missing)) return fprintf(stderr, "%s\n", missing), 1;
-    const bool done = run(argc > 1 ? argv[1] : "shafts.png", &why);
-    if (!done) fprintf(stderr, "gl_shafts: %s\n", why.text);
-    mssm_gl_destroy(map);
-    gl_context_destroy(&context);
-    return done ? 0 : 1;
+    return gl_example_main(argc, argv,
+                           "gl_shafts [PICTURE.png]: light shafts; writes also "
+                           "PICTURE.png-marched.png and -truth.png",
+                           run);
 }

@@ -1,12 +1,8 @@
 // Smoke that shadows solids and itself and stands in the shadow of solids, under a sun without size
 // (a filtered moment map) and under a wide one (tables of the same moments), OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_smoke.c examples/common/*.c -lm -lpthread -ldl && ./a.out smoke
-// writes smoke.png, smoke-soft.png, and by rays smoke-truth.png, smoke-soft-truth.png.
-// A second argument is the number of moments of the first: 4 (64 bits a texel) or 6 (96).
-#include "common/gl_context.h"
+#include "common/gl_example.h"
 #include "common/gl_smoke_plume.h"
-#include "common/options.h"
-#include "mssm.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,8 +11,7 @@
 enum { WIDTH = 640, HEIGHT = 360, SIDE = 512 };
 static const char *const bounds_text[2] = {
     "mssm_bounds seen(vec3 p) { return mssm_filtered_bounds(0, p, dFdx(p), dFdy(p)); }\n",
-    "mssm_bounds seen(vec3 p) { return mssm_bounds(mssm_visibility(0, p), mssm_visibility(0, p)); "
-    "}\n"};
+    "mssm_bounds seen(vec3 p) { float v = mssm_visibility(0, p); return mssm_bounds(v, v); }\n"};
 static const char solid_text[] =
     "layout(location = 2) uniform vec3 sun;\n"
     "in vec3 position, normal, albedo; out vec4 color;\n"
@@ -33,14 +28,17 @@ static const char smoke_text[] =
 static const char layer_text[] =
     "void main() { mssm_translucent(2 * gl_FragCoord.z - 1, opacity()); }\n";
 
+static const char usage[] =
+    "gl_smoke [STEM [MOMENTS]]: smoke and its shadows beside rays; writes STEM.png, STEM-soft.png and\n"
+    "their -truth.png. MOMENTS of the first: 4 (64 bits a texel) or 6 (96)";
+
 static scene solids;
 static gl_mesh casters, receivers; // the latter with floor and wall too, which shade nothing
 static gl_smoke_plume smoke;
 static const gl_smoke_sun sun[2] = {{{-0.6f, 0.64f, 0.48f}, {0, 1, 0}, 0},
                                     {{-0.6f, 0.64f, 0.48f}, {0, 1, 0}, 0.1f}};
 static mssm_light light;
-static mssm_gl *hard;
-static mssm_gl *soft;
+static mssm_gl *hard, *soft;
 static GLuint depth, layer;
 
 static bool create(int moments, message *why)
@@ -60,7 +58,7 @@ static bool create(int moments, message *why)
     if (mssm_light_directional(&light, sun[1].direction, sun[1].axis, sun[1].half, sun[1].half, low,
                                high) ||
         mssm_gl_create(&hard, &hard_desc) || mssm_gl_create(&soft, &soft_desc) ||
-        mssm_gl_set_light(hard, 0, &light) || mssm_gl_set_light(soft, 0, &light)) {
+        mssm_gl_set_light(soft, 0, &light)) {
         return fail(why, "no shadow maps");
     }
     return (depth = gl_program_simple("depth", gl_depth_vertex, NULL, why)) &&
@@ -78,17 +76,14 @@ static double cpu_seconds(void) // since the last call
 static void draw_maps(void)
 {
     cpu_seconds();
-    mssm_gl_begin_depth(hard, 0, 0);
-    gl.UseProgram(depth);
-    gl.ProgramUniformMatrix4fv(depth, 0, 1, GL_FALSE, light.world_to_shadow);
-    gl_mesh_draw(&casters);
-    mssm_gl_end_depth(hard);
+    gl_example_map(hard, 0, &light, depth, &casters);
     mssm_gl_begin_translucent(hard);
     gl_smoke_draw(&smoke, layer, light.world_to_shadow, vec_of(sun->direction), 0);
     mssm_gl_end_translucent(hard);
     mssm_gl_set_moments(soft, 0, mssm_gl_texture(hard, 3)); // as long as they are sharp
     mssm_gl_build(soft);
     mssm_gl_build(hard);
+    printf("CPU seconds: maps %.2f\n", cpu_seconds());
 }
 
 static bool draw_picture(bool wide, const camera *eye, const gl_target *target, message *why)
@@ -106,8 +101,7 @@ static bool draw_picture(bool wide, const camera *eye, const gl_target *target, 
     cpu_seconds();
     gl_target_begin(target);
     gl.Enable(GL_DEPTH_TEST);
-    gl.UseProgram(solid_program);
-    gl.ProgramUniformMatrix4fv(solid_program, 0, 1, GL_FALSE, world_to_clip);
+    gl_camera_use(eye, 0.1f, 30, solid_program);
     gl.ProgramUniform3fv(solid_program, 2, 1, sun->direction);
     (void)(wide ? mssm_gl_bind(soft) : mssm_gl_bind(hard));
     gl_mesh_draw(&receivers);
@@ -115,47 +109,42 @@ static bool draw_picture(bool wide, const camera *eye, const gl_target *target, 
     return true;
 }
 
-static bool run(const char *file, int moments, message *why)
+static bool compare(bool wide, const char *file, const camera *eye, const gl_target *target,
+                    message *why)
 {
-    const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F};
+    image ours = {0}, truth = {0};
+    char name[300];
+    if (!draw_picture(wide, eye, target, why)) return false;
+    printf("%s sun %.2f", wide ? "wide" : "small", cpu_seconds());
+    bool done = gl_target_read(target, &ours, why) &&
+                gl_smoke_trace(&smoke, &solids, eye, &sun[wide], WIDTH, HEIGHT, &truth, why);
+    if (done) printf(", rays %.2f; rms error %.4f\n", cpu_seconds(), image_rms(&ours, &truth));
+    for (int rays = 0; rays < 2 && done; rays++) {
+        snprintf(name, sizeof name, "%s%s%s.png", file, wide ? "-soft" : "", rays ? "-truth" : "");
+        done = image_save_png(rays ? &truth : &ours, 1.3f, name, why);
+    }
+    image_free(&ours);
+    image_free(&truth);
+    return done;
+}
+
+static bool run(int argc, char **argv, message *why)
+{
+    const char *const file = argc > 1 ? argv[1] : "smoke";
     const camera eye = camera_look(vec(0.6f, 2.4f, 6.3f), vec(0.1f, 1.3f, 0), 0.54f, 16.0f / 9);
     gl_target target;
-    if (!create(moments, why) || !gl_target_create(&target, WIDTH, HEIGHT, 4, formats, why))
-        return false;
-    draw_maps();
-    printf("CPU seconds: maps %.2f\n", cpu_seconds());
-    for (int wide = 0; wide < 2; wide++) {
-        image ours, truth;
-        char name[300];
-        if (!draw_picture(wide != 0, &eye, &target, why)) return false;
-        printf("%s sun %.2f", wide ? "wide" : "small", cpu_seconds());
-        if (!gl_target_read(&target, &ours, why) ||
-            !gl_smoke_trace(&smoke, &solids, &eye, &sun[wide], WIDTH, HEIGHT, &truth, why)) {
-            return false;
-        }
-        printf(", rays %.2f; rms error %.4f\n", cpu_seconds(), image_rms(&ours, &truth));
-        for (int rays = 0; rays < 2; rays++) {
-            snprintf(name, sizeof name, "%s%s%s.png", file, wide ? "-soft" : "",
-                     rays ? "-truth" : "");
-            if (!image_save_png(rays ? &truth : &ours, 1.3f, name, why)) return false;
-        }
-    }
-    return true;
+    bool done = create(argc > 2 ? atoi(argv[2]) : 6, why) &&
+                gl_target_create(&target, WIDTH, HEIGHT, 4, (GLenum[3]){GL_RGBA32F}, why);
+    if (done) draw_maps();
+    for (int wide = 0; wide < 2 && done; wide++)
+        done = compare(wide != 0, file, &eye, &target, why);
+    scene_free(&solids);
+    mssm_gl_destroy(hard);
+    mssm_gl_destroy(soft); // the rest goes with the context
+    return done;
 }
 
 int main(int argc, char **argv)
 {
-    gl_context context = {0};
-    const char *missing;
-    message why = {"no memory"};
-    if (options_help_asked(
-            argc, argv,
-            "gl_smoke [STEM [MOMENTS]]: smoke and its shadows beside rays; writes STEM.png, STEM-soft.png and\n"
-            "their -truth.png. MOMENTS 4 or 6"))
-        return 0;
-    const bool done = (gl_context_create(&context, &missing) || fail(&why, "%s", missing)) &&
-                      run(argc > 1 ? argv[1] : "smoke", argc > 2 ? atoi(argv[2]) : 6, &why);
-    if (!done) fprintf(stderr, "gl_smoke: %s\n", why.text);
-    gl_context_destroy(&context);
-    return done ? 0 : 1;
+    return gl_example_main(argc, argv, usage, run);
 }

@@ -279,6 +279,16 @@ bool gl_target_read(const gl_target *t, image *out, message *why)
     return created || fail(why, "no memory for a picture of %d x %d", t->width, t->height);
 }
 
+bool gl_target_save(const gl_target *t, float exposure, const char *file, message *why)
+{
+    image picture;
+    if (!gl_target_read(t, &picture, why)) return false;
+    if (!(exposure > 0)) exposure = image_exposure(&picture);
+    const bool saved = image_save(&picture, exposure, file, why);
+    image_free(&picture);
+    return saved;
+}
+
 static const char image_fragment[] =
     "layout(binding = 0) uniform sampler2D picture;\n"
     "in vec2 place;\n"
@@ -317,6 +327,14 @@ void gl_camera_uniforms(const camera *c, GLuint program)
     gl.ProgramUniform3fv(program, gl.GetUniformLocation(program, "camera_rays"), 3, rays);
 }
 
+void gl_camera_use(const camera *c, float near, float far, GLuint program)
+{
+    float world_to_clip[16];
+    gl_camera_matrix(c, near, far, world_to_clip);
+    gl.UseProgram(program);
+    gl.ProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, world_to_clip);
+}
+
 bool gl_surfaces_create(gl_surfaces *s, int width, int height, message *why)
 {
     const GLenum formats[GL_TARGET_COLORS] = {GL_RGBA32F, GL_RGBA32F, GL_RGBA8};
@@ -327,12 +345,9 @@ bool gl_surfaces_create(gl_surfaces *s, int width, int height, message *why)
 
 void gl_surfaces_draw(const gl_surfaces *s, const gl_mesh *m, const camera *eye)
 {
-    float world_to_clip[16];
-    gl_camera_matrix(eye, 0.1f, 30, world_to_clip);
     gl_target_begin(&s->target);
     gl.Enable(GL_DEPTH_TEST);
-    gl.UseProgram(s->program);
-    gl.ProgramUniformMatrix4fv(s->program, 0, 1, GL_FALSE, world_to_clip);
+    gl_camera_use(eye, 0.1f, 30, s->program);
     gl_mesh_draw(m);
     gl.Disable(GL_DEPTH_TEST);
 }

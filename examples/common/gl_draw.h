@@ -60,6 +60,8 @@ void gl_target_free(gl_target *t);
 void gl_target_begin(const gl_target *t); // binds it, sets the viewport, clears it to zero
 // Of the first colour, where it is multisampled the mean of the samples.
 bool gl_target_read(const gl_target *t, image *out, message *why);
+// The same into a file as image_save has them; exposure 0: as the picture asks for.
+bool gl_target_save(const gl_target *t, float exposure, const char *file, message *why);
 
 // Draws a picture over all of the target that is bound, whatever the size of either.
 bool gl_image_draw(const image *picture, message *why);
@@ -67,6 +69,8 @@ bool gl_image_draw(const image *picture, message *why);
 // ---- Camera, surfaces, probe
 
 void gl_camera_uniforms(const camera *c, GLuint program);
+// Uses a program that transforms by world_to_clip at location 0, for what the camera sees.
+void gl_camera_use(const camera *c, float near, float far, GLuint program);
 
 // What the camera sees, one sample a pixel: colours position (w = 0 where there is nothing),
 // normal, albedo.

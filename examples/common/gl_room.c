@@ -159,20 +159,21 @@ bool gl_room_set(gl_room *g, const room *r, message *why)
 
 // ---- Drawing
 
-void gl_room_draw_walls(gl_room *g, const float world_to_clip[16])
+void gl_room_draw_walls(gl_room *g, const camera *eye)
 {
     mssm_gl_bind(g->shadows);
-    gl.UseProgram(g->program);
-    gl.ProgramUniformMatrix4fv(g->program, 0, 1, GL_FALSE, world_to_clip);
+    gl_camera_use(eye, 0.05f, 10, g->program);
     gl.ProgramUniform1i(g->program, 13, 0);
     draw_triangles(&g->mesh, g->things, g->walls);
     gl.ProgramUniform1i(g->program, 13, 1);
     draw_triangles(&g->mesh, g->walls, g->mesh.count / 3);
 }
 
-void gl_room_draw_things(const gl_room *g)
+gl_mesh gl_room_things(const gl_room *g)
 {
-    draw_triangles(&g->mesh, 0, g->things);
+    gl_mesh m = g->mesh;
+    m.count = 3 * g->things;
+    return m;
 }
 
 // Columns and rows of a face in OpenGL's order, the first row at the bottom of what is drawn.
@@ -193,10 +194,8 @@ void gl_room_draw_cube(gl_room *g)
     gl.Enable(GL_DEPTH_TEST);
     for (int i = 0; i < 6; i++) {
         const camera eye = face_camera(i);
-        float world_to_clip[16];
-        gl_camera_matrix(&eye, 0.05f, 10, world_to_clip);
         gl_target_begin(&g->face);
-        gl_room_draw_walls(g, world_to_clip);
+        gl_room_draw_walls(g, &eye);
         gl.NamedFramebufferTextureLayer(g->cube_target, GL_COLOR_ATTACHMENT0, g->cube, 0, i);
         gl.BlitNamedFramebuffer(g->face.framebuffer, g->cube_target, 0, 0, side, side, 0, 0, side,
                                 side, GL_COLOR_BUFFER_BIT, GL_NEAREST);

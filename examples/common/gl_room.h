@@ -26,8 +26,8 @@ bool gl_room_set(gl_room *g, const room *r, message *why);
 // RGB radiance and distance from room_centre of walls and lights into g->cube.
 void gl_room_draw_cube(gl_room *g);
 // Into the target that is bound, with the depth test on.
-void gl_room_draw_walls(gl_room *g, const float world_to_clip[16]);
-// With the program in use: attributes as gl_scene_vertex has them.
-void gl_room_draw_things(const gl_room *g);
+void gl_room_draw_walls(gl_room *g, const camera *eye);
+// To draw, not to free.
+gl_mesh gl_room_things(const gl_room *g);
 
 #endif

@@ -63,3 +63,10 @@ void report_name(char *name, size_t room, const char *out, const char *insert)
     const int stem = dot && !strchr(dot, '/') ? (int)(dot - out) : (int)strlen(out);
     snprintf(name, room, "%.*s%s%s", stem, out, insert, out + stem);
 }
+
+void report_frame_name(char *name, size_t room, const char *out, int frame)
+{
+    char number[16];
+    snprintf(number, sizeof number, "-%04d", frame);
+    report_name(name, room, out, number);
+}

@@ -14,5 +14,6 @@ double report_difference(const image *a, const image *b, const view *v);
 
 // "build/demo.png" with "-012" or "-truth" before its ending.
 void report_name(char *name, size_t room, const char *out, const char *insert);
+void report_frame_name(char *name, size_t room, const char *out, int frame);
 
 #endif

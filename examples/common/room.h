@@ -58,9 +58,8 @@ vec3 room_truth_shine(const room_truth *t, vec3 point, vec3 normal, vec3 viewer,
 // NULL: the share of each pixel that shows them.
 bool room_truth_picture(const room_truth *t, const camera *eye, float shine, int width, int height,
                         image *out, float *things, message *why);
-// How far two pictures from room_camera() are from it: root mean square over the pixels that show
-// things, in parts of their mean. The first one becomes twice as wide, with the truth on its right.
-bool room_truth_beside(const room *r, float shine, image *first, const image *second,
-                       double error[2], message *why);
+// How far a picture from room_camera() is from it: root mean square over the pixels that show
+// things, in parts of their mean. The picture becomes twice as wide, with the truth on its right.
+bool room_truth_beside(const room *r, float shine, image *picture, double *error, message *why);
 
 #endif

@@ -367,10 +367,9 @@ static bool put_beside(image *first, const image *second)
     return true;
 }
 
-bool room_truth_beside(const room *r, float shine, image *first, const image *second,
-                       double error[2], message *why)
+bool room_truth_beside(const room *r, float shine, image *picture, double *error, message *why)
 {
-    const int width = first->width, height = first->height;
+    const int width = picture->width, height = picture->height;
     const camera eye = room_camera((float)width / (float)height);
     room_truth *t = room_truth_create(r, 0.05f, 12, why);
     float *things = malloc((size_t)width * (size_t)height * sizeof *things);
@@ -378,9 +377,8 @@ bool room_truth_beside(const room *r, float shine, image *first, const image *se
     bool done = t && (things || fail(why, "no memory for a picture")) &&
                 room_truth_picture(t, &eye, shine, width, height, &truth, things, why);
     if (done) {
-        error[0] = error_of(first, &truth, things);
-        error[1] = error_of(second, &truth, things);
-        done = put_beside(first, &truth) || fail(why, "no memory for a picture");
+        *error = error_of(picture, &truth, things);
+        done = put_beside(picture, &truth) || fail(why, "no memory for a picture");
     }
     image_free(&truth);
     room_truth_free(t);

@@ -30,10 +30,9 @@ static bool begin(gl_context *context, int side)
 
 static void end(gl_context *context)
 {
-    mssm_gl_destroy(shadows);
-    lightprobe_gl_destroy(finder);
-    scene_free(&objects);
-    casters = ground = (gl_mesh){0}; // gone with the context
+    program = programs[0];
+    destroy();
+    gl.DeleteProgram(programs[1]);
     cube = irradiance = 0;
     gl_context_destroy(context);
 }
@@ -48,7 +47,7 @@ static image picture_of(const probe *p, bool shadowed, bool occluded, const imag
     if (!image_create(&white, 1, 1)) abort();
     white.rgb[0] = white.rgb[1] = white.rgb[2] = 1;
     gl_probe_upload(&cube, p->face, p->side);
-    lightprobe_gl_restart(finder);
+    lightprobe_gl_restart(lights.probe);
     program = programs[shadowed];
     if (!occluded) casters.count = 0;
     bool drawn = draw_shadows(&why);

@@ -9,6 +9,7 @@
 #include "../../examples/common/threads.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum {
     WIDTH = 192,
@@ -128,12 +129,30 @@ static void end(stage *s)
     gl_context_destroy(&s->context);
 }
 
+// Its cube without distances, by which all light comes from infinity.
+static bool draw_without_places(renderer *r, const room *world, message *why)
+{
+    static float texels[6 * PROBE * PROBE][4];
+    GLuint cube;
+    if (!gl_room_set(&r->walls, world, why)) return false;
+    gl_room_draw_cube(&r->walls);
+    gl.GetTextureImage(r->walls.cube, 1, GL_RGBA, GL_FLOAT, sizeof texels, texels);
+    for (int i = 0; i < 6 * PROBE * PROBE; i++) texels[i][3] = 0;
+    gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &cube);
+    gl.TextureStorage2D(cube, 1, GL_RGBA32F, PROBE, PROBE);
+    gl.TextureSubImage3D(cube, 0, 0, 0, 0, PROBE, PROBE, 6, GL_RGBA, GL_FLOAT, texels);
+    const bool drawn = draw_lit_by(r, world, cube, why);
+    gl.DeleteTextures(1, &cube);
+    return drawn;
+}
+
 static void draw(stage *s, float time, bool at_infinity, float out[RECEIVERS][3])
 {
     room world;
     image picture = {0};
     message why = {"no memory"};
-    const bool drawn = room_create(&world, time) && frame(&s->r, &world, at_infinity, &why) &&
+    const bool drawn = room_create(&world, time) &&
+                       (at_infinity ? draw_without_places : draw_frame)(&s->r, &world, &why) &&
                        gl_target_read(&s->r.picture, &picture, &why);
     CHECK(drawn, "%s", why.text);
     for (int i = 0; i < s->receivers && drawn; i++)
@@ -200,7 +219,7 @@ static void things_are_lit_as_by_rays(void)
                            0.3f}; // the lamp above the things, and aside; the door open, half open
     if (!begin(&s, LIGHTS)) return;
     for (int i = 0; i < 2; i++) {
-        lightprobe_gl_restart(s.r.probe);
+        lightprobe_gl_restart(s.r.lights.probe);
         draw(&s, times[i], false, s.drawn[0]);
         draw(&s, times[i], true, s.drawn[1]);
         trace(&s, times[i], s.truth[0]);
@@ -220,7 +239,7 @@ static void varnish_shines_as_by_rays(void)
     if (!begin(&s, LIGHTS)) return;
     draw(&s, STILL, false, s.drawn[0]);
     s.r.shine = 0.3f;
-    lightprobe_gl_restart(s.r.probe);
+    lightprobe_gl_restart(s.r.lights.probe);
     draw(&s, STILL, false, s.drawn[1]);
     trace(&s, STILL, s.truth[0]);
     for (int i = 0; i < 3 * s.receivers; i++) s.drawn[1][i / 3][i % 3] -= s.drawn[0][i / 3][i % 3];
