@@ -23,30 +23,65 @@ static const char add_text[] =
     "}\n";
 // clang-format on
 
+// Squared distance as if copies of the light lay on all sides, so that its rim is not favoured.
+static float distance_of(const float p[2], const float q[2])
+{
+    const float x = fabsf(p[0] - q[0]), y = fabsf(p[1] - q[1]);
+    const float u = x < 2 - x ? x : 2 - x, v = y < 2 - y ? y : 2 - y;
+    return u * u + v * v;
+}
+
+// Points by cells of the light, as lists: one too near to a candidate is found at once.
+enum { CELLS = 16 };
+typedef struct cells {
+    int first[CELLS][CELLS], next[GL_SAMPLED_POINTS]; // numbers of points, from 1 on
+} cells;
+
+static int cell_of(float x)
+{
+    const int cell = (int)((x + 1) * (CELLS / 2));
+    return cell < CELLS ? cell : CELLS - 1;
+}
+
+static bool is_near(const cells *c, float point[GL_SAMPLED_POINTS][2], const float p[2], float most)
+{
+    const int x = cell_of(p[0]) + CELLS, y = cell_of(p[1]) + CELLS;
+    for (int k = 0; k < 9; k++) {
+        int i = c->first[(y + k / 3 - 1) % CELLS][(x + k % 3 - 1) % CELLS];
+        for (; i > 0; i = c->next[i - 1]) {
+            if (distance_of(p, point[i - 1]) <= most) return true;
+        }
+    }
+    return false;
+}
+
 // A sequence every start of which is spread like a Poisson disc: of many random points the next is
 // always the one furthest from all before (Mitchell 1991). The middle comes first.
 static void spread(float point[GL_SAMPLED_POINTS][2])
 {
+    cells c = {{{0}}, {0}};
     unsigned random = 1;
-    point[0][0] = point[0][1] = 0;
-    for (int i = 1; i < GL_SAMPLED_POINTS; i++) {
+    for (int i = 0; i < GL_SAMPLED_POINTS; i++) {
         float best = -1;
-        for (int candidate = 0; candidate < 2 * i + 8; candidate++) {
+        point[i][0] = point[i][1] = 0;
+        for (int candidate = 0; candidate < 2 * i + 8 && i > 0; candidate++) {
             float p[2], nearest = 8;
             for (int k = 0; k < 2; k++) {
                 random = random * 1664525u + 1013904223u;
                 p[k] = (float)(random >> 8) / 8388608.0f - 1;
             }
-            // As if copies of the light lay on all sides, so that its rim is not favoured.
+            if (is_near(&c, point, p, best)) continue;
             for (int j = 0; j < i && nearest > best; j++) {
-                const float x = fabsf(p[0] - point[j][0]), y = fabsf(p[1] - point[j][1]);
-                const float u = fminf(x, 2 - x), v = fminf(y, 2 - y);
-                nearest = fminf(nearest, u * u + v * v);
+                const float d = distance_of(p, point[j]);
+                nearest = d < nearest ? d : nearest;
             }
             if (nearest <= best) continue;
             best = nearest;
             point[i][0] = p[0], point[i][1] = p[1];
         }
+        int *first = &c.first[cell_of(point[i][1])][cell_of(point[i][0])];
+        c.next[i] = *first;
+        *first = i + 1;
     }
 }
 

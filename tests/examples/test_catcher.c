@@ -50,7 +50,7 @@ static image picture_of(const probe *p, bool shadowed, bool occluded, const imag
     lightprobe_gl_restart(lights.probe);
     program = programs[shadowed];
     if (!occluded) casters.count = 0;
-    bool drawn = draw_shadows(&why);
+    bool drawn = !shadowed || draw_shadows(&why);
     casters.count = count;
     drawn = drawn && draw(&eye, photo ? photo : &white, &out, &why);
     CHECK(drawn, "%s", why.text);

@@ -333,17 +333,17 @@ static void random_direction(uint64_t *random, double d[3])
     d[2] = z;
 }
 
-// The edge hides what lies from start to end along it, blurred over blur.
-static double hidden(const oracle_edges *e, int k, const double d[3], double blur)
+// The edge hides what lies from start to end along it, blurred over 1 / sharpness.
+static double hidden(const oracle_edges *e, int k, const double d[3], double sharpness)
 {
     const double at = dot(d, e->edge[k]);
-    const double a = 0.5 + (at - e->start[k]) / blur, b = 0.5 + (at - e->end[k]) / blur;
+    const double a = 0.5 + (at - e->start[k]) * sharpness, b = 0.5 + (at - e->end[k]) * sharpness;
     return (a < 0 ? 0 : a > 1 ? 1 : a) - (b < 0 ? 0 : b > 1 ? 1 : b);
 }
 
 typedef struct edge_sums {
     oracle_edges *edges;
-    double blur;
+    double sharpness;
 } edge_sums;
 
 static void add_seen(const double *d, const double *flux, void *user)
@@ -355,13 +355,13 @@ static void add_seen(const double *d, const double *flux, void *user)
         const double cosine = dot(d, e->normal[k]);
         if (cosine <= 0) continue;
         e->mean += cosine * l / e->count;
-        e->seen[k] += cosine * l * (1 - hidden(e, k, d, s->blur));
+        e->seen[k] += cosine * l * (1 - hidden(e, k, d, s->sharpness));
     }
 }
 
 void oracle_edges_anywhere(const test_probe *probe, int count, uint64_t seed, oracle_edges *out)
 {
-    edge_sums s = {out, 2.0 / probe->side};
+    edge_sums s = {out, 0.5 * probe->side}; // a texel
     memset(out, 0, sizeof *out);
     out->count = count;
     for (int k = 0; k < count; k++) {
@@ -393,7 +393,7 @@ static void draw_direction(const double *d, const double *flux, void *user)
 void oracle_edges_near_light(const test_probe *probe, int count, uint64_t seed, oracle_edges *out)
 {
     static drawn_direction drawn;
-    edge_sums s = {out, 1e-9}; // texels are points
+    edge_sums s = {out, 1e9}; // texels are points
     memset(out, 0, sizeof *out);
     memset(&drawn, 0, sizeof drawn);
     out->count = drawn.count = count;
@@ -429,7 +429,7 @@ static double seen_part(const oracle_edges *e, int k, const lightprobe_light *l)
         for (int c = 0; c < 3; c++)
             d[c] = scale *
                    ((double)l->direction[c] + u * (double)l->axis_u[c] + v * (double)l->axis_v[c]);
-        sum += 1 - hidden(e, k, d, 1e-9);
+        sum += 1 - hidden(e, k, d, 1e9);
     }
     return sum / (N * N);
 }

@@ -117,6 +117,9 @@ static int intersect(const shape *o, const double p[3], const double d[3], doubl
         along(q, d, *enter, x);
         return dot(x, x) <= o->half[0] * o->half[0];
     }
+    // Far from most boxes: outside of the sphere around it there is nothing to divide.
+    const double a = dot(d, d), b = dot(q, d);
+    if (a * dot(q, q) - b * b > 1.001 * a * dot(o->half, o->half)) return 0;
     *enter = -1e30;
     *leave = 1e30;
     for (int i = 0; i < 3; i++) {
@@ -334,26 +337,33 @@ static void solve(double row[3][3], const double right[3], double x[3])
     }
 }
 
-// The ray of shadow-space (x,y): its points are origin + t ray, where t is the depth plus 1 for
-// directional lights and the distance along the axis for perspective ones.
-static void shadow_ray(const mssm_light *light, double x, double y, double origin[3], double ray[3])
+// The rays of a light's shadow space: those of a directional light have one direction, those of a
+// perspective one one origin. Points of the ray of (x,y) are origin + t ray, where t is the depth plus
+// 1 for directional lights and the distance along the axis for perspective ones.
+typedef struct shadow_rays {
+    int perspective;
+    double m[3][3], offset[3], same[3];
+} shadow_rays;
+
+static void shadow_rays_of(const mssm_light *light, shadow_rays *s)
 {
     const int depth_row = light->perspective ? 3 : 2;
     const int rows[3] = {0, 1, depth_row};
-    double m[3][3], offset[3];
+    s->perspective = light->perspective;
     for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) m[i][j] = (double)light->world_to_shadow[4 * j + rows[i]];
-        offset[i] = (double)light->world_to_shadow[12 + rows[i]];
+        for (int j = 0; j < 3; j++) s->m[i][j] = (double)light->world_to_shadow[4 * j + rows[i]];
+        s->offset[i] = (double)light->world_to_shadow[12 + rows[i]];
     }
-    if (light->perspective) {
-        const double eye[3] = {-offset[0], -offset[1], -offset[2]}, way[3] = {x, y, 1};
-        solve(m, eye, origin);
-        solve(m, way, ray);
-    } else {
-        const double start[3] = {x - offset[0], y - offset[1], -1 - offset[2]}, way[3] = {0, 0, 1};
-        solve(m, start, origin);
-        solve(m, way, ray);
-    }
+    const double eye[3] = {-s->offset[0], -s->offset[1], -s->offset[2]}, way[3] = {0, 0, 1};
+    solve(s->m, s->perspective ? eye : way, s->same);
+}
+
+static void shadow_ray(shadow_rays *s, double x, double y, double origin[3], double ray[3])
+{
+    const double way[3] = {x, y, 1};
+    const double start[3] = {x - s->offset[0], y - s->offset[1], -1 - s->offset[2]};
+    solve(s->m, s->perspective ? way : start, s->perspective ? ray : origin);
+    memcpy(s->perspective ? origin : ray, s->same, sizeof s->same);
 }
 
 void scene_depth(const scene *s, const mssm_light *light, int side, int samples, float *front,
@@ -361,6 +371,8 @@ void scene_depth(const scene *s, const mssm_light *light, int side, int samples,
 {
     const double z_near = light->perspective ? (double)light->z_near : 0;
     const double z_far = light->perspective ? (double)light->z_far : 2;
+    shadow_rays rays;
+    shadow_rays_of(light, &rays);
     for (int i = 0; i < side * side * samples; i++) {
         // A rank-1 lattice: evenly spread for any number of samples, the centre for one.
         const int texel = i / samples, n = i % samples;
@@ -368,7 +380,7 @@ void scene_depth(const scene *s, const mssm_light *light, int side, int samples,
         const double x = -1 + 2 * (texel % side + dx) / side,
                      y = -1 + 2 * (texel / side + dy) / side;
         double origin[3], ray[3], first = z_far, last = z_far;
-        shadow_ray(light, x, y, origin, ray);
+        shadow_ray(&rays, x, y, origin, ray);
         for (int j = 0; j < s->count; j++) {
             double enter, leave;
             if (!intersect(&s->shapes[j], origin, ray, &enter, &leave)) continue;
@@ -476,9 +488,10 @@ double scene_facing(const mssm_light *light, const double normal[3], double *rea
 static double seen_share(const scene *s, const mssm_light *light, const double point[3],
                          const double normal[3], int only_above, int grid, uint64_t *state)
 {
-    double frame[3][3], start[3], origin[3], axis[3];
+    double frame[3][3], start[3];
+    shadow_rays rays; // whose origin is the middle of a perspective light
     light_frame(light, frame);
-    if (light->perspective) shadow_ray(light, 0, 0, origin, axis);
+    shadow_rays_of(light, &rays);
     along(point, normal, 1e-5, start);
     int seen = 0, all = 0;
     for (int i = 0; i < grid * grid; i++) {
@@ -486,7 +499,7 @@ static double seen_share(const scene *s, const mssm_light *light, const double p
         const double b = -1 + 2 * (i / grid + test_uniform(state)) / grid;
         double ray[3], length = 1e30;
         if (light->perspective) {
-            along(origin, frame[0], a * (double)light->half_u, ray);
+            along(rays.same, frame[0], a * (double)light->half_u, ray);
             along(ray, frame[1], b * (double)light->half_v, ray);
             along(ray, start, -1, ray);
             length = sqrt(dot(ray, ray));
