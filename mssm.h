@@ -2132,6 +2132,12 @@ MSSM_SHARED void mssm__add_samples(const float z[MSSM__BLOCK], float sum[6][MSSM
     }
 }
 
+// Made positive, truncation rounds to nearest.
+MSSM_SHARED int32_t mssm__to_integer(float scaled)
+{
+    return (int32_t)(scaled + ((float)MSSM_SCALE + 1.5f)) - (MSSM_SCALE + 1);
+}
+
 // The table values of count texels of a row; front and back hold samples depths for each of them.
 MSSM_SHARED void mssm__make_values(const float *front, const float *back, int count, int samples,
                                    int32_t value[6][MSSM__BLOCK])
@@ -2145,12 +2151,9 @@ MSSM_SHARED void mssm__make_values(const float *front, const float *back, int co
         }
         mssm__add_samples(z, sum);
     }
-    const float one = (float)MSSM_SCALE, scale = one / (float)samples;
+    const float scale = (float)MSSM_SCALE / (float)samples;
     for (int k = 0; k < 6; k++) {
-        for (int i = 0; i < MSSM__BLOCK; i++) {
-            // Made positive, truncation rounds to nearest.
-            value[k][i] = (int32_t)(sum[k][i] * scale + (one + 1.5f)) - (MSSM_SCALE + 1);
-        }
+        for (int i = 0; i < MSSM__BLOCK; i++) value[k][i] = mssm__to_integer(sum[k][i] * scale);
     }
 }
 
@@ -3167,19 +3170,24 @@ float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
     return mssm_map_visibility_normal(map, light, settings, point, NULL);
 }
 
+// Moments from those of the Chebyshev polynomials; of four the last two are 0.
+static mssm_moments6 mssm__decoded(mssm_moments6 t, int moments)
+{
+    for (int k = 0; k < 6; k++) t.b[k] = mssm_to_unit(t.b[k]);
+    t = mssm_moments6_decode(t);
+    if (moments == 4) t.b[4] = t.b[5] = 0.0f;
+    return t;
+}
+
 mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x, float half_y)
 {
-    mssm_moments6 m = mssm_moments6_of_depth(1.0f);
-    if (!map) return m;
+    if (!map) return mssm_moments6_of_depth(1.0f);
     const float scale = 0.5f * (float)map->side, far_away = MSSM_FAR_AWAY;
     const mssm_moments6 t = mssm_query(
         map, map->moments, mssm_clamp((x + 1.0f) * scale, -far_away, far_away),
         mssm_clamp((y + 1.0f) * scale, -far_away, far_away),
         mssm_clamp(half_x * scale, 0.5f, far_away), mssm_clamp(half_y * scale, 0.5f, far_away));
-    for (int k = 0; k < 6; k++) m.b[k] = k < map->moments ? 0.5f + 0.5f * t.b[k] : 0.0f;
-    m = mssm_moments6_decode(m);
-    if (map->moments == 4) m.b[4] = m.b[5] = 0.0f;
-    return m;
+    return mssm__decoded(t, map->moments);
 }
 
 // The least side of a texture whose levels, halved without rest, have room for those of a map.
@@ -3486,8 +3494,8 @@ mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded)
         for (int x = 0; x < side; x++) {
             uint32_t *below = map->table[0] + (size_t)y * stride + (size_t)((x + 1) * moments);
             for (int k = 0; k < moments; k++) {
-                const float t = 2.0f * mssm_clamp(*from++, 0, 1) - 1.0f, one = (float)MSSM_SCALE;
-                run[k] += (uint32_t)((int32_t)(t * one + (one + 1.5f)) - (MSSM_SCALE + 1));
+                const float t = 2.0f * mssm_clamp(*from++, 0, 1) - 1.0f;
+                run[k] += (uint32_t)mssm__to_integer(t * (float)MSSM_SCALE);
                 below[stride + (size_t)k] = below[k] + run[k];
             }
         }
@@ -3539,11 +3547,8 @@ mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, 
 {
     if (!map || !(fabsf(x) <= 1 && fabsf(y) <= 1)) return mssm_moments6_of_depth(1.0f);
     const float scale = 0.5f * (float)map->side;
-    mssm_moments6 t = mssm__sample(map, (x + 1) * scale, (y + 1) * scale, width * scale);
-    for (int k = 0; k < 6; k++) t.b[k] = mssm_to_unit(t.b[k]);
-    t = mssm_moments6_decode(t);
-    if (map->moments == 4) t.b[4] = t.b[5] = 0.0f;
-    return t;
+    return mssm__decoded(mssm__sample(map, (x + 1) * scale, (y + 1) * scale, width * scale),
+                         map->moments);
 }
 
 mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *light,
@@ -4794,33 +4799,26 @@ static const char mssm__glsl_filtered_entry[] =
 #endif
 
 // Textures that depth is read from: first that of our own passes.
+#define MSSM__TARGET(kind, sampler, fetch)                                                   \
+    {                                                                                        \
+        MSSM__GL_TEXTURE_##kind, MSSM__GL_TEXTURE_BINDING_##kind, "GL_TEXTURE_" #kind,       \
+            "#define MSSM_SAMPLER " sampler "\n#define MSSM_FETCH(map, at, layer, s) " fetch \
+            ".x\n"                                                                           \
+    }
 static const struct {
     mssm__glenum target, binding;
     const char *name, *text;
 } mssm__targets[6] = {
-    {MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY,
-     "GL_TEXTURE_2D_MULTISAMPLE_ARRAY",
-     "#define MSSM_SAMPLER sampler2DMSArray\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), s).x\n"},
-    {MSSM__GL_TEXTURE_2D, MSSM__GL_TEXTURE_BINDING_2D, "GL_TEXTURE_2D",
-     "#define MSSM_SAMPLER sampler2D\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, 0).x\n"},
-    {MSSM__GL_TEXTURE_2D_ARRAY, MSSM__GL_TEXTURE_BINDING_2D_ARRAY, "GL_TEXTURE_2D_ARRAY",
-     "#define MSSM_SAMPLER sampler2DArray\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, ivec3(at, layer), 0).x\n"},
-    {MSSM__GL_TEXTURE_CUBE_MAP, MSSM__GL_TEXTURE_BINDING_CUBE_MAP, "GL_TEXTURE_CUBE_MAP",
-     "#define MSSM_SAMPLER samplerCube\n"
-     "#define MSSM_FETCH(map, at, layer, s) "
-     "textureLod(map, cube_direction(layer, at, textureSize(map, 0).x), 0.0).x\n"},
-    {MSSM__GL_TEXTURE_CUBE_MAP_ARRAY, MSSM__GL_TEXTURE_BINDING_CUBE_MAP_ARRAY,
-     "GL_TEXTURE_CUBE_MAP_ARRAY",
-     "#define MSSM_SAMPLER samplerCubeArray\n"
-     "#define MSSM_FETCH(map, at, layer, s) "
-     "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), float((layer) / 6)), 0.0).x\n"},
-    {MSSM__GL_TEXTURE_2D_MULTISAMPLE, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE,
-     "GL_TEXTURE_2D_MULTISAMPLE",
-     "#define MSSM_SAMPLER sampler2DMS\n"
-     "#define MSSM_FETCH(map, at, layer, s) texelFetch(map, at, s).x\n"}};
+    MSSM__TARGET(2D_MULTISAMPLE_ARRAY, "sampler2DMSArray", "texelFetch(map, ivec3(at, layer), s)"),
+    MSSM__TARGET(2D, "sampler2D", "texelFetch(map, at, 0)"),
+    MSSM__TARGET(2D_ARRAY, "sampler2DArray", "texelFetch(map, ivec3(at, layer), 0)"),
+    MSSM__TARGET(CUBE_MAP, "samplerCube",
+                 "textureLod(map, cube_direction(layer, at, textureSize(map, 0).x), 0.0)"),
+    MSSM__TARGET(
+        CUBE_MAP_ARRAY, "samplerCubeArray",
+        "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), float((layer) / 6)), 0.0)"),
+    MSSM__TARGET(2D_MULTISAMPLE, "sampler2DMS", "texelFetch(map, at, s)")};
+#undef MSSM__TARGET
 
 // Programs by their numbers. Those that take depth have the math and linear depth in front of this.
 typedef struct mssm__program {
@@ -5696,6 +5694,20 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
     }
 }
 
+// That follow from the description.
+static void mssm__find_sizes(mssm_gl *gl)
+{
+    const mssm_gl_desc *d = &gl->desc;
+    const int64_t bytes = (int64_t)4 * d->samples * d->side * d->side; // of a layer
+    int layers = (int)(MSSM__TARGET_BYTES / bytes);
+    layers = layers < (int)MSSM__LAYERS ? layers : (int)MSSM__LAYERS;
+    layers = layers > d->lights ? d->lights + 1 : layers;
+    gl->layers = gl->filtered ? 1 : layers > 2 ? layers : 2;
+    gl->levels = mssm__levels(d->side, (int)MSSM_KERNEL);
+    gl->depth_levels = mssm__levels((d->side + 1) / 2, 1);
+    gl->padded = mssm__padded(d->side, gl->levels);
+}
+
 // Defaults and sizes filled in, or MSSM_ERROR_ARGUMENT.
 static mssm_result mssm__check_desc(mssm_gl *gl)
 {
@@ -5734,14 +5746,7 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     if (!mssm__in_range(gl, "settings.estimator", (int)d->settings.estimator, 0, MSSM_HORIZON))
         return MSSM_ERROR_ARGUMENT;
     if (d->moments == 5) return mssm__report(gl, MSSM_ERROR_ARGUMENT, "moments 5: 4 or 6");
-    gl->levels = mssm__levels(d->side, (int)MSSM_KERNEL);
-    gl->depth_levels = mssm__levels((d->side + 1) / 2, 1);
-    gl->padded = mssm__padded(d->side, gl->levels);
-    gl->layers = (int)(MSSM__TARGET_BYTES / ((int64_t)4 * d->samples * d->side * d->side));
-    if (gl->layers > MSSM__LAYERS) gl->layers = MSSM__LAYERS;
-    if (gl->layers > d->lights) gl->layers = d->lights + 1;
-    if (gl->layers < 2) gl->layers = 2;
-    if (gl->filtered) gl->layers = 1;
+    mssm__find_sizes(gl);
     return MSSM_OK;
 }
 
