@@ -1199,12 +1199,17 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
 }
 // [glsl end]
 
-// Finite. Looks at the bits: with -ffast-math a comparison need not see a NaN.
-static int lightprobe__is_number(float x)
+static unsigned lightprobe__bits_of(float x)
 {
     uint32_t bits;
     memcpy(&bits, &x, sizeof bits);
-    return (bits & 0x7fffffffu) < 0x7f800000u;
+    return bits;
+}
+
+// Finite. Looks at the bits: with -ffast-math a comparison need not see a NaN.
+static int lightprobe__is_number(float x)
+{
+    return (lightprobe__bits_of(x) & 0x7fffffffu) < 0x7f800000u;
 }
 
 // ---- Sums over tiles: the one pass over all texels ---- >>tiles
@@ -5457,13 +5462,6 @@ static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, c
     const lightprobe_result r = lightprobe__add_shader(gl, which, LIGHTPROBE__GL_COMPUTE_SHADER,
                                                        text, (int)(sizeof text / sizeof *text));
     return r ? r : lightprobe__link(gl, which);
-}
-
-static unsigned lightprobe__bits_of(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
 }
 
 static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
