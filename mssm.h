@@ -4799,25 +4799,23 @@ static const char mssm__glsl_filtered_entry[] =
 #endif
 
 // Textures that depth is read from: first that of our own passes.
-#define MSSM__TARGET(kind, sampler, fetch)                                                   \
-    {                                                                                        \
-        MSSM__GL_TEXTURE_##kind, MSSM__GL_TEXTURE_BINDING_##kind, "GL_TEXTURE_" #kind,       \
-            "#define MSSM_SAMPLER " sampler "\n#define MSSM_FETCH(map, at, layer, s) " fetch \
-            ".x\n"                                                                           \
-    }
+#define MSSM__TARGET(kind, sampler, fetch)                                         \
+    MSSM__GL_TEXTURE_##kind, MSSM__GL_TEXTURE_BINDING_##kind, "GL_TEXTURE_" #kind, \
+        "#define MSSM_SAMPLER " sampler "\n#define MSSM_FETCH(map, at, layer, s) " fetch ".x\n"
 static const struct {
     mssm__glenum target, binding;
     const char *name, *text;
 } mssm__targets[6] = {
-    MSSM__TARGET(2D_MULTISAMPLE_ARRAY, "sampler2DMSArray", "texelFetch(map, ivec3(at, layer), s)"),
-    MSSM__TARGET(2D, "sampler2D", "texelFetch(map, at, 0)"),
-    MSSM__TARGET(2D_ARRAY, "sampler2DArray", "texelFetch(map, ivec3(at, layer), 0)"),
-    MSSM__TARGET(CUBE_MAP, "samplerCube",
-                 "textureLod(map, cube_direction(layer, at, textureSize(map, 0).x), 0.0)"),
-    MSSM__TARGET(
-        CUBE_MAP_ARRAY, "samplerCubeArray",
-        "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), float((layer) / 6)), 0.0)"),
-    MSSM__TARGET(2D_MULTISAMPLE, "sampler2DMS", "texelFetch(map, at, s)")};
+    {MSSM__TARGET(2D_MULTISAMPLE_ARRAY, "sampler2DMSArray",
+                  "texelFetch(map, ivec3(at, layer), s)")},
+    {MSSM__TARGET(2D, "sampler2D", "texelFetch(map, at, 0)")},
+    {MSSM__TARGET(2D_ARRAY, "sampler2DArray", "texelFetch(map, ivec3(at, layer), 0)")},
+    {MSSM__TARGET(CUBE_MAP, "samplerCube",
+                  "textureLod(map, cube_direction(layer, at, textureSize(map, 0).x), 0.0)")},
+    {MSSM__TARGET(CUBE_MAP_ARRAY, "samplerCubeArray",
+                  "textureLod(map, vec4(cube_direction((layer) % 6, at, textureSize(map, 0).x), "
+                  "float((layer) / 6)), 0.0)")},
+    {MSSM__TARGET(2D_MULTISAMPLE, "sampler2DMS", "texelFetch(map, at, s)")}};
 #undef MSSM__TARGET
 
 // Programs by their numbers. Those that take depth have the math and linear depth in front of this.
@@ -5938,13 +5936,12 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
         return MSSM_ERROR_ARGUMENT;
     if (back_faces && gl->filtered)
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "filtered maps have no back faces");
+    if (gl->drawing >= 0)
+        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_begin_depth before mssm_gl_end_depth");
     // Back faces are averaged with the front faces of the same light, which must have come before.
-    if (gl->drawing >= 0 || (back_faces && gl->front_of != index)) {
+    if (back_faces && gl->front_of != index)
         return mssm__report(gl, MSSM_ERROR_ORDER,
-                            gl->drawing >= 0
-                                ? "mssm_gl_begin_depth before mssm_gl_end_depth"
-                                : "back faces must follow the front faces of their light");
-    }
+                            "back faces must follow the front faces of their light");
     const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_depth");
     if (r) return r;
     const float farthest = 1;
