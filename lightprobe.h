@@ -185,6 +185,8 @@ typedef struct lightprobe_settings {
     void *user;
     // 1: the cube's fourth channel is the distance of what the texel shows from the probe's centre, in
     // world units; what is not in [1e-9, 1e9], NaN say, is infinitely far. Then lights have a place.
+    // 2: it is the texel's luminance over that distance, for cubes with several samples a texel or mip
+    // maps: means of that keep lamps where they are, those of distances put their edges too far away.
     int distances;
 } lightprobe_settings;
 
@@ -838,10 +840,11 @@ typedef struct lightprobe_region {
 } lightprobe_region;
 
 // Sums over leaves around a light, by luminance: of squares and product of direction along e and f, of
-// these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that.
+// these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that, of the
+// leaves' own spread.
 // scale: 1 / distance becomes parts by it; reach: 1 - cosine from which on a leaf does not count.
 typedef struct lightprobe_tilt {
-    float ee, ff, ef, e, f, squares, scale, reach;
+    float ee, ff, ef, e, f, squares, own, scale, reach;
 } lightprobe_tilt;
 // [glsl end]
 
@@ -1320,6 +1323,13 @@ LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, floa
     return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;
 }
 
+// 0 where it is none.
+LIGHTPROBE_SHARED float lightprobe_whole_distance(const lightprobe_vec3 rgb, float over_distance)
+{
+    LIGHTPROBE_PRECISE float distance = lightprobe_luminance(rgb) / over_distance;
+    return over_distance > 0.0f ? distance : 0.0f;
+}
+
 // Weights: solid angle, and that over the distance to its centre (s, t). texel_rgb[3]: how far.
 LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb,
                                                         float omega, float weight, float s, float t)
@@ -1388,6 +1398,7 @@ static void lightprobe__read_distance(const lightprobe__work *w, const float *te
 {
     lightprobe__read(texel, rgbd);
     rgbd[3] = w->distances && lightprobe__is_number(texel[3]) ? texel[3] : 0;
+    if (w->distances == 2) rgbd[3] = lightprobe_whole_distance(rgbd, rgbd[3]);
 }
 
 // Copies a tile that the border cuts, that has a fourth channel or bad texels. Counts the bad ones.
@@ -2808,7 +2819,7 @@ LIGHTPROBE_SHARED lightprobe_tilt lightprobe_no_tilt(lightprobe_region r)
     for (int i = 0; i < 3; i++) size = size + LIGHTPROBE_VALUE(r.resultant[i]) * r.d[i];
     t.scale = size < 2e9f * inverse ? size / inverse : 0.0f;                 // 0: infinitely far
     t.reach = 5.0f * (1.0f - size / LIGHTPROBE_VALUE(r.luminance)) + 0.001f; // beyond a texel
-    t.ee = t.ff = t.ef = t.e = t.f = t.squares = 0.0f;
+    t.ee = t.ff = t.ef = t.e = t.f = t.squares = t.own = 0.0f;
     return t;
 }
 
@@ -2826,6 +2837,7 @@ LIGHTPROBE_SHARED lightprobe_tilt lightprobe_add_tilt(lightprobe_tilt tilt, ligh
     LIGHTPROBE_PRECISE float y = mean * lightprobe_dot(leaf.direction, r.f), sy = part * y;
     LIGHTPROBE_PRECISE float rest = leaf.inverse * t.scale;
     rest = (rest < 4.0f ? rest : 4.0f) - mean * along;
+    t.own = t.own + part * (1.0f - mean * mean);
     t.ee = t.ee + sx * x;
     t.ff = t.ff + sy * y;
     t.ef = t.ef + sx * y;
@@ -2937,19 +2949,24 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     return light;
 }
 
-// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. A little is added
-// to the squares, for leaves in a row. Counts from 80% explained on, fully from 97%, of discs up to 29 degrees,
-// less and less up to 41; an edge is at most 25% nearer than the middle.
+// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they lie in a
+// row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the slope across: to
+// squares that are less than a tenth of the leaves' own, so much is added. Counts from 80% explained on,
+// fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most 25% nearer than the
+// middle.
 LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,
                                                      lightprobe_tilt t)
 {
     lightprobe_light l = light;
-    LIGHTPROBE_PRECISE float ridge = 0.0005f * (t.ee + t.ff), ee = t.ee + ridge, ff = t.ff + ridge;
-    LIGHTPROBE_PRECISE float whole = ee * ff - t.ef * t.ef;
+    LIGHTPROBE_PRECISE float least = 0.1f * t.own + 1e-30f;
+    LIGHTPROBE_PRECISE float across = (t.ee * t.ff - t.ef * t.ef) / (t.ee + t.ff + 1e-30f);
+    LIGHTPROBE_PRECISE float ridge = least / ((across > 0.0f ? across : 0.0f) + least) * least;
+    LIGHTPROBE_PRECISE float ee = t.ee + ridge, ff = t.ff + ridge, whole = ee * ff - t.ef * t.ef;
     if (!(l.distance > 0.0f && whole > 1e-30f)) return l;
     LIGHTPROBE_PRECISE float x = (t.e * ff - t.f * t.ef) / whole;
     LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;
-    LIGHTPROBE_PRECISE float part = 6.0f * ((x * t.e + y * t.f) / (t.squares + 1e-30f)) - 4.8f;
+    LIGHTPROBE_PRECISE float explained = x * t.e + y * t.f + ridge * (x * x + y * y);
+    LIGHTPROBE_PRECISE float part = 6.0f * (explained / (t.squares + 1e-30f)) - 4.8f;
     LIGHTPROBE_PRECISE float narrow = 8.0f * l.cos_alpha - 6.0f; // wide ones are often two things
     part = part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;
     part = part * (narrow > 0.0f ? (narrow < 1.0f ? narrow : 1.0f) : 0.0f);
@@ -2957,9 +2974,9 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lig
         x * lightprobe_dot(r.e, l.axis_u) + y * lightprobe_dot(r.f, l.axis_u);
     LIGHTPROBE_PRECISE float v =
         x * lightprobe_dot(r.e, l.axis_v) + y * lightprobe_dot(r.f, l.axis_v);
-    float least = 0.10416667f; // width: slopes are at most 2.4
-    LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > least ? l.tan_half_u : least);
-    edge = edge + fabsf(v) * (l.tan_half_v > least ? l.tan_half_v : least);
+    float wide = 0.10416667f; // slopes are at most 2.4
+    LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > wide ? l.tan_half_u : wide);
+    edge = edge + fabsf(v) * (l.tan_half_v > wide ? l.tan_half_v : wide);
     part = part * edge > 0.25f ? 0.25f / edge : part;
     l.slope_u = -part * u;
     l.slope_v = -part * v;
@@ -3372,7 +3389,7 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube,
         {"min_shadow", (double)s->min_shadow, 0, (double)FLT_MAX, LIGHTPROBE_ERROR_SETTINGS},
         {"mode", (double)s->mode, LIGHTPROBE_BEST, LIGHTPROBE_MEDIAN_CUT,
          LIGHTPROBE_ERROR_SETTINGS},
-        {"distances", (double)s->distances, 0, 1, LIGHTPROBE_ERROR_SETTINGS},
+        {"distances", (double)s->distances, 0, 2, LIGHTPROBE_ERROR_SETTINGS},
         {"channels of a cube with distances", (double)cube->channels, s->distances ? 4.0 : 3.0, 4,
          LIGHTPROBE_ERROR_CHANNELS}};
     return lightprobe__check_ranges(s, ranges, (int)(sizeof ranges / sizeof *ranges));
@@ -4449,6 +4466,7 @@ static const char lightprobe__glsl_cells[] =
     "    bvec3 good = lessThan(bits, uvec3(0x7f800000u));\n"
     "    bvec3 minus_0 = equal(bits, uvec3(0x80000000u));\n"
     "    for (int i = 0; i < 3; i++) if (!good[i]) rgb[i] = 0.0;\n"
+    "    if (DISTANCES == 2) rgb.a = lightprobe_whole_distance(rgb.rgb, rgb.a);\n"
     "    bad += all(bvec3(uvec3(good) | uvec3(minus_0))) ? 0 : 1;\n"
     "    return rgb;\n"
     "}\n";
@@ -4496,7 +4514,7 @@ static const char lightprobe__glsl_tiles[] =
     "        }\n"
     "        if (y < SIDE) add_omegas(p.x, y, omega);\n"
     "    }\n"
-    "    for (int i = 0; i < rolled(DISTANCES * 16); i++) {\n"
+    "    for (int i = 0; i < rolled(min(DISTANCES, 1) * 16); i++) {\n"
     "        int x = 4 * p.x + i % 4, y = 4 * p.y + i / 4, counted = 0;\n"
     "        if (x >= SIDE || y >= SIDE) continue;\n"
     "        vec4 rgb = read_texel(p.z, x, y, counted);\n"
@@ -5174,7 +5192,7 @@ static const char lightprobe__glsl_write[] =
     "        if (jumps == 0) region = lightprobe_add_late_second(region, clusters[k].late);\n"
     "    }\n"
     "    lightprobe_tilt tilt = lightprobe_no_tilt(region);\n"
-    "    for (int leaf = 0; leaf < DISTANCES * leaf_count; leaf++)\n"
+    "    for (int leaf = 0; leaf < min(DISTANCES, 1) * leaf_count; leaf++)\n"
     "        tilt = lightprobe_add_tilt(tilt, region, leaves[leaf]);\n"
     "    lightprobe_light light = lightprobe_tilted(lightprobe_light_of(region), region, tilt);\n"
     "    float rate = jumps != 0 || clusters[k].id < 0 ? 0.0 : LIGHTPROBE_RATE;\n"
@@ -6583,6 +6601,13 @@ static const char *lightprobe__quote_cells(void)
     "    return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;\n"
     "}\n"
     "\n"
+    "// 0 where it is none.\n"
+    "LIGHTPROBE_SHARED float lightprobe_whole_distance(const lightprobe_vec3 rgb, float over_distance)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float distance = lightprobe_luminance(rgb) / over_distance;\n"
+    "    return over_distance > 0.0f ? distance : 0.0f;\n"
+    "}\n"
+    "\n"
     "// Weights: solid angle, and that over the distance to its centre (s, t). texel_rgb[3]: how far.\n"
     "LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 texel_rgb,\n"
     "                                                        float omega, float weight, float s, float t)\n"
@@ -7077,10 +7102,11 @@ static const char *lightprobe__quote_lights(void)
     "};\n"
     "\n"
     "// Sums over leaves around a light, by luminance: of squares and product of direction along e and f, of\n"
-    "// these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that.\n"
+    "// these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that, of the\n"
+    "// leaves' own spread.\n"
     "// scale: 1 / distance becomes parts by it; reach: 1 - cosine from which on a leaf does not count.\n"
     "struct lightprobe_tilt {\n"
-    "    float ee, ff, ef, e, f, squares, scale, reach;\n"
+    "    float ee, ff, ef, e, f, squares, own, scale, reach;\n"
     "};\n"
     "\n"
     "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,\n"
@@ -7184,7 +7210,7 @@ static const char *lightprobe__quote_lights(void)
     "    for (int i = 0; i < 3; i++) size = size + LIGHTPROBE_VALUE(r.resultant[i]) * r.d[i];\n"
     "    t.scale = size < 2e9f * inverse ? size / inverse : 0.0f;                 // 0: infinitely far\n"
     "    t.reach = 5.0f * (1.0f - size / LIGHTPROBE_VALUE(r.luminance)) + 0.001f; // beyond a texel\n"
-    "    t.ee = t.ff = t.ef = t.e = t.f = t.squares = 0.0f;\n"
+    "    t.ee = t.ff = t.ef = t.e = t.f = t.squares = t.own = 0.0f;\n"
     "    return t;\n"
     "}\n"
     "\n"
@@ -7202,6 +7228,7 @@ static const char *lightprobe__quote_lights(void)
     "    LIGHTPROBE_PRECISE float y = mean * lightprobe_dot(leaf.direction, r.f), sy = part * y;\n"
     "    LIGHTPROBE_PRECISE float rest = leaf.inverse * t.scale;\n"
     "    rest = (rest < 4.0f ? rest : 4.0f) - mean * along;\n"
+    "    t.own = t.own + part * (1.0f - mean * mean);\n"
     "    t.ee = t.ee + sx * x;\n"
     "    t.ff = t.ff + sy * y;\n"
     "    t.ef = t.ef + sx * y;\n"
@@ -7313,19 +7340,24 @@ static const char *lightprobe__quote_lights(void)
     "    return light;\n"
     "}\n"
     "\n"
-    "// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. A little is added\n"
-    "// to the squares, for leaves in a row. Counts from 80% explained on, fully from 97%, of discs up to 29 degrees,\n"
-    "// less and less up to 41; an edge is at most 25% nearer than the middle.\n"
+    "// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they lie in a\n"
+    "// row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the slope across: to\n"
+    "// squares that are less than a tenth of the leaves' own, so much is added. Counts from 80% explained on,\n"
+    "// fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most 25% nearer than the\n"
+    "// middle.\n"
     "LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,\n"
     "                                                     lightprobe_tilt t)\n"
     "{\n"
     "    lightprobe_light l = light;\n"
-    "    LIGHTPROBE_PRECISE float ridge = 0.0005f * (t.ee + t.ff), ee = t.ee + ridge, ff = t.ff + ridge;\n"
-    "    LIGHTPROBE_PRECISE float whole = ee * ff - t.ef * t.ef;\n"
+    "    LIGHTPROBE_PRECISE float least = 0.1f * t.own + 1e-30f;\n"
+    "    LIGHTPROBE_PRECISE float across = (t.ee * t.ff - t.ef * t.ef) / (t.ee + t.ff + 1e-30f);\n"
+    "    LIGHTPROBE_PRECISE float ridge = least / ((across > 0.0f ? across : 0.0f) + least) * least;\n"
+    "    LIGHTPROBE_PRECISE float ee = t.ee + ridge, ff = t.ff + ridge, whole = ee * ff - t.ef * t.ef;\n"
     "    if (!(l.distance > 0.0f && whole > 1e-30f)) return l;\n"
     "    LIGHTPROBE_PRECISE float x = (t.e * ff - t.f * t.ef) / whole;\n"
     "    LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;\n"
-    "    LIGHTPROBE_PRECISE float part = 6.0f * ((x * t.e + y * t.f) / (t.squares + 1e-30f)) - 4.8f;\n"
+    "    LIGHTPROBE_PRECISE float explained = x * t.e + y * t.f + ridge * (x * x + y * y);\n"
+    "    LIGHTPROBE_PRECISE float part = 6.0f * (explained / (t.squares + 1e-30f)) - 4.8f;\n"
     "    LIGHTPROBE_PRECISE float narrow = 8.0f * l.cos_alpha - 6.0f; // wide ones are often two things\n"
     "    part = part > 0.0f ? (part < 1.0f ? part : 1.0f) : 0.0f;\n"
     "    part = part * (narrow > 0.0f ? (narrow < 1.0f ? narrow : 1.0f) : 0.0f);\n"
@@ -7333,9 +7365,9 @@ static const char *lightprobe__quote_lights(void)
     "        x * lightprobe_dot(r.e, l.axis_u) + y * lightprobe_dot(r.f, l.axis_u);\n"
     "    LIGHTPROBE_PRECISE float v =\n"
     "        x * lightprobe_dot(r.e, l.axis_v) + y * lightprobe_dot(r.f, l.axis_v);\n"
-    "    float least = 0.10416667f; // width: slopes are at most 2.4\n"
-    "    LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > least ? l.tan_half_u : least);\n"
-    "    edge = edge + fabsf(v) * (l.tan_half_v > least ? l.tan_half_v : least);\n"
+    "    float wide = 0.10416667f; // slopes are at most 2.4\n"
+    "    LIGHTPROBE_PRECISE float edge = fabsf(u) * (l.tan_half_u > wide ? l.tan_half_u : wide);\n"
+    "    edge = edge + fabsf(v) * (l.tan_half_v > wide ? l.tan_half_v : wide);\n"
     "    part = part * edge > 0.25f ? 0.25f / edge : part;\n"
     "    l.slope_u = -part * u;\n"
     "    l.slope_v = -part * v;\n"

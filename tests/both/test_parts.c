@@ -730,6 +730,15 @@ static void lights_without_a_place_or_a_plane_have_no_slope(void)
     }
 }
 
+static void distances_come_from_luminance_over_them(void)
+{
+    const float rgb[3] = {3, 3, 3}, black[3] = {0, 0, 0};
+    CHECK(fabsf(lightprobe_whole_distance(rgb, 1.5f) - 2) < 1e-6f, "3 over 1.5");
+    CHECK(lightprobe_whole_distance(rgb, 0) == 0 && lightprobe_whole_distance(rgb, -1) == 0 &&
+              lightprobe_whole_distance(black, 1) == 0,
+          "none");
+}
+
 const test_case parts_tests[] = {
     {"parts: logarithms and tones are exact", logarithms_and_tones_are_exact},
     {"parts: costs and gains are those of the leaves", costs_and_gains_are_those_of_the_leaves},
@@ -747,6 +756,7 @@ const test_case parts_tests[] = {
     {"parts: neighbours are the nearest clusters", neighbours_are_the_nearest_clusters},
     {"parts: reassigned lights come in pairs", reassigned_lights_come_in_pairs},
     {"parts: relaxing lowers the error", relaxing_lowers_the_error},
+    {"parts: distances come from luminance over them", distances_come_from_luminance_over_them},
     {"parts: lights without a place or a plane have no slope",
      lights_without_a_place_or_a_plane_have_no_slope},
     {NULL, NULL},

@@ -19,7 +19,8 @@ typedef struct rectangle {
 typedef struct room {
     const char *name;
     rectangle r[RECTANGLES];
-    int count;
+    int count, distances;
+    double tube[3], tube_axis[3], tube_radius, tube_half, tube_radiance;
     scene casters;
     float *texels;
     lightprobe_cube cube;
@@ -109,6 +110,7 @@ static void make(room *o, int which)
     const double dim = 0.02;
     memset(o, 0, sizeof *o);
     o->name = names[which];
+    o->distances = 1;
     add(o, 0, 1, -3, 0, -2.5, 3, 5, dim);
     add(o, 0, -1, 3, 0, -2.5, 3, 5, dim);
     add(o, 1, 1, 0, -2.5, -3, 5, 6, dim);
@@ -145,12 +147,31 @@ static void drop(room *o)
     free(o->memory);
 }
 
-// The probe from its centre, without the casters, 4 x 4 rays a texel; its distance is their
-// harmonic mean.
-static void render(room *o)
+// How far along a unit ray from the probe a straight tube is; HUGE_VAL where it is not.
+static double hit_tube(const room *o, const double ray[3])
+{
+    double from[3], across[3];
+    const double *a = o->tube_axis, along = dot(ray, a);
+    for (int c = 0; c < 3; c++) from[c] = probe[c] - o->tube[c];
+    const double start = dot(from, a);
+    for (int c = 0; c < 3; c++) {
+        from[c] -= start * a[c];
+        across[c] = ray[c] - along * a[c];
+    }
+    const double d2 = dot(across, across), b = dot(from, across) / (d2 + 1e-30);
+    const double inside = b * b - (dot(from, from) - o->tube_radius * o->tube_radius) / d2;
+    const double t = -b - sqrt(fmax(inside, 0));
+    return inside > 0 && t > 0 && fabs(start + t * along) < o->tube_half ? t : HUGE_VAL;
+}
+
+// The probe from its centre, without the casters, 4 x 4 rays a texel; its distance is their harmonic
+// mean, weighted by radiance. As a plain cube it would have, or mip maps: the mean of distances, or (2)
+// of radiance over distance.
+enum { WEIGHTED, PLAIN, OVER };
+static void render_as(room *o, int kind)
 {
     for (int i = 0; i < 6 * SIDE * SIDE; i++) {
-        double sum = 0, inverse = 0;
+        double sum = 0, inverse = 0, away = 0;
         for (int k = 0; k < 16; k++) {
             const double h = 2.0 / SIDE;
             float d[3];
@@ -165,12 +186,25 @@ static void render(room *o)
                 nearest = t;
                 radiance = o->r[r].radiance;
             }
+            const double tube = o->tube_half > 0 ? hit_tube(o, ray) : HUGE_VAL;
+            if (tube < nearest) {
+                nearest = tube;
+                radiance = o->tube_radiance;
+            }
             sum += radiance / 16;
             inverse += radiance / nearest / 16;
+            away += nearest / 16;
         }
         for (int c = 0; c < 3; c++) o->texels[4 * i + c] = (float)sum;
-        o->texels[4 * i + 3] = (float)(sum / inverse);
+        o->texels[4 * i + 3] = (float)(kind == PLAIN  ? away
+                                       : kind == OVER ? inverse
+                                                      : sum / inverse);
     }
+}
+
+static void render(room *o)
+{
+    render_as(o, WEIGHTED);
 }
 
 // A unit vector in proportion to the cosine to n.
@@ -224,7 +258,7 @@ static void extract(room *o, int lights)
     lightprobe_settings s;
     memset(&s, 0, sizeof s);
     s.max_lights = lights;
-    s.distances = 1;
+    s.distances = o->distances;
     const size_t bytes = lightprobe_scratch_bytes(SIDE, LIGHTS);
     void *scratch = malloc(bytes);
     CHECK(!lightprobe_extract(&o->cube, &s, scratch, bytes, o->light, &o->lights, NULL), "extract");
@@ -437,6 +471,93 @@ static void what_is_no_plane_has_no_slope(void)
     test_note("largest slope %.3f", worst);
 }
 
+// A tube looks the same from all around it: lights along it have slopes along it, those of the line, and none
+// across, which the dim walls beside it alone would tell.
+static void tubes_have_no_slope_across(void)
+{
+    uint64_t state = 21;
+    double across = 0, along = 0, sum = 0;
+    int lights = 0;
+    for (int t = 0; t < test_trials(40); t++) {
+        room o;
+        double at[3], length;
+        make(&o, 0);
+        o.count = 6;
+        do {
+            for (int c = 0; c < 3; c++) o.tube_axis[c] = test_range(&state, -1, 1);
+            for (int c = 0; c < 3; c++) at[c] = test_range(&state, -1.6, 1.6);
+            length = sqrt(dot(o.tube_axis, o.tube_axis));
+            for (int c = 0; c < 3; c++) o.tube_axis[c] /= length;
+        } while (length > 1 || fabs(dot(o.tube_axis, at)) > 0.3 || dot(at, at) < 1);
+        for (int c = 0; c < 3; c++) o.tube[c] = probe[c] + at[c];
+        o.tube_radius = test_range(&state, 0.008, 0.016);
+        o.tube_half = test_range(&state, 0.5, 0.9);
+        o.tube_radiance = 60;
+        render(&o);
+        extract(&o, LIGHTS);
+        for (int k = 0; k < o.lights; k++) {
+            const lightprobe_light *l = o.light + k;
+            double d[3], tilt[3], from[3];
+            for (int c = 0; c < 3; c++) {
+                d[c] = l->direction[c];
+                tilt[c] = (double)(l->slope_u * l->axis_u[c] + l->slope_v * l->axis_v[c]);
+                from[c] = (double)l->distance * d[c] - at[c];
+            }
+            const double part = dot(from, o.tube_axis), cosine = dot(d, o.tube_axis);
+            const double sine = sqrt(1 - cosine * cosine), straight = dot(tilt, o.tube_axis) / sine;
+            if (dot(from, from) - part * part > 0.01) continue; // a wall
+            const double flux = (double)l->irradiance[1];
+            lights++;
+            sum += flux;
+            across += flux * fmax(dot(tilt, tilt) - straight * straight, 0);
+            along += flux * fmin(pow(straight - cosine / sine, 2), 1);
+        }
+        drop(&o);
+    }
+    across = sqrt(across / sum);
+    along = sqrt(along / sum);
+    test_note("%d lights of tubes: slopes across of %.3f, along off by %.3f", lights, across,
+              along);
+    CHECK(lights > 0 && across < 0.15, "slopes across of %g", across);
+    CHECK(along < 0.3, "slopes along off by %g", along);
+}
+
+// A bulb that is about a texel wide, walls behind it: means of radiance over distance have it at its own
+// place, of its probe's 4 x 4 rays a texel as of single ones; means of distances do not.
+static void filtered_distances_keep_lamps_in_place(void)
+{
+    uint64_t state = 22;
+    double worst[3] = {0, 0, 0};
+    for (int t = 0; t < test_trials(40); t++) {
+        for (int kind = WEIGHTED; kind <= OVER; kind++) {
+            const uint64_t again = state;
+            room o;
+            double at[3];
+            make(&o, 0);
+            o.count = 6;
+            do {
+                for (int c = 0; c < 3; c++) at[c] = test_range(&state, -1.2, 1.2);
+            } while (dot(at, at) < 0.25 || at[1] < -0.5);
+            for (int c = 0; c < 3; c++) o.tube[c] = probe[c] + at[c];
+            o.tube_axis[0] = at[2] / hypot(at[0], at[2]);
+            o.tube_axis[2] = -at[0] / hypot(at[0], at[2]);
+            o.tube_half = o.tube_radius = sqrt(dot(at, at)) * test_range(&state, 0.01, 0.03);
+            o.tube_radiance = 10000;
+            o.distances = kind == OVER ? 2 : 1;
+            render_as(&o, kind);
+            extract(&o, 4);
+            const double away = sqrt(dot(at, at));
+            worst[kind] = fmax(worst[kind], fabs((double)o.light[0].distance / away - 1));
+            if (kind < OVER) state = again;
+            drop(&o);
+        }
+    }
+    test_note(
+        "distances are off by %.3f, of means of distances by %.2f, of means over them by %.3f",
+        worst[WEIGHTED], worst[PLAIN], worst[OVER]);
+    CHECK(worst[OVER] < 0.05, "%g off", worst[OVER]);
+}
+
 // Light of all lights at a receiver, nothing in between.
 static double bare_light(const room *o, int facing, const double p[3], const double n[3])
 {
@@ -564,11 +685,11 @@ static void bad_distances_are_infinite(void)
     for (int face = 0; face < 6; face++) cube.face[face] = texels + face * N * N * 4;
     for (int i = 0; i < 6 * N * N * 4; i++) texels[i] = 1 + (float)(i * 7919 % 13);
     s.max_lights = 8;
-    for (int mode = 0; mode < 2; mode++) {
-        s.mode = mode;
+    for (int mode = 0; mode < 4; mode++) {
+        s.mode = mode / 2;
         s.distances = 0;
         lightprobe_extract(&cube, &s, scratch, sizeof scratch, before, &was, NULL);
-        s.distances = 1;
+        s.distances = 1 + mode % 2;
         for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
             lightprobe_stats stats;
             for (int i = 3; i < 6 * N * N * 4; i += 4) texels[i] = bad[k];
@@ -577,7 +698,11 @@ static void bad_distances_are_infinite(void)
             CHECK(count == was && !memcmp(light, before, (size_t)count * sizeof *light),
                   "distances of %g", (double)bad[k]);
             CHECK(stats.repaired_texels == 0, "distances count as broken");
-            for (int i = 3; i < 6 * N * N * 4; i += 8) texels[i] = 2; // every other one
+            for (int i = 3; i < 6 * N * N * 4; i += 8) // every other one at 2
+                texels[i] = s.distances == 1 ? 2
+                                             : (0.2126f * texels[i - 3] + 0.7152f * texels[i - 2] +
+                                                0.0722f * texels[i - 1]) /
+                                                   2;
             lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL);
             for (int i = 0; i < count; i++)
                 CHECK(light[i].distance > 2 && light[i].distance < 40, "half of %g: %g",
@@ -585,6 +710,7 @@ static void bad_distances_are_infinite(void)
         }
     }
     s.mode = 0;
+    s.distances = 1;
     for (int i = 3; i < 6 * N * N * 4; i += 4)
         texels[i] = i & 4 ? 1e9f : 0; // twice as far in the mean
     lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL);
@@ -600,7 +726,7 @@ static void bad_distances_are_infinite(void)
               LIGHTPROBE_ERROR_CHANNELS,
           "RGB");
     cube.channels = 4;
-    for (int k = -1; k < 3; k += 3) {
+    for (int k = -1; k < 4; k += 4) {
         s.distances = k;
         CHECK(lightprobe_extract(&cube, &s, scratch, sizeof scratch, light, &count, NULL) ==
                   LIGHTPROBE_ERROR_SETTINGS,
@@ -948,6 +1074,8 @@ const test_case room_tests[] = {
     {"lights of bars before a wall err no more for their slopes", bars_are_no_worse_for_slopes},
     {"lights of a panel have its slopes", slopes_are_the_panels},
     {"lights of what is no plane have no slope", what_is_no_plane_has_no_slope},
+    {"lights of tubes have no slope across", tubes_have_no_slope_across},
+    {"distances that filters average keep lamps in place", filtered_distances_keep_lamps_in_place},
     {"slopes of lights go on smoothly", slopes_go_on_smoothly},
     {"lights tell what is near from what is far", near_is_told_from_far},
     {"bad distances of a probe are infinite", bad_distances_are_infinite},

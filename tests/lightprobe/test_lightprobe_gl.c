@@ -352,15 +352,15 @@ static float plane_distance(int i, int side)
     return 2 * sqrtf(1 + s * s + t * t) / (1 + 0.4f * s - 0.3f * t);
 }
 
-// Distances in the fourth channel, among them all that are none, and planes.
-static void lights_have_the_cpus_places(void)
+// Distances in the fourth channel, or luminance over them (2), among them all that are none, and planes.
+static void places_are_the_cpus(int distances)
 {
     static const float distance[8] = {1, 2, 30, 0, -1, NAN, HUGE_VALF, 1e-30f};
     lightprobe_gl_desc d = description(37, 24);
     subject s;
     char what[60];
     int slopes = 0;
-    d.distances = 1;
+    d.distances = distances;
     if (!begin_gl()) return;
     if (make_subject(&s, &d)) {
         const int texels = d.side * d.side;
@@ -369,7 +369,7 @@ static void lights_have_the_cpus_places(void)
         lightprobe_settings settings;
         memset(&settings, 0, sizeof settings);
         settings.max_lights = d.max_lights;
-        settings.distances = 1;
+        settings.distances = distances;
         gl.DeleteTextures(1, &s.texture);
         gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &s.texture);
         gl.TextureStorage2D(s.texture, 1, GL_RGBA32F, d.side, d.side);
@@ -381,6 +381,10 @@ static void lights_have_the_cpus_places(void)
                 rgba[4 * i + 3] =
                     distance[(i / 5 + i / texels) % 8] * (1 + 0.01f * (float)(i % (7 + step)));
                 if (step % 4 > 1) rgba[4 * i + 3] = plane_distance(i, d.side);
+                if (distances == 2 && rgba[4 * i + 3] > 0)
+                    rgba[4 * i + 3] = (0.2126f * rgba[4 * i] + 0.7152f * rgba[4 * i + 1] +
+                                       0.0722f * rgba[4 * i + 2]) /
+                                      rgba[4 * i + 3];
             }
             for (int face = 0; face < 6; face++) {
                 cube.face[face] = rgba + 4 * face * texels;
@@ -390,8 +394,8 @@ static void lights_have_the_cpus_places(void)
             settings.previous = step % 2 ? s.cpu.light : NULL;
             settings.previous_count = step % 2 ? s.cpu.count : 0;
             if (step % 2 == 0) lightprobe_gl_restart(s.gl);
-            snprintf(what, sizeof what, "%s with distances, step %d", test_scene_names[step / 2],
-                     step);
+            snprintf(what, sizeof what, "%s with distances = %d, step %d",
+                     test_scene_names[step / 2], distances, step);
             CHECK(!lightprobe_extract(&cube, &settings, s.scratch,
                                       lightprobe_scratch_bytes(d.side, d.max_lights), s.cpu.light,
                                       &s.cpu.count, &s.cpu.stats) &&
@@ -415,6 +419,12 @@ static void lights_have_the_cpus_places(void)
         drop_subject(&s);
     }
     end_gl();
+}
+
+static void lights_have_the_cpus_places(void)
+{
+    places_are_the_cpus(1);
+    places_are_the_cpus(2);
 }
 
 // What a shader sees of a light at a place is what the CPU sees.
