@@ -2848,8 +2848,10 @@ LIGHTPROBE_SHARED lightprobe_tilt lightprobe_add_tilt(lightprobe_tilt tilt, ligh
 }
 
 // What a light has besides its leaves, before its direction is found; no narrower than its parts.
+// distance: of the light in the last frame.
 LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region,
-                                                        lightprobe_moments late, float longest)
+                                                        lightprobe_moments late, float longest,
+                                                        float distance)
 {
     lightprobe_region r = region;
     lightprobe_vec3 v;
@@ -2858,10 +2860,11 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region
         LIGHTPROBE_ADD(r.resultant[i], late.resultant[i]);
         v[i] = LIGHTPROBE_VALUE(r.resultant[i]);
     }
-    // It lies as far as the leaves do.
+    // It lies where the light did: leaves that are left of one that has given a lamp away are the wall
+    // behind. What is taken off lies as far as the leaves do.
     float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);
-    LIGHTPROBE_PRECISE float inverse =
-        leaves > 0.0f ? LIGHTPROBE_VALUE(r.inverse) * (more / leaves) : 0.0f;
+    LIGHTPROBE_PRECISE float inverse = distance > 0.0f ? more / distance : 0.0f;
+    if (more < 0.0f && leaves > 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / leaves);
     LIGHTPROBE_ADD(r.inverse, inverse);
     LIGHTPROBE_ADD(r.luminance, more);
     LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),
@@ -3240,7 +3243,8 @@ static void lightprobe__sum_regions(lightprobe__work *w, int shared)
     lightprobe__give_all(w, shared, 0);
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
-        if (!w->jumps) w->regions[k] = lightprobe_add_late(w->regions[k], c->late, c->longest);
+        if (!w->jumps)
+            w->regions[k] = lightprobe_add_late(w->regions[k], c->late, c->longest, c->distance);
         w->regions[k] = lightprobe_direct(w->regions[k]);
         if (!w->jumps) w->regions[k] = lightprobe_add_late_second(w->regions[k], c->late);
     }
@@ -5187,7 +5191,8 @@ static const char lightprobe__glsl_write[] =
     "            else region = lightprobe_add_second(region, given);\n"
     "        }\n"
     "        if (turn == 1) break;\n"
-    "        if (jumps == 0) region = lightprobe_add_late(region, clusters[k].late, clusters[k].longest);\n"
+    "        if (jumps == 0)\n"
+    "            region = lightprobe_add_late(region, clusters[k].late, clusters[k].longest, clusters[k].distance);\n"
     "        region = lightprobe_direct(region);\n"
     "        if (jumps == 0) region = lightprobe_add_late_second(region, clusters[k].late);\n"
     "    }\n"
@@ -7239,8 +7244,10 @@ static const char *lightprobe__quote_lights(void)
     "}\n"
     "\n"
     "// What a light has besides its leaves, before its direction is found; no narrower than its parts.\n"
+    "// distance: of the light in the last frame.\n"
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region,\n"
-    "                                                        lightprobe_moments late, float longest)\n"
+    "                                                        lightprobe_moments late, float longest,\n"
+    "                                                        float distance)\n"
     "{\n"
     "    lightprobe_region r = region;\n"
     "    lightprobe_vec3 v;\n"
@@ -7249,10 +7256,11 @@ static const char *lightprobe__quote_lights(void)
     "        LIGHTPROBE_ADD(r.resultant[i], late.resultant[i]);\n"
     "        v[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
     "    }\n"
-    "    // It lies as far as the leaves do.\n"
+    "    // It lies where the light did: leaves that are left of one that has given a lamp away are the wall\n"
+    "    // behind. What is taken off lies as far as the leaves do.\n"
     "    float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);\n"
-    "    LIGHTPROBE_PRECISE float inverse =\n"
-    "        leaves > 0.0f ? LIGHTPROBE_VALUE(r.inverse) * (more / leaves) : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float inverse = distance > 0.0f ? more / distance : 0.0f;\n"
+    "    if (more < 0.0f && leaves > 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / leaves);\n"
     "    LIGHTPROBE_ADD(r.inverse, inverse);\n"
     "    LIGHTPROBE_ADD(r.luminance, more);\n"
     "    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),\n"

@@ -147,10 +147,17 @@ static void drop(room *o)
     free(o->memory);
 }
 
-// How far along a unit ray from the probe a straight tube is; HUGE_VAL where it is not.
+// How far along a unit ray from the probe a straight tube is, or a ball if it has no length; HUGE_VAL where
+// it is not.
 static double hit_tube(const room *o, const double ray[3])
 {
     double from[3], across[3];
+    if (!(o->tube_half > 0)) {
+        for (int c = 0; c < 3; c++) from[c] = o->tube[c] - probe[c];
+        const double middle = dot(from, ray);
+        const double under = middle * middle - dot(from, from) + o->tube_radius * o->tube_radius;
+        return under > 0 && middle > 0 ? middle - sqrt(under) : HUGE_VAL;
+    }
     const double *a = o->tube_axis, along = dot(ray, a);
     for (int c = 0; c < 3; c++) from[c] = probe[c] - o->tube[c];
     const double start = dot(from, a);
@@ -186,7 +193,7 @@ static void render_as(room *o, int kind)
                 nearest = t;
                 radiance = o->r[r].radiance;
             }
-            const double tube = o->tube_half > 0 ? hit_tube(o, ray) : HUGE_VAL;
+            const double tube = o->tube_radius > 0 ? hit_tube(o, ray) : HUGE_VAL;
             if (tube < nearest) {
                 nearest = tube;
                 radiance = o->tube_radiance;
@@ -622,6 +629,78 @@ static void slopes_go_on_smoothly(void)
               jitter[1], error[0], error[1]);
     CHECK(jitter[0] < 1.5 * jitter[1], "jitter %g, not %g", jitter[0], jitter[1]);
     CHECK(error[0] < 0.4 * error[1], "error %g, not %g", error[0], error[1]);
+    free(scratch);
+    drop(&o);
+}
+
+// A bulb passes the probe, half a metre away, a step of 12 mm a frame: lights are reassigned, and what fades of
+// one that has given the bulb away must not jump to the wall behind. The truth is that of a ball.
+static void lights_that_fade_stay_in_place(void)
+{
+    enum { RECEIVERS = 40, FRAMES = 120 };
+    const size_t bytes = lightprobe_scratch_bytes(SIDE, LIGHTS);
+    const int most = test_trials(FRAMES) < 20 ? 20 : test_trials(FRAMES);
+    void *scratch = malloc(bytes);
+    static double last[RECEIVERS], last_true[RECEIVERS];
+    double mean = 0, steps = 0, true_steps = 0, worst = 0;
+    int count = 0;
+    lightprobe_light before[LIGHTS];
+    lightprobe_settings s;
+    uint64_t state = 6;
+    room o;
+    make(&o, 0);
+    for (int i = 0; i < RECEIVERS; i++) {
+        do {
+            for (int c = 0; c < 3; c++) point[i][c] = test_range(&state, -0.25, 0.25);
+        } while (sqrt(dot(point[i], point[i])) > 0.25);
+        do {
+            for (int c = 0; c < 3; c++) normal[i][c] = test_range(&state, -1, 1);
+        } while (dot(normal[i], normal[i]) > 1 || dot(normal[i], normal[i]) < 0.01);
+        const double length = sqrt(dot(normal[i], normal[i]));
+        for (int c = 0; c < 3; c++) normal[i][c] /= length;
+        for (int c = 0; c < 3; c++) point[i][c] += probe[c];
+    }
+    memset(&s, 0, sizeof s);
+    o.count = 6;
+    o.tube_radius = 0.12;
+    o.tube_radiance = 30;
+    s.max_lights = LIGHTS;
+    s.distances = 1;
+    for (int frame = 0; frame < most; frame++) {
+        o.tube[0] = probe[0] + 0.012 * (frame - 0.6 * FRAMES);
+        o.tube[1] = probe[1];
+        o.tube[2] = probe[2] + 0.45;
+        render(&o);
+        memcpy(before, o.light, sizeof before);
+        s.previous = frame ? before : NULL;
+        s.previous_count = frame ? o.lights : 0;
+        CHECK(!lightprobe_extract(&o.cube, &s, scratch, bytes, o.light, &o.lights, NULL), "frame");
+        for (int i = 0; i < RECEIVERS; i++) {
+            double to[3];
+            for (int c = 0; c < 3; c++) to[c] = o.tube[c] - point[i][c];
+            const double away = sqrt(dot(to, to)), cosine = dot(to, normal[i]) / away;
+            const double part = o.tube_radius / away, now = bare_light(&o, 0, point[i], normal[i]);
+            const double all = cosine > part // the horizon does not cut it
+                                   ? 3.14159265 * o.tube_radiance * part * part * cosine
+                                   : 0;
+            if (all > 0 && last_true[i] > 0) {
+                const double step = now - last[i] - (all - last_true[i]);
+                steps += step * step;
+                true_steps += pow(all - last_true[i], 2);
+                worst = fmax(worst, fabs(step));
+                mean += all;
+                count++;
+            }
+            last[i] = now;
+            last_true[i] = all;
+        }
+    }
+    mean /= count;
+    steps = sqrt(steps / count) / mean;
+    test_note("steps of the bulb's light are off by %.4f of it, at most by %.3f; its own are %.4f",
+              steps, worst / mean, sqrt(true_steps / count) / mean);
+    CHECK(most < FRAMES || (steps < 0.02 && worst < 0.25 * mean), "steps are off by %g, %g", steps,
+          worst / mean);
     free(scratch);
     drop(&o);
 }
@@ -1077,6 +1156,7 @@ const test_case room_tests[] = {
     {"lights of tubes have no slope across", tubes_have_no_slope_across},
     {"distances that filters average keep lamps in place", filtered_distances_keep_lamps_in_place},
     {"slopes of lights go on smoothly", slopes_go_on_smoothly},
+    {"lights that fade stay in place", lights_that_fade_stay_in_place},
     {"lights tell what is near from what is far", near_is_told_from_far},
     {"bad distances of a probe are infinite", bad_distances_are_infinite},
     {"discs at finite places have the right vector irradiance", discs_at_places_are_exact},
