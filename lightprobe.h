@@ -568,6 +568,13 @@ LIGHTPROBE_SHARED lightprobe_disc lightprobe_disc_from(float height, float aside
     return o;
 }
 
+// What counts of a wide light just before its plane, or who crosses that would see it at once.
+LIGHTPROBE_SHARED float lightprobe_fade_in(float height, float radius2)
+{
+    float whole = 0.1f * sqrtf(radius2 < 1.0f ? radius2 : 1.0f);
+    return height < whole ? (height > 0.0f ? height / whole : 0.0f) : 1.0f;
+}
+
 lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)
 {
     lightprobe_light seen = light;
@@ -598,11 +605,9 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
                     .size;
     lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);
     float sine2 = o.size * radius2;
-    // 0: behind it, or too far. Just before a wide one it fades in, or who crosses the plane would see it at
-    // once.
+    // 0: behind it, or too far.
     float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;
-    float fade = 0.1f * sqrtf(radius2 < 1.0f ? radius2 : 1.0f);
-    if (bright > 0.0f && height < fade) bright = height / fade * bright;
+    bright *= lightprobe_fade_in(height, radius2);
     seen.cos_alpha =
         sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
     float part = bright * (1.0f + c) / (first * (1.0f + seen.cos_alpha));
@@ -1135,8 +1140,8 @@ LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, lightprobe_
 }
 
 // The light from (x, y, z): corners, in the lobe, of the rectangle with these sines of half-sizes in the
-// plane at c, moved along their rays from the probe into the plane of its slopes. Returns how far before
-// that the place is, 0 or less: it shines the other way.
+// plane at c, moved along their rays from the probe into the plane of its slopes. Returns what counts of it
+// there; 0: it shines the other way.
 LIGHTPROBE_SHARED float lightprobe_corners(lightprobe_light light, lightprobe_lobe lobe, float c,
                                            float u, float v, float x, float y, float z,
                                            LIGHTPROBE_OUT lightprobe_vec3 corner[4])
@@ -1168,7 +1173,8 @@ LIGHTPROBE_SHARED float lightprobe_corners(lightprobe_light light, lightprobe_lo
         for (int i = 0; i < 3; i++)
             corner[k][i] = reach * (c * d[i] + right * axis_u[i] + up * axis_v[i]) - c * at[i];
     }
-    return before;
+    float slant = sqrtf(1.0f + slope_u * slope_u + slope_v * slope_v), c2 = c * c + 1e-6f;
+    return lightprobe_fade_in(before / slant, slant * (1.0f - c * c) / c2);
 }
 
 void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,
@@ -1184,7 +1190,8 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     u = most * u / sqrtf(1.0f + u * u);
     v = most * v / sqrtf(1.0f + v * v);
     for (int i = 0; i < 3; i++) sum[i] = sum[3] = rgb[i] = 0.0f;
-    if (lightprobe_corners(light, lobe, c, u, v, x, y, z, corner) <= 0.0f) return;
+    float part = lightprobe_corners(light, lobe, c, u, v, x, y, z, corner);
+    if (part <= 0.0f) return;
     lightprobe_add_edges(lobe.normal, corner, c, sum);
     // An outline around the point straight below leaves the horizon's whole circle out: Stokes'
     // theorem.
@@ -1197,7 +1204,7 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));
     fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);
     for (int i = 0; i < 3; i++)
-        rgb[i] = light.irradiance[i] * lobe.whole * density *
+        rgb[i] = part * light.irradiance[i] * lobe.whole * density *
                  (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);
 }
 // [glsl end]
@@ -4187,6 +4194,13 @@ static const char lightprobe__glsl_lights[] =
     "    return o;\n"
     "}\n"
     "\n"
+    "// What counts of a wide light just before its plane, or who crosses that would see it at once.\n"
+    "LIGHTPROBE_SHARED float lightprobe_fade_in(float height, float radius2)\n"
+    "{\n"
+    "    float whole = 0.1f * sqrtf(radius2 < 1.0f ? radius2 : 1.0f);\n"
+    "    return height < whole ? (height > 0.0f ? height / whole : 0.0f) : 1.0f;\n"
+    "}\n"
+    "\n"
     "lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)\n"
     "{\n"
     "    lightprobe_light seen = light;\n"
@@ -4217,11 +4231,9 @@ static const char lightprobe__glsl_lights[] =
     "                    .size;\n"
     "    lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);\n"
     "    float sine2 = o.size * radius2;\n"
-    "    // 0: behind it, or too far. Just before a wide one it fades in, or who crosses the plane would see it at\n"
-    "    // once.\n"
+    "    // 0: behind it, or too far.\n"
     "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;\n"
-    "    float fade = 0.1f * sqrtf(radius2 < 1.0f ? radius2 : 1.0f);\n"
-    "    if (bright > 0.0f && height < fade) bright = height / fade * bright;\n"
+    "    bright *= lightprobe_fade_in(height, radius2);\n"
     "    seen.cos_alpha =\n"
     "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
     "    float part = bright * (1.0f + c) / (first * (1.0f + seen.cos_alpha));\n"
@@ -6295,8 +6307,8 @@ const char *lightprobe_glsl_specular(void)
     "}\n"
     "\n"
     "// The light from (x, y, z): corners, in the lobe, of the rectangle with these sines of half-sizes in the\n"
-    "// plane at c, moved along their rays from the probe into the plane of its slopes. Returns how far before\n"
-    "// that the place is, 0 or less: it shines the other way.\n"
+    "// plane at c, moved along their rays from the probe into the plane of its slopes. Returns what counts of it\n"
+    "// there; 0: it shines the other way.\n"
     "LIGHTPROBE_SHARED float lightprobe_corners(lightprobe_light light, lightprobe_lobe lobe, float c,\n"
     "                                           float u, float v, float x, float y, float z,\n"
     "                                           LIGHTPROBE_OUT lightprobe_vec3 corner[4])\n"
@@ -6328,7 +6340,8 @@ const char *lightprobe_glsl_specular(void)
     "        for (int i = 0; i < 3; i++)\n"
     "            corner[k][i] = reach * (c * d[i] + right * axis_u[i] + up * axis_v[i]) - c * at[i];\n"
     "    }\n"
-    "    return before;\n"
+    "    float slant = sqrtf(1.0f + slope_u * slope_u + slope_v * slope_v), c2 = c * c + 1e-6f;\n"
+    "    return lightprobe_fade_in(before / slant, slant * (1.0f - c * c) / c2);\n"
     "}\n"
     "\n"
     "void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, float y, float z,\n"
@@ -6344,7 +6357,8 @@ const char *lightprobe_glsl_specular(void)
     "    u = most * u / sqrtf(1.0f + u * u);\n"
     "    v = most * v / sqrtf(1.0f + v * v);\n"
     "    for (int i = 0; i < 3; i++) sum[i] = sum[3] = rgb[i] = 0.0f;\n"
-    "    if (lightprobe_corners(light, lobe, c, u, v, x, y, z, corner) <= 0.0f) return;\n"
+    "    float part = lightprobe_corners(light, lobe, c, u, v, x, y, z, corner);\n"
+    "    if (part <= 0.0f) return;\n"
     "    lightprobe_add_edges(lobe.normal, corner, c, sum);\n"
     "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes'\n"
     "    // theorem.\n"
@@ -6357,7 +6371,7 @@ const char *lightprobe_glsl_specular(void)
     "    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));\n"
     "    fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);\n"
     "    for (int i = 0; i < 3; i++)\n"
-    "        rgb[i] = light.irradiance[i] * lobe.whole * density *\n"
+    "        rgb[i] = part * light.irradiance[i] * lobe.whole * density *\n"
     "                 (lobe.f0[i] + (1.0f - lobe.f0[i]) * fresnel);\n"
     "}\n"
     // [glsl text end]

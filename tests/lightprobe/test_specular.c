@@ -434,6 +434,47 @@ static void setting_lights_fade(void)
     CHECK(rgb[0] == 0 && rgb[2] == 0, "behind it: %g", (double)rgb[0]);
 }
 
+// A surface goes through a wide light at a finite place, flat or leaning, within its outline: it is lit up
+// to the plane and not behind it, without a step.
+static void lights_end_at_their_plane(void)
+{
+    enum { STEPS = 400 };
+    uint64_t seed = 31;
+    double worst = 0;
+    for (int t = 0; t < test_trials(100); t++) {
+        lightprobe_light l;
+        const float up[3] = {0, 1, 0}, view[3] = {0, 0.6f, 0.8f}, f0[3] = {1, 1, 1};
+        const double alpha = test_range(&seed, 0.3, 0.8), slope = t % 2 ? 0.4 : 0;
+        const float aside = (float)test_range(&seed, -0.1, 0.1);
+        const lightprobe_lobe lobe =
+            lightprobe_specular_lobe(up, view, (float)test_range(&seed, 0.1, 1), f0);
+        float last = 0, most = 0, step = 0, behind = 0;
+        memset(&l, 0, sizeof l);
+        l.direction[2] = -1;
+        l.axis_u[0] = l.axis_v[1] = 1;
+        l.cos_alpha = (float)cos(alpha);
+        l.tan_half_u = l.tan_half_v = (float)tan(0.88 * alpha);
+        l.irradiance[0] = 1;
+        l.distance = 2;
+        l.slope_u = (float)slope;
+        for (int i = 0; i < STEPS; i++) {
+            const float z = -1.5f - (float)i / STEPS;
+            float rgb[3];
+            lightprobe_specular(l, lobe, aside, 0, z, rgb);
+            if (i) step = fmaxf(step, fabsf(rgb[0] - last));
+            most = fmaxf(most, rgb[0]);
+            // The plane: distance 2 in direction -z, and further by the slope along x.
+            if (-z > 2 + (float)slope * aside) behind = fmaxf(behind, rgb[0]);
+            last = rgb[0];
+        }
+        CHECK(most > 0.1f && behind < 1e-6f * most, "at most %g, behind it %g", (double)most,
+              (double)behind);
+        worst = fmax(worst, (double)(step / most));
+    }
+    test_note("largest step of %d: %.3f of the largest radiance", STEPS, worst);
+    CHECK(worst < 0.15, "a step of %g", worst);
+}
+
 // ---- Lights of a probe that sees a panel, against the panel
 
 // Where the ray meets the rectangle from its front, HUGE_VAL where not; corner and both edges.
@@ -649,6 +690,7 @@ const test_case specular_tests[] = {
     {"specular: a light and the rest of the sphere make the whole",
      light_and_its_opposite_make_the_whole},
     {"specular: lights set without a step", setting_lights_fade},
+    {"specular: lights end at their plane without a step", lights_end_at_their_plane},
     {"specular: lights of a panel shine as it is tilted", panels_shine_as_they_are_tilted},
     {"specular: any finite arguments give radiance", any_arguments_give_radiance},
     {"specular: arguments are clamped", arguments_are_clamped},
