@@ -2871,7 +2871,7 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region
     // behind. What is taken off lies as far as the leaves do.
     float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);
     LIGHTPROBE_PRECISE float inverse = distance > 0.0f ? more / distance : 0.0f;
-    if (more < 0.0f && leaves > 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / leaves);
+    if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / leaves);
     LIGHTPROBE_ADD(r.inverse, inverse);
     LIGHTPROBE_ADD(r.luminance, more);
     LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),
@@ -7274,7 +7274,7 @@ static const char *lightprobe__quote_lights(void)
     "    // behind. What is taken off lies as far as the leaves do.\n"
     "    float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);\n"
     "    LIGHTPROBE_PRECISE float inverse = distance > 0.0f ? more / distance : 0.0f;\n"
-    "    if (more < 0.0f && leaves > 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / leaves);\n"
+    "    if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / leaves);\n"
     "    LIGHTPROBE_ADD(r.inverse, inverse);\n"
     "    LIGHTPROBE_ADD(r.luminance, more);\n"
     "    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),\n"
