@@ -2961,18 +2961,19 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
 
 // Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they lie in a
 // row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the slope across: to
-// squares that are less than a tenth of the leaves' own, so much is added. Counts from 80% explained on,
+// squares that are less than a tenth of the leaves' own (or their rounding), so much is added. Counts from 80% explained on,
 // fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most 25% nearer than the
 // middle.
 LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,
                                                      lightprobe_tilt t)
 {
     lightprobe_light l = light;
-    LIGHTPROBE_PRECISE float least = 0.1f * t.own + 1e-30f;
+    LIGHTPROBE_PRECISE float least = 0.1f * t.own + 1e-6f * (t.ee + t.ff) + 1e-30f;
     LIGHTPROBE_PRECISE float across = (t.ee * t.ff - t.ef * t.ef) / (t.ee + t.ff + 1e-30f);
     LIGHTPROBE_PRECISE float ridge = least / ((across > 0.0f ? across : 0.0f) + least) * least;
-    LIGHTPROBE_PRECISE float ee = t.ee + ridge, ff = t.ff + ridge, whole = ee * ff - t.ef * t.ef;
-    if (!(l.distance > 0.0f && whole > 1e-30f)) return l;
+    LIGHTPROBE_PRECISE float ee = t.ee + ridge, ff = t.ff + ridge;
+    LIGHTPROBE_PRECISE float whole = ee * ff - t.ef * t.ef + 1e-30f;
+    if (!(l.distance > 0.0f)) return l;
     LIGHTPROBE_PRECISE float x = (t.e * ff - t.f * t.ef) / whole;
     LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;
     LIGHTPROBE_PRECISE float explained = x * t.e + y * t.f + ridge * (x * x + y * y);
@@ -7364,18 +7365,19 @@ static const char *lightprobe__quote_lights(void)
     "\n"
     "// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they lie in a\n"
     "// row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the slope across: to\n"
-    "// squares that are less than a tenth of the leaves' own, so much is added. Counts from 80% explained on,\n"
+    "// squares that are less than a tenth of the leaves' own (or their rounding), so much is added. Counts from 80% explained on,\n"
     "// fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most 25% nearer than the\n"
     "// middle.\n"
     "LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,\n"
     "                                                     lightprobe_tilt t)\n"
     "{\n"
     "    lightprobe_light l = light;\n"
-    "    LIGHTPROBE_PRECISE float least = 0.1f * t.own + 1e-30f;\n"
+    "    LIGHTPROBE_PRECISE float least = 0.1f * t.own + 1e-6f * (t.ee + t.ff) + 1e-30f;\n"
     "    LIGHTPROBE_PRECISE float across = (t.ee * t.ff - t.ef * t.ef) / (t.ee + t.ff + 1e-30f);\n"
     "    LIGHTPROBE_PRECISE float ridge = least / ((across > 0.0f ? across : 0.0f) + least) * least;\n"
-    "    LIGHTPROBE_PRECISE float ee = t.ee + ridge, ff = t.ff + ridge, whole = ee * ff - t.ef * t.ef;\n"
-    "    if (!(l.distance > 0.0f && whole > 1e-30f)) return l;\n"
+    "    LIGHTPROBE_PRECISE float ee = t.ee + ridge, ff = t.ff + ridge;\n"
+    "    LIGHTPROBE_PRECISE float whole = ee * ff - t.ef * t.ef + 1e-30f;\n"
+    "    if (!(l.distance > 0.0f)) return l;\n"
     "    LIGHTPROBE_PRECISE float x = (t.e * ff - t.f * t.ef) / whole;\n"
     "    LIGHTPROBE_PRECISE float y = (t.f * ee - t.e * t.ef) / whole;\n"
     "    LIGHTPROBE_PRECISE float explained = x * t.e + y * t.f + ridge * (x * x + y * y);\n"
