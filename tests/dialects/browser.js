@@ -122,10 +122,17 @@ async function run() {
     check(!(await value('failed')), 'page: nothing fails');
 }
 
-// Its processes may go on writing for a moment.
-browser.on('exit', () => {
-    rmSync(profile, { recursive: true, force: true, maxRetries: 20, retryDelay: 100 });
+// Its processes may go on writing for a moment; rmSync's own retries are not of what lies deeper.
+function remove_profile(left) {
+    try {
+        rmSync(profile, { recursive: true, force: true });
+    } catch (e) {
+        if (!left) throw e;
+        setTimeout(remove_profile, 100, left - 1);
+        return;
+    }
     process.exit(failures ? 1 : 0);
-});
+}
+browser.on('exit', () => remove_profile(50));
 const limit = setTimeout(() => { check(false, 'page: the browser does not answer'); browser.kill('SIGKILL'); }, 240000);
 run().catch(e => check(false, 'page: ' + e)).finally(() => { clearTimeout(limit); browser.kill(); });

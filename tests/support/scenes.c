@@ -321,8 +321,9 @@ mssm_result scene_light(const scene *s, double tan_half_u, double tan_half_v, ms
 
 // ---- depth maps ----------------------------------------------------------------------------
 
-// Solves row[i] . x = right[i] by Cramer's rule.
-static void solve(double row[3][3], const double right[3], double x[3])
+// Solves row[i] . x = right[i] of three rows by Cramer's rule. (Arrays with their sizes are not what gcc 12
+// -O3 -march=native takes them for.)
+static void solve(double (*row)[3], const double *right, double *x)
 {
     double minor[3];
     cross(row[1], row[2], minor);
