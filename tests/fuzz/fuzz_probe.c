@@ -42,7 +42,7 @@ static lightprobe_settings make_settings(fuzz_input *in, const lightprobe_cube *
     s.min_share = fuzz_byte(in) & 3 ? 0 : fuzz_float(in);
     s.min_shadow = fuzz_byte(in) & 3 ? 0 : fuzz_float(in);
     s.mode = fuzz_byte(in) & 3 ? 0 : fuzz_int(in, -1, 2);
-    if (cube->channels == 4) s.distances = fuzz_byte(in) % 3;
+    if (cube->channels == 4) s.distances = (int)(fuzz_byte(in) % 3);
     if (fuzz_byte(in) & 1) return s;
     s.previous = previous;
     s.previous_count = fuzz_int(in, -1, 20);
