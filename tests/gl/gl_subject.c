@@ -476,8 +476,8 @@ static double sensitivity(const subject *s, int index, const float point[3], con
             light.half_v *= 1 + off;
         else if (what == 5)
             settings.moment_bias = (1 + 1e4f * off) * bias;
-        else // narrower kernels are left out where they could change less than this
-            settings.tolerance = (1 + 3e3f * off) / 256;
+        else // narrower kernels are left out where they could change less than this, which is known to 3e-4
+            settings.tolerance = (1 + 1e4f * off) / 256;
         const float moved = mssm_map_visibility_normal(s->map[index], &light, &settings, p, normal);
         largest = fmax(largest, fabs((double)(moved - v)));
     }
