@@ -2871,7 +2871,7 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region
     // behind. What is taken off lies as far as the leaves do.
     float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);
     LIGHTPROBE_PRECISE float inverse = distance > 0.0f ? more / distance : 0.0f;
-    if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / leaves);
+    if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / (leaves + 1e-30f));
     LIGHTPROBE_ADD(r.inverse, inverse);
     LIGHTPROBE_ADD(r.luminance, more);
     LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),
@@ -2961,9 +2961,9 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
 
 // Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they lie in a
 // row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the slope across: to
-// squares that are less than a tenth of the leaves' own (or their rounding), so much is added. Counts from 80% explained on,
-// fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most 25% nearer than the
-// middle.
+// squares that are less than a tenth of the leaves' own (or their rounding), so much is added. Counts from
+// 80% explained on, fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most
+// 25% nearer than the middle.
 LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,
                                                      lightprobe_tilt t)
 {
@@ -7275,7 +7275,7 @@ static const char *lightprobe__quote_lights(void)
     "    // behind. What is taken off lies as far as the leaves do.\n"
     "    float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);\n"
     "    LIGHTPROBE_PRECISE float inverse = distance > 0.0f ? more / distance : 0.0f;\n"
-    "    if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / leaves);\n"
+    "    if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / (leaves + 1e-30f));\n"
     "    LIGHTPROBE_ADD(r.inverse, inverse);\n"
     "    LIGHTPROBE_ADD(r.luminance, more);\n"
     "    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),\n"
@@ -7365,9 +7365,9 @@ static const char *lightprobe__quote_lights(void)
     "\n"
     "// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they lie in a\n"
     "// row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the slope across: to\n"
-    "// squares that are less than a tenth of the leaves' own (or their rounding), so much is added. Counts from 80% explained on,\n"
-    "// fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most 25% nearer than the\n"
-    "// middle.\n"
+    "// squares that are less than a tenth of the leaves' own (or their rounding), so much is added. Counts from\n"
+    "// 80% explained on, fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most\n"
+    "// 25% nearer than the middle.\n"
     "LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,\n"
     "                                                     lightprobe_tilt t)\n"
     "{\n"
