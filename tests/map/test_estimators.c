@@ -219,6 +219,94 @@ static void grazed_ground_is_no_caster(void)
     CHECK(sum / 12 < 0.033, "rms error %.4f", sum / 12);
 }
 
+// ---- maps of both faces ------------------------------------------------------------------------
+
+// Slats over a floor, whose depths in such a map are halfway to their backs. Half of the floor lies
+// behind its receivers, no further off than the slats are in front: a surface through the receivers
+// would tell in their favour, and what is halfway to its back does so by half (.095 otherwise).
+static void both_faces_keep_shadows_on_thick_floors(void)
+{
+    enum { RECEIVERS = 500 };
+    static const double tangents[3] = {0.1, 0.2, 0.4}, normal[3] = {0, 1, 0};
+    double squares = 0;
+    for (int t = 0; t < 3; t++) {
+        setup u;
+        uint64_t state = 40;
+        memset(&u.scene, 0, sizeof u.scene);
+        scene_add_box(&u.scene, 0, -0.1, 0, 1.5, 0.1, 1.5);
+        for (int i = 0; i < 6; i++) scene_add_box(&u.scene, 0.2 * i - 0.6, 0.1, 0, 0.05, 0.02, 0.6);
+        u.scene.sun[0] = 0.4;
+        u.scene.sun[1] = 1;
+        scene_finish(&u.scene);
+        CHECK(scene_light(&u.scene, tangents[t], tangents[t], &u.light) == MSSM_OK, "light");
+        setup_map(&u, 256, 1, 1);
+        for (int i = 0; i < RECEIVERS; i++) {
+            const double p[3] = {test_range(&state, -0.8, 0.6), 0, test_range(&state, -0.6, 0.6)};
+            const double truth = scene_visibility(&u.scene, &u.light, p, normal, 12, &state);
+            squares += pow(visibility(&u, NULL, p) - truth, 2);
+        }
+        setup_free(&u);
+    }
+    const double rms = sqrt(squares / (3 * RECEIVERS));
+    test_note("rms error %.4f", rms);
+    CHECK(rms < 0.08, "rms error %.4f", rms);
+}
+
+// The other side of that: a plate tilted by 63 degrees shades itself where what is halfway to its back
+// does not tell in its favour at all (by .09). The whole light is above its horizon.
+static void both_faces_leave_tilted_plates_lit(void)
+{
+    enum { RECEIVERS = 400 };
+    static const double along[3] = {1, 2, 0}, across[3] = {0, 0, 1}, thick = 0.02;
+    const double length = sqrt(5);
+    double lost = 0;
+    uint64_t state = 41;
+    setup u;
+    memset(&u.scene, 0, sizeof u.scene);
+    scene_add_box(&u.scene, 0, 0, 0, 1, thick, 1);
+    scene_turn_last(&u.scene, along, across);
+    scene_add_box(&u.scene, 3, 3, 3, 0.1, 0.1, 0.1); // room towards the light
+    u.scene.sun[1] = 1;
+    scene_finish(&u.scene);
+    CHECK(scene_light(&u.scene, 0.4, 0.4, &u.light) == MSSM_OK, "light");
+    setup_map(&u, 256, 1, 1);
+    for (int i = 0; i < RECEIVERS; i++) {
+        const double x = test_range(&state, -0.8, 0.8), z = test_range(&state, -0.8, 0.8);
+        const double p[3] = {(x - 2 * thick) / length, (2 * x + thick) / length, z};
+        lost += (1 - visibility(&u, NULL, p)) / RECEIVERS;
+    }
+    setup_free(&u);
+    CHECK(lost < 0.03, "darker by %.4f", lost);
+}
+
+// The light comes straight down and is all but a point, so that a box's shadow is as wide as the box.
+// Halfway to its back it is some texels above the ground: no rim of the receiver's own surface.
+static void both_faces_keep_shadows_of_low_boxes(void)
+{
+    enum { PLACES = 16, STEPS = 400 };
+    static const double texel = 2.0 / 128, half = 0.3, way = 0.4;
+    for (int texels = 6; texels <= 12; texels += 3) {
+        double width = 0;
+        for (int place = 0; place < PLACES; place++) {
+            const double height = texels * texel, x = texel * (place + 0.5) / PLACES;
+            setup u;
+            memset(&u.scene, 0, sizeof u.scene);
+            scene_add_box(&u.scene, x, height / 2, 0, half, height / 2, half);
+            scene_finish(&u.scene);
+            sun_above(&u, 0.001, 0, 1, 1);
+            setup_map(&u, 128, 1, 1);
+            for (int i = 0; i < STEPS; i++) {
+                const double p[3] = {way * (2 * (i + 0.5) / STEPS - 1), 0, 0.1};
+                width += 2 * way / STEPS * (1 - visibility(&u, NULL, p)) / PLACES;
+            }
+            setup_free(&u);
+        }
+        test_note("%d texels high: wider by %.3f texels", texels, (width - 2 * half) / texel);
+        CHECK(fabs(width - 2 * half) < 0.1 * texel, "%d texels high: wider by %.3f texels", texels,
+              (width - 2 * half) / texel);
+    }
+}
+
 // ---- frusta that reach far towards the light ---------------------------------------------------
 
 // Below a plate that hides the whole light. In a box 512 times as tall as the plate is above the
@@ -851,6 +939,9 @@ const test_case estimators_tests[] = {
     {"the penumbra of a convex caster does not fall going outwards",
      penumbrae_only_brighten_outwards},
     {"ground that the light grazes is no caster", grazed_ground_is_no_caster},
+    {"maps of both faces keep shadows on thick floors", both_faces_keep_shadows_on_thick_floors},
+    {"maps of both faces leave tilted plates lit", both_faces_leave_tilted_plates_lit},
+    {"maps of both faces keep shadows of low boxes", both_faces_keep_shadows_of_low_boxes},
     {"umbras stay dark under tall boxes and near planes close to the light, with every estimator",
      umbras_stay_dark_whatever_the_frustum},
     {"light comes through gaps between plates in tall boxes",
