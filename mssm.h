@@ -1186,22 +1186,10 @@ MSSM_SHARED struct mssm_split mssm_split4(struct mssm_kernel4 k)
     return r;
 }
 
-// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its
-// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d <
-// 0. Long: the selects between the cases use everything that was found before.
-MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
+// The only positive root of y^3 + b y^2 + c y + d, where d < 0. From above: from the Laguerre-Samuelson
+// bound, or from the root without the cubic term.
+MSSM_SHARED float mssm_positive_root(float b, float c, float d)
 {
-    int falling = k.k1 < 0.0f ? 1 : 0;
-    int three = k.k2 > 0.0f ? falling : 0; // beyond, where their number is odd
-    int two = k.k2 < 0.0f ? 1 : falling;   // beyond, where it is even
-    float side_odd = three == 1 ? -1.0f : 1.0f;
-    float side = k.k3 < 0.0f ? side_odd : -1.0f;
-
-    float inverse = 1.0f / k.k0;
-    float b = side * k.k1 * inverse;
-    float c = k.k2 * inverse;
-    float d = side * k.k3 * inverse;
-    // Start above the root: the Laguerre-Samuelson bound, or the root without the cubic term.
     float h = b * b - 3.0f * c;
     float y = (2.0f * sqrtf(mssm_max(h, 0.0f)) - b) * (1.0f / 3.0f);
     float e = c * c - 4.0f * b * d;
@@ -1218,6 +1206,19 @@ MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
         float below = 2.0f * f1 * f1 - f * f2;
         y = y - 2.0f * f * f1 / mssm_max(below, 1e-37f);
     }
+    return y;
+}
+
+// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its side.
+MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
+{
+    int falling = k.k1 < 0.0f ? 1 : 0;
+    int three = k.k2 > 0.0f ? falling : 0; // beyond, where their number is odd
+    int two = k.k2 < 0.0f ? 1 : falling;   // beyond, where it is even
+    float side_odd = three == 1 ? -1.0f : 1.0f;
+    float side = k.k3 < 0.0f ? side_odd : -1.0f;
+    float inverse = 1.0f / k.k0;
+    float y = mssm_positive_root(side * k.k1 * inverse, k.k2 * inverse, side * k.k3 * inverse);
     float t = side / mssm_max(y, 1e-3f);
     float rest = 1.0f - k.w0;
     float share = mssm_share6(k, t);
@@ -1413,7 +1414,7 @@ MSSM_SHARED mssm_roots3 mssm_solve_quadratic(float c0, float c1, float c2)
         float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));
         size = size > 1e-37f ? size : 1.0f;
         b = b / size;
-        c = mssm_clamp(c / size, -3e38f, 3e38f) / size; // as in mssm_solve_cubic
+        c = mssm_clamp(c / size, -3e38f, 3e38f) / size; // as in mssm_solve_monic
         struct mssm_pair p = mssm_quadratic(b, c);
         // Rounding of b and c alone moves the discriminant by this much.
         if (0.25f * b * b - c >= -4.8e-7f * (0.75f * b * b + fabsf(c))) {
@@ -1428,35 +1429,26 @@ MSSM_SHARED mssm_roots3 mssm_solve_quadratic(float c0, float c1, float c2)
     return r;
 }
 
-// Long, as each step goes by what the ones before it found: scale, leading term, unit, pair.
-mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
+// Whether the two roots that s x^3 + b x^2 + c x + d has beside left.root / s are real. A complex pair counts
+// as a double root where rounding of the coefficients can have made it: where the cubic at its real part
+// m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which it is next to a triple root,
+// where m is the root itself.
+MSSM_SHARED int mssm_pair_is_real(struct mssm_deflated left, float s, float b, float c, float d)
 {
-    // An ulp below FLT_MAX: with that itself clang's -ffast-math leaves the comparison out.
-    float e0 = mssm_clamp(c0, -3.40282326e38f, 3.40282326e38f);
-    float e1 = mssm_clamp(c1, -3.40282326e38f, 3.40282326e38f);
-    float e2 = mssm_clamp(c2, -3.40282326e38f, 3.40282326e38f);
-    float e3 = mssm_clamp(c3, -3.40282326e38f, 3.40282326e38f);
-    float m01 = fabsf(e0) > fabsf(e1) ? fabsf(e0) : fabsf(e1);
-    float m23 = fabsf(e2) > fabsf(e3) ? fabsf(e2) : fabsf(e3);
-    float largest = mssm_max(m01, m23);
-    float scale = largest > 1e18f ? 1e-18f : (largest < 1e-18f ? 1e18f : 1.0f);
-    largest = largest * scale;
-    if (largest <= 0.0f) return mssm_no_roots();
-    e0 = e0 * scale / largest;
-    e1 = e1 * scale / largest;
-    e2 = e2 * scale / largest;
-    e3 = e3 * scale / largest;
-    float a3 = fabsf(e3);
-    if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);
+    float m = -0.5f * left.b;
+    float am = fabsf(m);
+    float disc = left.c - m * m;
+    float apart = fabsf(s * m - left.root);
+    float imaginary = s * sqrtf(mssm_max(disc, 0.0f));
+    float noise = 2e-6f * (((s * am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));
+    return disc * mssm_max(apart, imaginary) <= noise ? 1 : 0;
+}
 
-    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2. Two roots
-    // far below the third are found in units of their own, or their squares would leave the range
-    // of float.
-    float b = e2 / e3;
-    float c = e1 / e3;
-    float d = e0 / e3;
-    float size = fabsf(b);
-    size = sqrtf(fabsf(c)) > size ? sqrtf(fabsf(c)) : size;
+// x^3 + b x^2 + c x + d. x = size * y makes the largest coefficient 1 and |y| < 2. Two roots far below
+// the third are found in units of their own, or their squares would leave the range of float.
+MSSM_SHARED mssm_roots3 mssm_solve_monic(float b, float c, float d)
+{
+    float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));
     float size_d = d == 0.0f ? 0.0f : powf(fabsf(d), 1.0f / 3.0f);
     size = mssm_max(size_d, size);
     mssm_roots3 r = mssm_no_roots();
@@ -1473,25 +1465,35 @@ mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
     struct mssm_deflated left = mssm_deflate(b, c * s, d * s * s, mssm_reach(b, c * s, d * s * s));
     left.c = s < 1.0f ? -d / left.root : left.c;
     left.b = s < 1.0f ? (left.c * s - c) / left.root : left.b;
-    // A complex pair counts as a double root where rounding of the coefficients can have made it:
-    // where the cubic at its real part m, disc * (m - root), is noise. The larger of that and
-    // |disc|^(3/2), which it is next to a triple root, where m is the root itself.
-    float m = -0.5f * left.b;
-    float am = fabsf(m);
-    float disc = left.c - m * m;
-    float apart = fabsf(s * m - left.root);
-    float imaginary = s * sqrtf(mssm_max(disc, 0.0f));
-    float noise = 2e-6f * (((s * am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));
-    if (disc * mssm_max(apart, imaginary) <= noise) {
-        struct mssm_pair p = mssm_quadratic(left.b, left.c);
-        p.x0 = p.x0 * unit;
-        p.x1 = p.x1 * unit;
-        r = mssm_sort3(left.root * size, p);
-    } else {
-        r.x[0] = left.root * size;
-        r.count = 1;
-    }
-    return r;
+    r.x[0] = left.root * size;
+    r.count = 1;
+    if (mssm_pair_is_real(left, s, b, c, d) == 0) return r;
+    struct mssm_pair p = mssm_quadratic(left.b, left.c);
+    p.x0 = p.x0 * unit;
+    p.x1 = p.x1 * unit;
+    return mssm_sort3(r.x[0], p);
+}
+
+mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)
+{
+    // An ulp below FLT_MAX: with that itself clang's -ffast-math leaves the comparison out.
+    float e0 = mssm_clamp(c0, -3.40282326e38f, 3.40282326e38f);
+    float e1 = mssm_clamp(c1, -3.40282326e38f, 3.40282326e38f);
+    float e2 = mssm_clamp(c2, -3.40282326e38f, 3.40282326e38f);
+    float e3 = mssm_clamp(c3, -3.40282326e38f, 3.40282326e38f);
+    float m01 = mssm_max(fabsf(e0), fabsf(e1));
+    float m23 = mssm_max(fabsf(e2), fabsf(e3));
+    float largest = mssm_max(m01, m23);
+    float scale = largest > 1e18f ? 1e-18f : (largest < 1e-18f ? 1e18f : 1.0f);
+    largest = largest * scale;
+    if (largest <= 0.0f) return mssm_no_roots();
+    e0 = e0 * scale / largest;
+    e1 = e1 * scale / largest;
+    e2 = e2 * scale / largest;
+    e3 = e3 * scale / largest;
+    float a3 = fabsf(e3);
+    if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);
+    return mssm_solve_monic(e2 / e3, e1 / e3, e0 / e3);
 }
 
 // Distance of a depth whose inverse is v; at most 1000, on the same side.
@@ -6933,22 +6935,10 @@ const char *mssm_glsl_math(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its\n"
-    "// side; its distance 1/|v| comes from the only positive root y of y^3 + b y^2 + c y + d, where d <\n"
-    "// 0. Long: the selects between the cases use everything that was found before.\n"
-    "MSSM_SHARED mssm_split mssm_split6(mssm_kernel6 k)\n"
+    "// The only positive root of y^3 + b y^2 + c y + d, where d < 0. From above: from the Laguerre-Samuelson\n"
+    "// bound, or from the root without the cubic term.\n"
+    "MSSM_SHARED float mssm_positive_root(float b, float c, float d)\n"
     "{\n"
-    "    int falling = k.k1 < 0.0f ? 1 : 0;\n"
-    "    int three = k.k2 > 0.0f ? falling : 0; // beyond, where their number is odd\n"
-    "    int two = k.k2 < 0.0f ? 1 : falling;   // beyond, where it is even\n"
-    "    float side_odd = three == 1 ? -1.0f : 1.0f;\n"
-    "    float side = k.k3 < 0.0f ? side_odd : -1.0f;\n"
-    "\n"
-    "    float inverse = 1.0f / k.k0;\n"
-    "    float b = side * k.k1 * inverse;\n"
-    "    float c = k.k2 * inverse;\n"
-    "    float d = side * k.k3 * inverse;\n"
-    "    // Start above the root: the Laguerre-Samuelson bound, or the root without the cubic term.\n"
     "    float h = b * b - 3.0f * c;\n"
     "    float y = (2.0f * sqrtf(mssm_max(h, 0.0f)) - b) * (1.0f / 3.0f);\n"
     "    float e = c * c - 4.0f * b * d;\n"
@@ -6965,6 +6955,19 @@ const char *mssm_glsl_math(void)
     "        float below = 2.0f * f1 * f1 - f * f2;\n"
     "        y = y - 2.0f * f * f1 / mssm_max(below, 1e-37f);\n"
     "    }\n"
+    "    return y;\n"
+    "}\n"
+    "\n"
+    "// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its side.\n"
+    "MSSM_SHARED mssm_split mssm_split6(mssm_kernel6 k)\n"
+    "{\n"
+    "    int falling = k.k1 < 0.0f ? 1 : 0;\n"
+    "    int three = k.k2 > 0.0f ? falling : 0; // beyond, where their number is odd\n"
+    "    int two = k.k2 < 0.0f ? 1 : falling;   // beyond, where it is even\n"
+    "    float side_odd = three == 1 ? -1.0f : 1.0f;\n"
+    "    float side = k.k3 < 0.0f ? side_odd : -1.0f;\n"
+    "    float inverse = 1.0f / k.k0;\n"
+    "    float y = mssm_positive_root(side * k.k1 * inverse, k.k2 * inverse, side * k.k3 * inverse);\n"
     "    float t = side / mssm_max(y, 1e-3f);\n"
     "    float rest = 1.0f - k.w0;\n"
     "    float share = mssm_share6(k, t);\n"
@@ -7160,7 +7163,7 @@ const char *mssm_glsl_math(void)
     "        float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));\n"
     "        size = size > 1e-37f ? size : 1.0f;\n"
     "        b = b / size;\n"
-    "        c = mssm_clamp(c / size, -3e38f, 3e38f) / size; // as in mssm_solve_cubic\n"
+    "        c = mssm_clamp(c / size, -3e38f, 3e38f) / size; // as in mssm_solve_monic\n"
     "        mssm_pair p = mssm_quadratic(b, c);\n"
     "        // Rounding of b and c alone moves the discriminant by this much.\n"
     "        if (0.25f * b * b - c >= -4.8e-7f * (0.75f * b * b + fabsf(c))) {\n"
@@ -7175,35 +7178,26 @@ const char *mssm_glsl_math(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "// Long, as each step goes by what the ones before it found: scale, leading term, unit, pair.\n"
-    "mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)\n"
+    "// Whether the two roots that s x^3 + b x^2 + c x + d has beside left.root / s are real. A complex pair counts\n"
+    "// as a double root where rounding of the coefficients can have made it: where the cubic at its real part\n"
+    "// m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which it is next to a triple root,\n"
+    "// where m is the root itself.\n"
+    "MSSM_SHARED int mssm_pair_is_real(mssm_deflated left, float s, float b, float c, float d)\n"
     "{\n"
-    "    // An ulp below FLT_MAX: with that itself clang's -ffast-math leaves the comparison out.\n"
-    "    float e0 = mssm_clamp(c0, -3.40282326e38f, 3.40282326e38f);\n"
-    "    float e1 = mssm_clamp(c1, -3.40282326e38f, 3.40282326e38f);\n"
-    "    float e2 = mssm_clamp(c2, -3.40282326e38f, 3.40282326e38f);\n"
-    "    float e3 = mssm_clamp(c3, -3.40282326e38f, 3.40282326e38f);\n"
-    "    float m01 = fabsf(e0) > fabsf(e1) ? fabsf(e0) : fabsf(e1);\n"
-    "    float m23 = fabsf(e2) > fabsf(e3) ? fabsf(e2) : fabsf(e3);\n"
-    "    float largest = mssm_max(m01, m23);\n"
-    "    float scale = largest > 1e18f ? 1e-18f : (largest < 1e-18f ? 1e18f : 1.0f);\n"
-    "    largest = largest * scale;\n"
-    "    if (largest <= 0.0f) return mssm_no_roots();\n"
-    "    e0 = e0 * scale / largest;\n"
-    "    e1 = e1 * scale / largest;\n"
-    "    e2 = e2 * scale / largest;\n"
-    "    e3 = e3 * scale / largest;\n"
-    "    float a3 = fabsf(e3);\n"
-    "    if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);\n"
+    "    float m = -0.5f * left.b;\n"
+    "    float am = fabsf(m);\n"
+    "    float disc = left.c - m * m;\n"
+    "    float apart = fabsf(s * m - left.root);\n"
+    "    float imaginary = s * sqrtf(mssm_max(disc, 0.0f));\n"
+    "    float noise = 2e-6f * (((s * am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));\n"
+    "    return disc * mssm_max(apart, imaginary) <= noise ? 1 : 0;\n"
+    "}\n"
     "\n"
-    "    // x = size * y makes the largest coefficient of the monic cubic in y 1 and |y| < 2. Two roots\n"
-    "    // far below the third are found in units of their own, or their squares would leave the range\n"
-    "    // of float.\n"
-    "    float b = e2 / e3;\n"
-    "    float c = e1 / e3;\n"
-    "    float d = e0 / e3;\n"
-    "    float size = fabsf(b);\n"
-    "    size = sqrtf(fabsf(c)) > size ? sqrtf(fabsf(c)) : size;\n"
+    "// x^3 + b x^2 + c x + d. x = size * y makes the largest coefficient 1 and |y| < 2. Two roots far below\n"
+    "// the third are found in units of their own, or their squares would leave the range of float.\n"
+    "MSSM_SHARED mssm_roots3 mssm_solve_monic(float b, float c, float d)\n"
+    "{\n"
+    "    float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));\n"
     "    float size_d = d == 0.0f ? 0.0f : powf(fabsf(d), 1.0f / 3.0f);\n"
     "    size = mssm_max(size_d, size);\n"
     "    mssm_roots3 r = mssm_no_roots();\n"
@@ -7220,25 +7214,35 @@ const char *mssm_glsl_math(void)
     "    mssm_deflated left = mssm_deflate(b, c * s, d * s * s, mssm_reach(b, c * s, d * s * s));\n"
     "    left.c = s < 1.0f ? -d / left.root : left.c;\n"
     "    left.b = s < 1.0f ? (left.c * s - c) / left.root : left.b;\n"
-    "    // A complex pair counts as a double root where rounding of the coefficients can have made it:\n"
-    "    // where the cubic at its real part m, disc * (m - root), is noise. The larger of that and\n"
-    "    // |disc|^(3/2), which it is next to a triple root, where m is the root itself.\n"
-    "    float m = -0.5f * left.b;\n"
-    "    float am = fabsf(m);\n"
-    "    float disc = left.c - m * m;\n"
-    "    float apart = fabsf(s * m - left.root);\n"
-    "    float imaginary = s * sqrtf(mssm_max(disc, 0.0f));\n"
-    "    float noise = 2e-6f * (((s * am + fabsf(b)) * am + fabsf(c)) * am + fabsf(d));\n"
-    "    if (disc * mssm_max(apart, imaginary) <= noise) {\n"
-    "        mssm_pair p = mssm_quadratic(left.b, left.c);\n"
-    "        p.x0 = p.x0 * unit;\n"
-    "        p.x1 = p.x1 * unit;\n"
-    "        r = mssm_sort3(left.root * size, p);\n"
-    "    } else {\n"
-    "        r.x[0] = left.root * size;\n"
-    "        r.count = 1;\n"
-    "    }\n"
-    "    return r;\n"
+    "    r.x[0] = left.root * size;\n"
+    "    r.count = 1;\n"
+    "    if (mssm_pair_is_real(left, s, b, c, d) == 0) return r;\n"
+    "    mssm_pair p = mssm_quadratic(left.b, left.c);\n"
+    "    p.x0 = p.x0 * unit;\n"
+    "    p.x1 = p.x1 * unit;\n"
+    "    return mssm_sort3(r.x[0], p);\n"
+    "}\n"
+    "\n"
+    "mssm_roots3 mssm_solve_cubic(float c0, float c1, float c2, float c3)\n"
+    "{\n"
+    "    // An ulp below FLT_MAX: with that itself clang's -ffast-math leaves the comparison out.\n"
+    "    float e0 = mssm_clamp(c0, -3.40282326e38f, 3.40282326e38f);\n"
+    "    float e1 = mssm_clamp(c1, -3.40282326e38f, 3.40282326e38f);\n"
+    "    float e2 = mssm_clamp(c2, -3.40282326e38f, 3.40282326e38f);\n"
+    "    float e3 = mssm_clamp(c3, -3.40282326e38f, 3.40282326e38f);\n"
+    "    float m01 = mssm_max(fabsf(e0), fabsf(e1));\n"
+    "    float m23 = mssm_max(fabsf(e2), fabsf(e3));\n"
+    "    float largest = mssm_max(m01, m23);\n"
+    "    float scale = largest > 1e18f ? 1e-18f : (largest < 1e-18f ? 1e18f : 1.0f);\n"
+    "    largest = largest * scale;\n"
+    "    if (largest <= 0.0f) return mssm_no_roots();\n"
+    "    e0 = e0 * scale / largest;\n"
+    "    e1 = e1 * scale / largest;\n"
+    "    e2 = e2 * scale / largest;\n"
+    "    e3 = e3 * scale / largest;\n"
+    "    float a3 = fabsf(e3);\n"
+    "    if (a3 <= 1e-36f || fabsf(e2) > 1e18f * a3) return mssm_solve_quadratic(e0, e1, e2);\n"
+    "    return mssm_solve_monic(e2 / e3, e1 / e3, e0 / e3);\n"
     "}\n"
     "\n"
     "// Distance of a depth whose inverse is v; at most 1000, on the same side.\n"
