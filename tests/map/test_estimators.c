@@ -219,6 +219,70 @@ static void grazed_ground_is_no_caster(void)
     CHECK(sum / 12 < 0.033, "rms error %.4f", sum / 12);
 }
 
+// ---- scenes of several layers ------------------------------------------------------------------
+
+// Over all that a light reaches in a scene, with the receivers' normals or without them.
+static double error_in_scene(scene *s, double tangent, int with_normals)
+{
+    enum { RECEIVERS = 500 };
+    double squares = 0;
+    uint64_t state = 5;
+    setup u;
+    scene_finish(s);
+    u.scene = *s;
+    CHECK(scene_light(&u.scene, tangent, tangent, &u.light) == MSSM_OK, "light");
+    setup_map(&u, 128, 1, 0);
+    for (int i = 0; i < RECEIVERS; i++) {
+        double p[3], n[3], reach;
+        scene_receiver(&u.scene, &state, p, n);
+        if (scene_facing(&u.light, n, &reach) < reach) continue; // the horizon's business
+        const double truth = scene_visibility(&u.scene, &u.light, p, n, 12, &state);
+        const double v = with_normals ? visibility_normal(&u, p, n, 1) : visibility(&u, NULL, p);
+        squares += pow(v - truth, 2) / RECEIVERS;
+    }
+    setup_free(&u);
+    return sqrt(squares);
+}
+
+// Two layers of bars, far apart: what a wide kernel has dealt with is not counted again by narrower
+// ones, that it blocks beside.
+static void bars_below_bars_block_once(void)
+{
+    scene s;
+    memset(&s, 0, sizeof s);
+    for (int i = 0; i < 10; i++) scene_add_box(&s, 0.36 * i - 1.62, 0.5, 0, 0.06, 0.04, 1.7);
+    for (int i = 0; i < 8; i++) scene_add_box(&s, 0, 1.6, 0.46 * i - 1.61, 1.7, 0.04, 0.08);
+    s.sun[0] = 0.25;
+    s.sun[1] = 1;
+    s.sun[2] = 0.4;
+    const double rms = error_in_scene(&s, 0.15, 0);
+    test_note("rms error %.4f", rms);
+    CHECK(rms < 0.07, "rms error %.4f", rms);
+}
+
+// A small hole in a wide roof, and things below: faint light, of which the receiver's own surface must
+// take none, with its normal or by what is much nearer than the roof.
+static void light_through_a_hole_is_not_lost(void)
+{
+    scene s;
+    memset(&s, 0, sizeof s);
+    scene_add_box(&s, 0, -0.05, 0, 2.5, 0.05, 2.5);
+    for (int i = -1; i < 2; i += 2) {
+        scene_add_box(&s, 1.06 * i, 1.6, 0, 0.94, 0.03, 2);
+        scene_add_box(&s, 0, 1.6, 1.06 * i, 0.12, 0.03, 0.94);
+    }
+    scene_add_box(&s, -0.8, 0.2, -0.5, 0.2, 0.2, 0.2);
+    scene_add_sphere(&s, 0.1, 0.15, 0.2, 0.15);
+    s.ground_casts = 1;
+    s.sun[0] = 0.1;
+    s.sun[1] = 1;
+    s.sun[2] = 0.15;
+    const double without = error_in_scene(&s, 0.5, 0), with = error_in_scene(&s, 0.5, 1);
+    test_note("rms error %.4f, with normals %.4f", without, with);
+    CHECK(without < 0.0155, "rms error %.4f", without);
+    CHECK(with < 0.0125, "rms error with normals %.4f", with);
+}
+
 // ---- maps of both faces ------------------------------------------------------------------------
 
 // Slats over a floor, whose depths in such a map are halfway to their backs. Half of the floor lies
@@ -939,6 +1003,9 @@ const test_case estimators_tests[] = {
     {"the penumbra of a convex caster does not fall going outwards",
      penumbrae_only_brighten_outwards},
     {"ground that the light grazes is no caster", grazed_ground_is_no_caster},
+    {"bars far below bars block once", bars_below_bars_block_once},
+    {"light through a hole is not lost to the receiver's own surface",
+     light_through_a_hole_is_not_lost},
     {"maps of both faces keep shadows on thick floors", both_faces_keep_shadows_on_thick_floors},
     {"maps of both faces leave tilted plates lit", both_faces_leave_tilted_plates_lit},
     {"maps of both faces keep shadows of low boxes", both_faces_keep_shadows_of_low_boxes},
