@@ -283,6 +283,28 @@ static void light_through_a_hole_is_not_lost(void)
     CHECK(with < 0.0125, "rms error with normals %.4f", with);
 }
 
+// A hand just above the ground: what lies a little behind a receiver is its own surface by its normal
+// only as far as its tangent plane comes.
+static void ground_below_a_hand_is_not_the_hand(void)
+{
+    static const double arm[3] = {0, 0.75, -1.2}, across[3] = {1, 0, 0};
+    scene s;
+    memset(&s, 0, sizeof s);
+    scene_add_box(&s, 0, -0.05, 0, 2.5, 0.05, 2.5);
+    scene_add_box(&s, 0, 0.1, 0, 0.45, 0.05, 0.4);
+    for (int i = 0; i < 4; i++)
+        scene_add_box(&s, 0.24 * i - 0.36, 0.1, 0.75 + 0.02 * (i % 3), 0.08, 0.04, 0.36);
+    scene_add_box(&s, 0, 0.475, -1, 0.7, 0.15, 0.15);
+    scene_turn_last(&s, arm, across);
+    s.ground_casts = 1;
+    s.sun[0] = 0.2;
+    s.sun[1] = 1;
+    s.sun[2] = 0.3;
+    const double rms = error_in_scene(&s, 0.15, 1);
+    test_note("rms error %.4f", rms);
+    CHECK(rms < 0.044, "rms error %.4f", rms);
+}
+
 // ---- maps of both faces ------------------------------------------------------------------------
 
 // Slats over a floor, whose depths in such a map are halfway to their backs. Half of the floor lies
@@ -1006,6 +1028,7 @@ const test_case estimators_tests[] = {
     {"bars far below bars block once", bars_below_bars_block_once},
     {"light through a hole is not lost to the receiver's own surface",
      light_through_a_hole_is_not_lost},
+    {"ground just below a hand is not the hand, with normals", ground_below_a_hand_is_not_the_hand},
     {"maps of both faces keep shadows on thick floors", both_faces_keep_shadows_on_thick_floors},
     {"maps of both faces leave tilted plates lit", both_faces_leave_tilted_plates_lit},
     {"maps of both faces keep shadows of low boxes", both_faces_keep_shadows_of_low_boxes},
