@@ -305,6 +305,37 @@ static void ground_below_a_hand_is_not_the_hand(void)
     CHECK(rms < 0.044, "rms error %.4f", rms);
 }
 
+// From kernels of less than a texel on, by 3% a step. Balls and the texels beside their rims, where what
+// is right for a kernel of one texel has to fade out until it is one and a half wide.
+static void growing_lights_do_not_pop(void)
+{
+    enum { RECEIVERS = 1500, STEPS = 100 };
+    int large = 0;
+    uint64_t state = 1;
+    setup u;
+    memset(&u.scene, 0, sizeof u.scene);
+    for (int i = 0; i < 5; i++)
+        scene_add_sphere(&u.scene, 0.5 * i - 1, 0.3 + 0.1 * (i % 2), 0.2 * (i % 3) - 0.2, 0.3);
+    u.scene.sun[0] = 0.3;
+    u.scene.sun[1] = 1;
+    scene_finish(&u.scene);
+    CHECK(scene_light(&u.scene, 0.05, 0.05, &u.light) == MSSM_OK, "light");
+    setup_map(&u, 64, 1, 0);
+    for (int i = 0; i < RECEIVERS; i++) {
+        double p[3], normal[3], before = 0;
+        scene_receiver(&u.scene, &state, p, normal);
+        for (int k = 0; k <= STEPS; k++) {
+            u.light.half_u = u.light.half_v = (float)(0.02 * pow(1.03, k));
+            const double v = visibility(&u, NULL, p);
+            large += k > 0 && fabs(v - before) > 0.15;
+            before = v;
+        }
+    }
+    setup_free(&u);
+    test_note("%d of %d steps are larger than .15", large, RECEIVERS * STEPS);
+    CHECK(large <= 8, "%d steps larger than .15", large);
+}
+
 // ---- maps of both faces ------------------------------------------------------------------------
 
 // Slats over a floor, whose depths in such a map are halfway to their backs. Half of the floor lies
@@ -1029,6 +1060,7 @@ const test_case estimators_tests[] = {
     {"light through a hole is not lost to the receiver's own surface",
      light_through_a_hole_is_not_lost},
     {"ground just below a hand is not the hand, with normals", ground_below_a_hand_is_not_the_hand},
+    {"visibility does not pop as a light grows", growing_lights_do_not_pop},
     {"maps of both faces keep shadows on thick floors", both_faces_keep_shadows_on_thick_floors},
     {"maps of both faces leave tilted plates lit", both_faces_leave_tilted_plates_lit},
     {"maps of both faces keep shadows of low boxes", both_faces_keep_shadows_of_low_boxes},
