@@ -1844,13 +1844,30 @@ mssm_result mssm_light_spot(mssm_light *light, const float position[3], const fl
     return MSSM_OK;
 }
 
+// The box's corners as seen from a point: how far along the frame's third axis, and aside of it. Returns
+// the largest coordinate that has gone into them.
+static double mssm__corners(const float from[3], double frame[3][3], const float box_min[3],
+                            const float box_max[3], double z[8], double side[8])
+{
+    double largest = 0;
+    for (int i = 0; i < 8; i++) {
+        double p[3];
+        for (int k = 0; k < 3; k++) {
+            p[k] = (double)(i >> k & 1 ? box_max : box_min)[k] - from[k];
+            largest = fmax(largest, fabs(p[k]) + fabs(from[k]));
+        }
+        z[i] = mssm__dot(frame[2], p);
+        side[i] = fmax(fabs(mssm__dot(frame[0], p)), fabs(mssm__dot(frame[1], p)));
+    }
+    return largest;
+}
+
 mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float direction[3],
                             const float axis_u[3], float tan_half_u, float tan_half_v,
                             float distance, const float box_min[3], const float box_max[3])
 {
     mssm_light r;
-    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0,
-                                       largest = 0;
+    double frame[3][3], side[8], z[8], low = DBL_MAX, high = -DBL_MAX, away = distance, tangent = 0;
     mssm_result result =
         mssm_light_directional(&r, direction, axis_u, tan_half_u, tan_half_v, box_min, box_max);
     if (result || !light || !mssm__all_finite(probe, 3) ||
@@ -1858,14 +1875,8 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
         return MSSM_ERROR_ARGUMENT;
     }
     mssm__frame(direction, axis_u, frame);
-    for (int i = 0; i < 8; i++) { // corners, from the probe
-        double p[3];
-        for (int k = 0; k < 3; k++) {
-            p[k] = (double)(i >> k & 1 ? box_max : box_min)[k] - probe[k];
-            largest = fmax(largest, fabs(p[k]) + fabs(probe[k]));
-        }
-        z[i] = mssm__dot(frame[2], p);
-        side[i] = fmax(fabs(mssm__dot(frame[0], p)), fabs(mssm__dot(frame[1], p)));
+    const double largest = mssm__corners(probe, frame, box_min, box_max, z, side);
+    for (int i = 0; i < 8; i++) {
         low = fmin(low, z[i]);
         high = fmax(high, z[i]);
         away = fmax(away, z[i] + side[i] / 3); // wider frusta spend their texels on the rim
