@@ -3494,7 +3494,7 @@ mssm_result mssm_filtered_update_moments(mssm_filtered *map, const float *encode
     return MSSM_OK;
 }
 
-#define MSSM__EMPTY 0.99999f // first moment of nothing, encoded and rounded
+#define MSSM_EMPTY 0.99999f // first moment of nothing, encoded and rounded
 
 mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded)
 {
@@ -3517,7 +3517,7 @@ mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded)
     mssm__fill_depths(map, NULL, NULL, 1);
     for (int i = 0; i < side * side; i++) {
         // Where anything is, it may be as near as depth goes.
-        if (encoded[(size_t)i * (size_t)moments] >= MSSM__EMPTY) continue;
+        if (encoded[(size_t)i * (size_t)moments] >= MSSM_EMPTY) continue;
         map->depth[0][i / side / 2 * map->size_of_depths[0] + i % side / 2][0] = -1;
     }
     mssm__coarsen_depths(map);
@@ -4844,7 +4844,7 @@ static const mssm__program mssm__programs[] = {
     {"mssm resolve", "", mssm__glsl_drawn, mssm__glsl_resolve},
     {"mssm filter", "", "", mssm__glsl_filter},
     {"mssm copy", "", "", mssm__glsl_copy},
-    {"mssm store", "#define MSSM_STORE\n#define MSSM_EMPTY 0.99999\n", "", mssm__glsl_filter},
+    {"mssm store", "#define MSSM_STORE\n" MSSM__GLSL_CONSTANT(MSSM_EMPTY), "", mssm__glsl_filter},
     {"mssm show", "", "", mssm__glsl_show},
     {"mssm given depth", "", mssm__glsl_given, mssm__glsl_resolve},
     {"mssm given depth", "#define MSSM_AVERAGE\n", mssm__glsl_given, mssm__glsl_resolve}};
