@@ -398,6 +398,35 @@ static void a_lamp_throws_the_outline_of_a_sheet(void)
     }
 }
 
+// A wall all over the map: lit up to the bias that was asked for, in units of depth, and dark soon after:
+// 16-bit moments keep a wall and a receiver apart by some hundredths.
+static void a_given_bias_is_that_bias(void)
+{
+    static float depth[SIDE * SIDE];
+    const float to_light[3] = {0, 0, 1}, axis[3] = {1, 0, 0}, low[3] = {-1, -1, -1},
+                high[3] = {1, 1, 1}, wall = -0.2f;
+    mssm_light light;
+    CHECK(!mssm_light_directional(&light, to_light, axis, 0, 0, low, high), "light");
+    for (int i = 0; i < SIDE * SIDE; i++) depth[i] = wall;
+    for (int moments = 4; moments <= 6; moments += 2) {
+        void *memory;
+        mssm_filtered *map = make_filtered(&memory, SIDE, moments);
+        CHECK(!mssm_filtered_update(map, depth, 1, 2), "update");
+        for (int i = 0; i < 3; i++) {
+            const float *m = light.world_to_shadow, bias = 0.02f * (float)(1 << i);
+            const mssm_filter filter = {0, bias, 0};
+            for (int behind = 0; behind < 2; behind++) {
+                const float z = wall + (behind ? bias + 0.06f : 0.8f * bias);
+                const float point[3] = {0.1f, 0.2f, (z - m[14]) / m[10]};
+                const float v = mssm_filtered_visibility(map, &light, &filter, point, 0);
+                CHECK(behind ? v < 0.05f : v > 0.9999f, "bias %g, %s it: %g", (double)bias,
+                      behind ? "behind" : "before", (double)v);
+            }
+        }
+        free(memory);
+    }
+}
+
 static void a_stack_of_layers_is_enclosed(void)
 {
     uint64_t seed = 64;
@@ -463,6 +492,12 @@ static void a_veil_casts_its_share_of_shadow(void)
         const float wide[3] = {mssm_map_visibility(soft, &light, NULL, veiled),
                                mssm_map_visibility(soft, &light, NULL, free_point),
                                mssm_map_visibility(soft, &light, NULL, above)};
+        // Nothing is at the receiver's depth: both bounds are what the veil lets through, and where a
+        // tenth may lack to full shadow, .7 of light is (.7 - .1) / .9.
+        const mssm_filter firm = {0, 0, 0.9f};
+        const mssm_bounds b = mssm_filtered_bounds(map, &light, &firm, veiled, 0);
+        CHECK(fabsf(b.lower - 0.6f / 0.9f) < 0.01f && fabsf(b.upper - 0.6f / 0.9f) < 0.01f,
+              "%d moments: %g to %g", moments, (double)b.lower, (double)b.upper);
         const float truth[3] = {0.7f, 1, 1};
         for (int i = 0; i < 3; i++) {
             CHECK(fabsf(hard[i] - truth[i]) < 0.01f, "%d moments: hard %d is %g", moments, i,
@@ -560,6 +595,7 @@ const test_case filtered_tests[] = {
     {"filtered: surfaces are lit, walls are dark", surfaces_are_lit_and_walls_are_dark},
     {"filtered: the depth bias is for steep surfaces and edges",
      bias_is_for_steep_surfaces_and_edges},
+    {"filtered: a bias that is given is that bias", a_given_bias_is_that_bias},
     {"filtered: a lamp throws the outline of a sheet", a_lamp_throws_the_outline_of_a_sheet},
     {"translucent: bounds enclose the transmittance of a stack", a_stack_of_layers_is_enclosed},
     {"translucent: a veil casts its share of shadow, hard and soft",
