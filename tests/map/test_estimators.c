@@ -925,6 +925,37 @@ static void many_points_are_as_one(void)
     }
 }
 
+static void leave_on_the_stack(float value)
+{
+    volatile float left[4096];
+    for (int i = 0; i < 4096; i++) left[i] = value;
+}
+
+// Nothing is read that was not set before.
+static void what_was_on_the_stack_does_not_matter(void)
+{
+    static void (*volatile leave)(float) = leave_on_the_stack; // a frame of its own
+    static const float values[3] = {0, 1e30f, -1e30f};
+    for (int way = 0; way < 16; way++) {
+        const mssm_settings s = {.moments = way % 2 ? 4 : 6,
+                                 .estimator = (mssm_estimator)(way / 4)};
+        uint64_t state = 42;
+        setup u = boxes_below(way / 2 % 2);
+        u.light.half_u = u.light.half_v = 0.5f;
+        for (int i = 0; i < 200; i++) {
+            double point[3], normal[3], v[3];
+            scene_receiver(&u.scene, &state, point, normal);
+            for (int k = 0; k < 3; k++) {
+                leave(values[k]);
+                v[k] = i % 2 ? visibility_set(&u, &s, point, normal, 1) : visibility(&u, &s, point);
+            }
+            CHECK(v[0] == v[1] && v[0] == v[2], "%g, with other numbers there %g or %g", v[0], v[1],
+                  v[2]);
+        }
+        setup_free(&u);
+    }
+}
+
 static void tolerance_bounds_the_error(void)
 {
     static const float tolerances[3] = {1.0f / 256, 0.02f, 0.1f};
@@ -1079,6 +1110,7 @@ const test_case estimators_tests[] = {
      only_the_direction_of_a_normal_counts},
     {"normals help points below their surface", normals_help_points_below_their_surface},
     {"many points are as one", many_points_are_as_one},
+    {"what was on the stack does not matter", what_was_on_the_stack_does_not_matter},
     {"tolerance bounds the error of visibility", tolerance_bounds_the_error},
     {"points with a free cone are lit", points_with_a_free_cone_are_lit},
     {"no texel is missed", no_texel_is_missed},
