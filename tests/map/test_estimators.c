@@ -925,16 +925,17 @@ static void many_points_are_as_one(void)
     }
 }
 
-static void leave_on_the_stack(float value)
+static float leave_on_the_stack(float value)
 {
     volatile float left[4096];
     for (int i = 0; i < 4096; i++) left[i] = value;
+    return left[4095];
 }
 
 // Nothing is read that was not set before.
 static void what_was_on_the_stack_does_not_matter(void)
 {
-    static void (*volatile leave)(float) = leave_on_the_stack; // a frame of its own
+    static float (*volatile leave)(float) = leave_on_the_stack; // a frame of its own
     static const float values[3] = {0, 1e30f, -1e30f};
     for (int way = 0; way < 16; way++) {
         const mssm_settings s = {.moments = way % 2 ? 4 : 6,
