@@ -3634,8 +3634,8 @@ mssm_points2 mssm_reconstruct3(float b1, float b2, float b3)
     float larger = 0.5f * (fabsf(c) + root); // the root without cancellation
     float high = c > 0.0f ? larger : d / larger;
     mssm_points2 p;
-    p.z[0] = mssm_clamp(mean - d / high, -1.0f, 1.0f);
-    p.z[1] = mssm_clamp(mean + high, -1.0f, 1.0f);
+    p.z[0] = mssm_max(mean - d / high, -1.0f);
+    p.z[1] = mssm_min(mean + high, 1.0f);
     p.w[0] = high / root;
     p.w[1] = 1.0f - p.w[0];
     return p;
@@ -8243,8 +8243,8 @@ const char *mssm_glsl_scattering(void)
     "    float larger = 0.5f * (fabsf(c) + root); // the root without cancellation\n"
     "    float high = c > 0.0f ? larger : d / larger;\n"
     "    mssm_points2 p;\n"
-    "    p.z[0] = mssm_clamp(mean - d / high, -1.0f, 1.0f);\n"
-    "    p.z[1] = mssm_clamp(mean + high, -1.0f, 1.0f);\n"
+    "    p.z[0] = mssm_max(mean - d / high, -1.0f);\n"
+    "    p.z[1] = mssm_min(mean + high, 1.0f);\n"
     "    p.w[0] = high / root;\n"
     "    p.w[1] = 1.0f - p.w[0];\n"
     "    return p;\n"

@@ -305,6 +305,29 @@ static void ground_below_a_hand_is_not_the_hand(void)
     CHECK(rms < 0.044, "rms error %.4f", rms);
 }
 
+// A bird far above low blocks: after its kernel the next is for what the map holds below, not for what
+// moments of so many depths make of it.
+static void birds_cost_no_shadows_below(void)
+{
+    scene s;
+    uint64_t state = 3;
+    memset(&s, 0, sizeof s);
+    scene_add_box(&s, 0, -0.05, 0, 2.5, 0.05, 2.5);
+    for (int i = 0; i < 16; i++) {
+        const double h = test_range(&state, 0.05, 0.25), x = test_range(&state, -2, 2),
+                     z = test_range(&state, -2, 2);
+        scene_add_box(&s, x, h, z, 0.15, h, 0.1);
+    }
+    scene_add_box(&s, 0.5, 30, 0.5, 0.3, 0.05, 0.3);
+    s.ground_casts = 1;
+    s.sun[0] = 0.05;
+    s.sun[1] = 1;
+    s.sun[2] = 0.08;
+    const double small = error_in_scene(&s, 0.15, 0), large = error_in_scene(&s, 0.5, 0);
+    test_note("rms error %.4f, of a larger light %.4f", small, large);
+    CHECK(small < 0.0225 && large < 0.053, "rms error %.4f, of a larger light %.4f", small, large);
+}
+
 // From kernels of less than a texel on, by 3% a step. Balls and the texels beside their rims, where what
 // is right for a kernel of one texel has to fade out until it is one and a half wide.
 static void growing_lights_do_not_pop(void)
@@ -1092,6 +1115,7 @@ const test_case estimators_tests[] = {
     {"light through a hole is not lost to the receiver's own surface",
      light_through_a_hole_is_not_lost},
     {"ground just below a hand is not the hand, with normals", ground_below_a_hand_is_not_the_hand},
+    {"birds far above cost no shadows below", birds_cost_no_shadows_below},
     {"visibility does not pop as a light grows", growing_lights_do_not_pop},
     {"maps of both faces keep shadows on thick floors", both_faces_keep_shadows_on_thick_floors},
     {"maps of both faces leave tilted plates lit", both_faces_leave_tilted_plates_lit},

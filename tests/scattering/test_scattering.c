@@ -82,7 +82,7 @@ static situation random_situation(uint64_t *seed)
 // A point of a view ray lies at the ray's inclination, on the light ray of its row and r.
 static void points_of_a_view_ray_share_its_depth(void)
 {
-    uint64_t seed = 92;
+    uint64_t seed = 92, other = 93;
     double worst = 0, worst_angle = 0, worst_place = 0;
     for (int trial = 0; trial < test_trials(100000); trial++) {
         const situation s = random_situation(&seed);
@@ -100,6 +100,13 @@ static void points_of_a_view_ray_share_its_depth(void)
         const double angle =
             (double)ray.depth / (double)s.from.inclination[1] + (double)s.from.inclination[0];
         worst_angle = fmax(worst_angle, fabs(cos(angle) - up));
+        // Whatever the camera does not see has an inclination in range, too.
+        const float far_off = 10 * (float)test_uniform(&other),
+                    any = 2 * (float)test_uniform(&other) - 1;
+        CHECK(fabsf(mssm_inclination(s.from, far_off, any)) <= 1 &&
+                  mssm_inclination(s.from, far_off, any - 2) ==
+                      mssm_inclination(s.from, far_off, -1),
+              "inclination at %g, depth %g", (double)far_off, (double)any);
         if (sine < 0.02) continue;
         const float r = (float)(t * sine);
         if (shadow[2] > -1 && shadow[2] < 0.8f) { // as sharp as depths of far cameras are in float
@@ -132,10 +139,14 @@ static void shares_are_those_of_the_medium(void)
     uint64_t seed = 93;
     double worst = 0;
     for (int trial = 0; trial < test_trials(2000); trial++) {
-        const situation s = random_situation(&seed);
+        situation s = random_situation(&seed);
         const vec3 d = vec_unit(
             camera_ray(&s.eye, (float)test_range(&seed, 0, 1), (float)test_range(&seed, 0, 1)));
-        const float t = (float)test_range(&seed, 0.1, 30);
+        float t = (float)test_range(&seed, 0.1, 30);
+        if (trial % 2) { // a few steps into what is all but opaque
+            t *= 0.03f;
+            s.from.extinction = 40 * (float)test_uniform(&seed) / t;
+        }
         const mssm_view_ray ray = mssm_scattering_ray(s.from, d.x, d.y, d.z, t);
         double inside = 0, all = 0;
         for (int i = 0; i < 4000; i++) {
