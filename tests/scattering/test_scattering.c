@@ -146,9 +146,11 @@ static void shares_are_those_of_the_medium(void)
         if (trial % 2) { // a few steps into what is all but opaque
             t *= 0.03f;
             s.from.extinction = 40 * (float)test_uniform(&seed) / t;
+            s.from.balance = 0.5f;
         }
         const mssm_view_ray ray = mssm_scattering_ray(s.from, d.x, d.y, d.z, t);
         double inside = 0, all = 0;
+        CHECK(ray.balance == s.from.balance, "balance %g", (double)ray.balance);
         for (int i = 0; i < 4000; i++) {
             const double at = (i + 0.5) / 4000 * (double)t,
                          w = exp(-(double)s.from.extinction * at);
@@ -441,6 +443,13 @@ static void bounds_hold_what_lies_between(void)
             ray.balance = (float)test_range(&seed, -2, 3);
             const float other = mssm_scattering_visibility(ray, m);
             CHECK(other >= b.lower - 1e-6f && other <= b.upper + 1e-6f, "trial %d, balance", trial);
+            // Halfway to the share of what is surely lit in all that is sure (docs/shafts.md).
+            ray.balance = 0.5f;
+            const double sure = (double)b.lower + 1 - (double)b.upper;
+            const double beta = 0.5 * ((double)ray.upper + (double)b.lower / sure);
+            const double want = (double)b.lower + beta * (double)(b.upper - b.lower);
+            CHECK(sure < 1e-3 || fabs((double)mssm_scattering_visibility(ray, m) - want) < 1e-4,
+                  "trial %d: %g, not %g", trial, (double)mssm_scattering_visibility(ray, m), want);
             ray.share = 0;
             CHECK(mssm_scattering_visibility(ray, m) >= 1, "lit beyond the map");
         }
