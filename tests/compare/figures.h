@@ -82,6 +82,8 @@ typedef struct figures {
 #define PCSS_TAPS "PCSS, 27 x 27 taps"
 #define PCSS_GATHER "PCSS, textureGather"
 #define PCSS_POISSON "PCSS, 16 Poisson samples"
+#define PCSS_GATHER_NORMAL PCSS_GATHER ", normal"
+#define PCSS_POISSON_NORMAL PCSS_POISSON ", normal"
 #define CSSM_TABLES ", tables"
 #define CSSM_MIPS ", mip maps"
 

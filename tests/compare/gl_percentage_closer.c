@@ -4,6 +4,27 @@
 
 #include "methods.h"
 
+// NORMAL: the bias follows the receiver's plane (Isidoro 2006). How depth changes along it, from 0 to
+// 1, with the place in the map; at a place off the receiver's, how much nearer than the receiver the
+// plane is.
+static const char plane_text[] =
+    "#if NORMAL\n"
+    "#define RECEIVER vec3 position, vec3 normal\n"
+    "vec2 plane;\n"
+    "void find_plane(int light, vec3 normal)\n"
+    "{\n"
+    "    mat3 row = transpose(mat3(reference[light].world_to_shadow));\n"
+    "    vec3 along = normal * row / vec3(dot(row[0], row[0]), dot(row[1], row[1]), dot(row[2], "
+    "row[2]));\n"
+    "    plane = clamp(-along.xy / along.z, -1e3, 1e3);\n"
+    "}\n"
+    "float before(vec2 off) { return min(dot(plane, off), 0); }\n"
+    "#else\n"
+    "#define RECEIVER vec3 position\n"
+    "#define find_plane(light, normal)\n"
+    "#define before(off) 0\n"
+    "#endif\n";
+
 // The kernel in cells: texels, or as much larger as the kernel is wider than TAPS of them.
 static const char gather_text[] =
     "struct Found { float area, depths, all; };\n" // of blockers, in cells; all: of the kernel
@@ -22,17 +43,22 @@ static const char gather_text[] =
     "            vec2 x = at.x + vec2(0, 1);\n"
     "            vec2 columns = clamp(min(x + 1, high.x) - max(x, low.x), 0, 1);\n"
     "            vec4 depth = textureGather(depth_maps, vec3((at + 1) * step, light));\n"
-    "            vec4 share = columns.xyyx * rows.yyxx * vec4(lessThan(depth, vec4(z)));\n"
+    "            vec4 limit = vec4(z);\n"
+    "            vec2 off = (at + 0.5) * step - centre;\n"
+    "            limit += vec4(before(off + vec2(0, step.y)), before(off + step),\n"
+    "                          before(off + vec2(step.x, 0)), before(off));\n"
+    "            vec4 share = columns.xyyx * rows.yyxx * vec4(lessThan(depth, limit));\n"
     "            f.area += dot(share, vec4(1));\n"
     "            f.depths += dot(share, depth);\n"
     "        }\n"
     "    }\n"
     "    return f;\n"
     "}\n"
-    "float mssm_visibility(int light, vec3 position)\n"
+    "float mssm_visibility(int light, RECEIVER)\n"
     "{\n"
     "    vec3 p = shadow_place(light, position);\n"
     "    vec3 kernel = reference[light].kernel.xyz;\n"
+    "    find_plane(light, normal);\n"
     "    vec2 least = 0.5 / textureSize(depth_maps, 0).xy;\n"
     "    float z = min(0.5 * (p.z - kernel.z) + 0.5, 1);\n"
     "    Found f = blockers(light, p.xy, max(kernel.xy * (p.z + 1), least), z);\n"
@@ -55,34 +81,38 @@ static const char sampled_text[] =
     "    return samples[i].x * clamp(abs(8 * at - 4) - 2, -1, 1);\n"
     "}\n"
     "float map_depth(int light, vec2 at) { return textureLod(depth_maps, vec3(at, light), 0).r; }\n"
-    "float mssm_visibility(int light, vec3 position)\n"
+    "float mssm_visibility(int light, RECEIVER)\n"
     "{\n"
     "    vec3 p = shadow_place(light, position);\n"
     "    vec4 kernel = reference[light].kernel;\n"
+    "    find_plane(light, normal);\n"
     "    vec2 least = 0.5 / textureSize(depth_maps, 0).xy;\n"
     "    float z = min(0.5 * (p.z - kernel.z) + 0.5, 1), sum = 0, blockers = 0, blocked = 0;\n"
     "    float noise = 52.9829189 * fract(dot(PIXEL, vec2(0.06711056, 0.00583715)));\n"
     "    float turn = fract(noise + 0.618034 * (kernel.w + 3 * light));\n"
     "    vec2 wide = max(kernel.xy * (p.z + 1), least);\n"
     "    for (int i = 0; i < SAMPLES; i++) {\n"
-    "        float d = map_depth(light, p.xy + wide * turned(i, turn));\n"
-    "        if (d < z) { sum += d; blockers++; }\n"
+    "        vec2 off = wide * turned(i, turn);\n"
+    "        float d = map_depth(light, p.xy + off);\n"
+    "        if (d < z + before(off)) { sum += d; blockers++; }\n"
     "    }\n"
     "    if (blockers == 0) return 1;\n"
     "    wide = max(kernel.xy * (p.z - 2 * sum / blockers + 1), least);\n"
     "    for (int i = 0; i < SAMPLES; i++) {\n"
-    "        if (map_depth(light, p.xy + wide * turned(i, turn)) < z) blocked++;\n"
+    "        vec2 off = wide * turned(i, turn);\n"
+    "        if (map_depth(light, p.xy + off) < z + before(off)) blocked++;\n"
     "    }\n"
     "    return 1 - blocked / SAMPLES;\n"
     "}\n";
 
-static void write_sampled(int samples, char *text, size_t room)
+static void write_sampled(int samples, bool normal, char *text, size_t room)
 {
     ring_sample sample[SAMPLES_MAX];
     poisson_pattern(samples, sample);
-    int at =
-        snprintf(text, room, "#define SAMPLES %d\n%sconst vec2 samples[SAMPLES] = vec2[SAMPLES](",
-                 samples, gl_reference_text);
+    int at = snprintf(
+        text, room,
+        "#define NORMAL %d\n#define SAMPLES %d\n%s%sconst vec2 samples[SAMPLES] = vec2[SAMPLES](",
+        normal, samples, gl_reference_text, plane_text);
     for (int i = 0; i < samples; i++) {
         at += snprintf(text + at, room - (size_t)at, "%svec2(%.5f, %.5f)", i ? ", " : "",
                        (double)sample[i].ring, (double)sample[i].at / 8);
@@ -92,12 +122,18 @@ static void write_sampled(int samples, char *text, size_t room)
 
 void gl_percentage_closer_visibility(gl_percentage_closer_kind kind, char *text, size_t room)
 {
+    const bool normal = gl_percentage_closer_normal(kind);
     if (kind == GL_PERCENTAGE_CLOSER_TAPS) {
         gl_reference_visibility(GL_REFERENCE_PCSS, text, room);
-    } else if (kind == GL_PERCENTAGE_CLOSER_GATHER) {
-        snprintf(text, room, "#define TAPS %d\n%s%s", GL_REFERENCE_TAPS, gl_reference_text,
-                 gather_text);
+    } else if (kind == GL_PERCENTAGE_CLOSER_GATHER || kind == GL_PERCENTAGE_CLOSER_GATHER_NORMAL) {
+        snprintf(text, room, "#define NORMAL %d\n#define TAPS %d\n%s%s%s", normal,
+                 GL_REFERENCE_TAPS, gl_reference_text, plane_text, gather_text);
     } else {
-        write_sampled(kind == GL_PERCENTAGE_CLOSER_16 ? 16 : 32, text, room);
+        write_sampled(kind == GL_PERCENTAGE_CLOSER_32 ? 32 : 16, normal, text, room);
     }
+}
+
+bool gl_percentage_closer_normal(gl_percentage_closer_kind kind)
+{
+    return kind == GL_PERCENTAGE_CLOSER_GATHER_NORMAL || kind == GL_PERCENTAGE_CLOSER_16_NORMAL;
 }

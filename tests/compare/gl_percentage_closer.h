@@ -12,12 +12,16 @@ typedef enum gl_percentage_closer_kind {
     GL_PERCENTAGE_CLOSER_GATHER, // every texel by its share, four a textureGather; kernels of more than 27
                                  // texels by cells, each by one texel
     GL_PERCENTAGE_CLOSER_16, // Poisson samples, turned for every pixel, light and frame
-    GL_PERCENTAGE_CLOSER_32
+    GL_PERCENTAGE_CLOSER_32,
+    GL_PERCENTAGE_CLOSER_GATHER_NORMAL, // the same with a bias that follows the receiver's plane
+    GL_PERCENTAGE_CLOSER_16_NORMAL
 } gl_percentage_closer_kind;
 
 // The text with mssm_visibility(). It takes PIXEL for the pixel's place, gl_FragCoord.xy if that is
 // not defined.
 enum { GL_PERCENTAGE_CLOSER_TEXT = 8192 };
 void gl_percentage_closer_visibility(gl_percentage_closer_kind kind, char *text, size_t room);
+// Whether mssm_visibility() wants the receiver's normal too.
+bool gl_percentage_closer_normal(gl_percentage_closer_kind kind);
 
 #endif

@@ -130,7 +130,7 @@ static void ask(const bench *b, int which, int bias, const receiver *r, int coun
         }
         if (m->many) {
             m->many(b->state[which], some, (const float(*)[3])points, (const float(*)[3])normals,
-                    value + i);
+                    biases[bias], value + i);
             continue;
         }
         for (int k = 0; k < some; k++)

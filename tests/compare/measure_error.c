@@ -144,8 +144,9 @@ bool is_followed(const char *name)
 {
     static const char *const followed[] = {"hard",
                                            "PCSS, all texels",
+                                           "PCSS, all texels, normal",
                                            CSSM16,
-                                           "back-projection, all texels",
+                                           "back-projection, all texels, normal",
                                            "MSSM 6, lower blocker",
                                            "MSSM 6, upper blocker",
                                            "layered, 4 moments",
@@ -310,12 +311,12 @@ static void print_cell(const measurement *m, const compare_case *c, double tange
 {
     printf("%s, %d triangles, light of half-angle tangent %g, noise of the truth %.4f\n", c->name,
            c->scene.triangles, tangent, at->noise);
-    printf("  %-28s %8s %8s %8s %9s %6s %14s\n", "method", "rms", "mean", "p99", "ns", "bias",
+    printf("  %-35s %8s %8s %8s %9s %6s %14s\n", "method", "rms", "mean", "p99", "ns", "bias",
            "rms, best bias");
     for (int i = 0; i < method_count; i++) {
         const errors *e = &at->e[i][m->bias[i]];
         const bool biased = takes_bias(&methods[i]);
-        printf("  %-28s %8.4f %8.4f %8.4f %9.0f %6.1f %14.4f\n", methods[i].name, e->rms, e->mean,
+        printf("  %-35s %8.4f %8.4f %8.4f %9.0f %6.1f %14.4f\n", methods[i].name, e->rms, e->mean,
                e->p99, at->ns[i].value, biased ? (double)biases[m->bias[i]] : 0,
                cell_best(m, at, i));
     }

@@ -20,7 +20,7 @@ typedef struct gl_method {
     method_kind kind;
     int variant;            // moments of the map, gl_percentage_closer_kind, terms of convolution
     mssm_settings settings; // of the library
-    bool normal;            // the library gets the receiver's
+    bool normal;            // it gets the receiver's
     bool mips;              // of convolution
     int frames;             // that a picture is the mean of; a frame pays for one of them
     float bias; // in texels, of those that need one: the best in the default scene's picture
@@ -39,6 +39,8 @@ static const gl_method methods[MEASURE_GL_METHODS] = {
     {PCSS_POISSON, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_16, {0}, 0, 0, 1, 6},
     {"PCSS, 32 Poisson samples", PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_32, {0}, 0, 0, 1, 6},
     {"PCSS, 16 samples over 8 frames", PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_16, {0}, 0, 0, 8, 6},
+    {PCSS_GATHER_NORMAL, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_GATHER_NORMAL, {0}, 1, 0, 1, 3},
+    {PCSS_POISSON_NORMAL, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_16_NORMAL, {0}, 1, 0, 1, 3},
     {CSSM8 CSSM_TABLES, CONVOLUTION, 4, {0}, 0, 0, 1, 0},
     {CSSM16 CSSM_TABLES, CONVOLUTION, 8, {0}, 0, 0, 1, 0},
     {CSSM_ANNEN CSSM_TABLES, CONVOLUTION, 16, {0}, 0, 0, 1, 0},

@@ -77,9 +77,10 @@ static float moment_visibility(const void *state, const float point[3], float bi
 }
 
 static void moment_many(const void *state, int count, const float (*points)[3],
-                        const float (*normals)[3], float *out)
+                        const float (*normals)[3], float bias, float *out)
 {
     const moment_state *p = state;
+    (void)bias;
     mssm_map_visibility_many(p->map, &p->light, &p->settings, count, points,
                              p->normals ? normals : NULL, out);
 }
@@ -155,6 +156,7 @@ static float filtered_visibility(const void *state, const float point[3], float 
 #define MOMENTS moment_create, moment_destroy, moment_update, moment_visibility
 
 static const char fernando[] = "Fernando 2005, Percentage-Closer Soft Shadows";
+static const char isidoro[] = "Isidoro 2006, Shadow Mapping: GPU-based Tips and Techniques";
 static const char annen[] = "Annen and others 2008, Real-Time, All-Frequency Shadows in Dynamic "
                             "Scenes";
 static const char kneiphof[] = "Kneiphof, Real-Time Image-Based Lighting of Dynamic Scenes with "
@@ -173,6 +175,8 @@ const method methods[] = {
     {"PCSS, all texels", "PCSS", fernando, 0, 0, PERCENTAGE_CLOSER, pcss_visibility, 7, NULL},
     {"PCSS, all texels in vectors", "PCSS", fernando, 0, 1, PERCENTAGE_CLOSER, pcss_visibility, 7,
      NULL},
+    {"PCSS, all texels, normal", "PCSS", isidoro, 0, 1, PERCENTAGE_CLOSER, pcss_visibility, 1,
+     pcss_plane_many},
     {"VSM", "VSM", "Donnelly and Lauritzen 2006, Variance Shadow Maps", 1, 0, variance_create,
      variance_destroy, variance_update, variance_visibility, 0, NULL},
     {"VSSM", "VSM", "Yang and others 2010, Variance Soft Shadow Mapping", 1, 0,
@@ -180,12 +184,15 @@ const method methods[] = {
      NULL},
     {"EVSM", "EVSM", "Lauritzen and McCool 2008, Layered Variance Shadow Maps", 1, 0,
      exponential_create, variance_destroy, exponential_update, exponential_visibility, 0, NULL},
-    {CSSM8, "CSSM", annen, 1, 4, CONVOLUTION, 7, NULL},
-    {CSSM16, "CSSM", annen, 1, 8, CONVOLUTION, 8, NULL},
-    {CSSM_ANNEN, "CSSM", annen, 1, 16, CONVOLUTION, 7, NULL},
+    {CSSM8, "CSSM", annen, 1, 4, CONVOLUTION, 6, NULL},
+    {CSSM16, "CSSM", annen, 1, 8, CONVOLUTION, 6, NULL},
+    {CSSM_ANNEN, "CSSM", annen, 1, 16, CONVOLUTION, 6, NULL},
     {"back-projection, all texels", "back-projection",
      "Guennebaud, Barthe and Paulin 2006, Real-Time Soft Shadow Mapping by Backprojection", 0, 0,
      PERCENTAGE_CLOSER, back_projection_visibility, 4, NULL},
+    {"back-projection, all texels, normal", "back-projection",
+     "Guennebaud, Barthe and Paulin 2006, with the bias of Isidoro 2006", 0, 0, PERCENTAGE_CLOSER,
+     back_projection_visibility, 1, back_projection_many},
     {"MSSM 4, lower blocker", "MSSM", kneiphof, 1, LOWER_4, MOMENTS, 0, moment_many},
     {"MSSM 4, upper blocker", "MSSM", kneiphof, 1, UPPER_4, MOMENTS, 0, moment_many},
     {"MSSM 6, lower blocker", "MSSM", kneiphof, 1, LOWER_6, MOMENTS, 0, moment_many},

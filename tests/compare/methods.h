@@ -34,7 +34,7 @@ typedef struct method {
     float bias; // that suits the method best over scenes and lights; measured, in texels
     // NULL, or many points at once, for methods that have a faster way for that or use the normals.
     void (*many)(const void *state, int count, const float (*points)[3], const float (*normals)[3],
-                 float *out);
+                 float bias, float *out);
 } method;
 
 extern const method methods[];

@@ -24,11 +24,11 @@ enum { MAP_SIDE = 256, RAYS = 32, PANELS = COLUMNS * ROWS };
 
 // In reading order; the first is the truth.
 static const char *const panels[PANELS] = {NULL,
-                                           "PCSS, all texels",
+                                           "PCSS, all texels, normal",
                                            CSSM16,
                                            "MSSM 6, lower blocker",
                                            "MSSM 6, upper blocker",
-                                           "layered, 6 moments"};
+                                           "layered, 6 moments, normal"};
 
 // A piece of surface in a pixel.
 typedef struct piece {
@@ -133,7 +133,7 @@ static float visibility_of(const pictures *p, const piece *at, unsigned seed)
     const float normal[3] = {at->normal.x, at->normal.y, at->normal.z};
     float seen;
     if (p->method && p->method->many) {
-        p->method->many(p->state, 1, &point, &normal, &seen);
+        p->method->many(p->state, 1, &point, &normal, p->method->bias, &seen);
         return seen;
     }
     if (p->method) return p->method->visibility(p->state, point, p->method->bias, seed);

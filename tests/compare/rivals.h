@@ -188,6 +188,11 @@ method_update percentage_closer_update;
 method_visibility hard_visibility, pcf_visibility, pcss_sampled_visibility, pcss_visibility,
     back_projection_visibility, gaussian_visibility;
 
+// The same for methods that take the receivers' normals.
+typedef void method_many(const void *state, int count, const float (*points)[3],
+                         const float (*normals)[3], float bias, float *out);
+method_many pcss_plane_many, back_projection_many;
+
 method_create variance_create, variance_soft_create, exponential_create, variance_hard_create,
     exponential_hard_create, exponential_half_create, moments_float_create;
 method_destroy variance_destroy;

@@ -77,7 +77,8 @@ const style *style_of(const char *method);
 #define LARGEST_FIRST "largest error first" // of lights
 #define LAYERED_NORMAL "layered, 6 moments, normal"
 #define PCSS_ALL "PCSS, all texels"
-#define BACK_PROJECTION "back-projection, all texels"
+#define PCSS_NORMAL "PCSS, all texels, normal"
+#define BACK_PROJECTION "back-projection, all texels, normal"
 #define CONVOLUTION CSSM16
 #define CONVOLUTION_GL CSSM16 CSSM_TABLES
 #define CONVOLUTION_MIPS CSSM16 CSSM_MIPS

@@ -48,6 +48,18 @@ static double seen(const bench *b, int m, const double point[3], double bias, un
     return (double)methods[m].visibility(b->state[m], p, (float)bias, pixel);
 }
 
+// The same where the method is told the receiver's normal.
+static double seen_with(const bench *b, int m, const double point[3], const double normal[3],
+                        double bias, unsigned pixel)
+{
+    const float p[1][3] = {{(float)point[0], (float)point[1], (float)point[2]}};
+    const float n[1][3] = {{(float)normal[0], (float)normal[1], (float)normal[2]}};
+    float v;
+    if (!methods[m].many) return seen(b, m, point, bias, pixel);
+    methods[m].many(b->state[m], 1, p, n, (float)bias, &v);
+    return (double)v;
+}
+
 static int index_of(const char *name)
 {
     const method *m = method_named(name);
@@ -184,6 +196,48 @@ static void fixed_kernels_have_theirs(void)
     bench_close(&b);
 }
 
+// A plane that slopes towards the light, half of it under a half-plane: no receiver of it is shadowed
+// by the plane itself, and those at the edge have their penumbra. One bias for all cannot do both.
+static void a_bias_along_the_plane_keeps_slopes_and_their_shadows(void)
+{
+    const int with = index_of("PCSS, all texels, normal"), without = index_of("PCSS, all texels");
+    const double tilt_x = 0.004, tilt_y = -0.003, front = -0.4, edge = 64.2;
+    double normal[3] = {0}, squares[2] = {0};
+    bench b;
+    open_oblong(&b, 128);
+    for (int i = 0; i < 128 * 128; i++) {
+        const double x = i % 128 + 0.5, y = i / 128 + 0.5;
+        b.front[i] = (float)(0.5 + tilt_x * (x - 64) + tilt_y * (y - 64));
+        if (x < edge) b.front[i] = (float)front;
+    }
+    bench_update(&b);
+    double corner[3][3], a[3], c[3];
+    for (int i = 0; i < 3; i++) {
+        const double x = i == 1, y = i == 2;
+        point_at(&b, 64 + x, 64 + y, 0.5 + tilt_x * x + tilt_y * y, corner[i]);
+    }
+    for (int k = 0; k < 3; k++)
+        a[k] = corner[1][k] - corner[0][k], c[k] = corner[2][k] - corner[0][k];
+    for (int k = 0; k < 3; k++)
+        normal[k] = a[(k + 1) % 3] * c[(k + 2) % 3] - a[(k + 2) % 3] * c[(k + 1) % 3];
+    for (int i = 0; i < 400; i++) {
+        const double x = 44 + 0.15 * i, y = 64 + 0.3 * (i % 7 - 3);
+        const double z = 0.5 + tilt_x * (x - 64) + tilt_y * (y - 64);
+        const double range = 0.5 * ((double)b.light.z_far - (double)b.light.z_near);
+        const double wide =
+            0.5 * 128 * range * (z - front) * (double)b.light.half_u / (double)b.light.extent_u;
+        const double truth = fmin(fmax(0.5 + 0.5 * (x - edge) / wide, 0), 1);
+        double point[3];
+        point_at(&b, x, y, z, point);
+        squares[0] += pow(seen_with(&b, with, point, normal, 0.5, 0) - truth, 2) / 400;
+        squares[1] += pow(seen(&b, without, point, 0.5, 0) - truth, 2) / 400;
+    }
+    test_note("rms %.4f along the plane, %.4f with one bias", sqrt(squares[0]), sqrt(squares[1]));
+    CHECK(sqrt(squares[0]) < 0.02, "rms %.4f", sqrt(squares[0]));
+    CHECK(sqrt(squares[1]) > 0.1, "one bias would do: rms %.4f", sqrt(squares[1]));
+    bench_close(&b);
+}
+
 // ---- what holds for all ------------------------------------------------------------------------
 
 static void an_empty_map_is_lit(void)
@@ -247,12 +301,14 @@ static void visibility_stays_in_range(void)
         for (int i = 0; i < b.side * b.side; i++) b.front[i] = any_depth(&state);
         bench_update(&b);
         for (int i = 0; i < test_trials(200); i++) {
-            double p[3];
+            double p[3], normal[3];
             for (int k = 0; k < 3; k++) {
                 p[k] = i % 5 == 0 ? (double)any_depth(&state) : test_range(&state, -4, 4);
+                normal[k] = i % 8 == 1 ? 0 : test_range(&state, -1, 1);
             }
             for (int m = 0; m < method_count; m++) {
-                const double v = seen(&b, m, p, 1, (unsigned)i);
+                const double v = i % 2 ? seen_with(&b, m, p, normal, 1, (unsigned)i)
+                                       : seen(&b, m, p, 1, (unsigned)i);
                 CHECK(v >= 0 && v <= 1, "%s: %g at %g %g %g, side %d", methods[m].name, v, p[0],
                       p[1], p[2], b.side);
             }
@@ -313,7 +369,7 @@ static void add_errors(errors *e, bench *b, const scene *s, uint64_t *state)
         for (int m = 0; m < method_count; m++) {
             for (int n = 0; n <= BIASES; n++) {
                 const double bias = n < BIASES ? biases[n] : (double)methods[m].bias;
-                squares[m][n] += pow(seen(b, m, point, bias, (unsigned)i) - truth, 2);
+                squares[m][n] += pow(seen_with(b, m, point, normal, bias, (unsigned)i) - truth, 2);
             }
         }
     }
@@ -368,6 +424,7 @@ static void methods_differ_as_they_should(void)
         {"PCSS, 16 samples", "PCF"},
         {"PCSS, 64 samples", "PCSS, 16 samples"},
         {"PCSS, all texels", "PCSS, 64 samples"},
+        {"PCSS, all texels, normal", "PCSS, all texels"},
         {"back-projection, all texels", "PCSS, all texels"},
         {"VSSM", "VSM"},
         {"EVSM", "VSM"},
@@ -473,6 +530,8 @@ static void flip_is_what_its_paper_says(void)
 const test_case compare_tests[] = {
     {"compared methods give half-planes their penumbra", half_planes_have_their_penumbra},
     {"compared methods with fixed kernels have theirs", fixed_kernels_have_theirs},
+    {"compared methods: a bias along the plane keeps slopes and their shadows",
+     a_bias_along_the_plane_keeps_slopes_and_their_shadows},
     {"compared methods are lit under an empty map", an_empty_map_is_lit},
     {"compared methods are dark in the umbra", the_umbra_is_dark},
     {"compared methods stay in range for any depth and point", visibility_stays_in_range},
