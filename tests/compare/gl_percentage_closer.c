@@ -5,8 +5,7 @@
 #include "methods.h"
 
 // NORMAL: the bias follows the receiver's plane (Isidoro 2006). How depth changes along it, from 0 to
-// 1, with the place in the map; at a place off the receiver's, how much nearer than the receiver the
-// plane is.
+// 1, with the place in the map; and the depth up to which texels off the receiver's place block.
 static const char plane_text[] =
     "#if NORMAL\n"
     "#define RECEIVER vec3 position, vec3 normal\n"
@@ -18,11 +17,11 @@ static const char plane_text[] =
     "row[2]));\n"
     "    plane = clamp(-along.xy / along.z, -1e3, 1e3);\n"
     "}\n"
-    "float before(vec2 off) { return min(dot(plane, off), 0); }\n"
+    "float before(float z, vec2 off) { return min(z + dot(plane, off), z); }\n"
     "#else\n"
     "#define RECEIVER vec3 position\n"
     "#define find_plane(light, normal)\n"
-    "#define before(off) 0\n"
+    "#define before(z, off) z\n"
     "#endif\n";
 
 // The kernel in cells: texels, or as much larger as the kernel is wider than TAPS of them.
@@ -38,15 +37,20 @@ static const char gather_text[] =
     "    Found f = Found(0, 0, (high.x - low.x) * (high.y - low.y));\n"
     "    for (at.y = first.y; at.y < high.y; at.y += 2) {\n"
     "        vec2 y = at.y + vec2(0, 1);\n"
+    "#if NORMAL\n"
+    "        vec2 rise = plane * step;\n"
+    "        float ahead = dot(plane, (vec2(first.x, at.y) + 0.5) * step - centre);\n"
+    "#endif\n"
     "        vec2 rows = clamp(min(y + 1, high.y) - max(y, low.y), 0, 1);\n"
     "        for (at.x = first.x; at.x < high.x; at.x += 2) {\n"
     "            vec2 x = at.x + vec2(0, 1);\n"
     "            vec2 columns = clamp(min(x + 1, high.x) - max(x, low.x), 0, 1);\n"
     "            vec4 depth = textureGather(depth_maps, vec3((at + 1) * step, light));\n"
     "            vec4 limit = vec4(z);\n"
-    "            vec2 off = (at + 0.5) * step - centre;\n"
-    "            limit += vec4(before(off + vec2(0, step.y)), before(off + step),\n"
-    "                          before(off + vec2(step.x, 0)), before(off));\n"
+    "#if NORMAL\n"
+    "            limit = min(z + ahead + vec4(rise.y, rise.x + rise.y, rise.x, 0), z);\n"
+    "            ahead += 2 * rise.x;\n"
+    "#endif\n"
     "            vec4 share = columns.xyyx * rows.yyxx * vec4(lessThan(depth, limit));\n"
     "            f.area += dot(share, vec4(1));\n"
     "            f.depths += dot(share, depth);\n"
@@ -94,13 +98,13 @@ static const char sampled_text[] =
     "    for (int i = 0; i < SAMPLES; i++) {\n"
     "        vec2 off = wide * turned(i, turn);\n"
     "        float d = map_depth(light, p.xy + off);\n"
-    "        if (d < z + before(off)) { sum += d; blockers++; }\n"
+    "        if (d < before(z, off)) { sum += d; blockers++; }\n"
     "    }\n"
     "    if (blockers == 0) return 1;\n"
     "    wide = max(kernel.xy * (p.z - 2 * sum / blockers + 1), least);\n"
     "    for (int i = 0; i < SAMPLES; i++) {\n"
     "        vec2 off = wide * turned(i, turn);\n"
-    "        if (map_depth(light, p.xy + off) < z + before(off)) blocked++;\n"
+    "        if (map_depth(light, p.xy + off) < before(z, off)) blocked++;\n"
     "    }\n"
     "    return 1 - blocked / SAMPLES;\n"
     "}\n";

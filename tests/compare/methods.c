@@ -184,7 +184,7 @@ const method methods[] = {
      NULL},
     {"EVSM", "EVSM", "Lauritzen and McCool 2008, Layered Variance Shadow Maps", 1, 0,
      exponential_create, variance_destroy, exponential_update, exponential_visibility, 0, NULL},
-    {CSSM8, "CSSM", annen, 1, 4, CONVOLUTION, 6, NULL},
+    {CSSM8, "CSSM", annen, 1, 4, CONVOLUTION, 7, NULL},
     {CSSM16, "CSSM", annen, 1, 8, CONVOLUTION, 6, NULL},
     {CSSM_ANNEN, "CSSM", annen, 1, 16, CONVOLUTION, 6, NULL},
     {"back-projection, all texels", "back-projection",

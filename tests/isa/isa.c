@@ -53,6 +53,8 @@ static const subject subjects[] = {
     {PCSS_GATHER, SAMPLES, GL_PERCENTAGE_CLOSER_GATHER, {0}, {14, 14, 14, 14}, 0, 0},
     {PCSS_POISSON, SAMPLES, GL_PERCENTAGE_CLOSER_16, {0}, {0}, 0, 0},
     {"PCSS, 32 Poisson samples", SAMPLES, GL_PERCENTAGE_CLOSER_32, {0}, {0}, 0, 0},
+    {PCSS_GATHER_NORMAL, SAMPLES, GL_PERCENTAGE_CLOSER_GATHER_NORMAL, {0}, {14, 14, 14, 14}, 0, 0},
+    {PCSS_POISSON_NORMAL, SAMPLES, GL_PERCENTAGE_CLOSER_16_NORMAL, {0}, {0}, 0, 0},
     {CSSM8 CSSM_TABLES, TABLES, 4, {0}, {0}, 0, 0},
     {CSSM16 CSSM_TABLES, TABLES, 8, {0}, {0}, 0, 0},
     {CSSM_ANNEN CSSM_TABLES, TABLES, 16, {0}, {0}, 0, 0},
@@ -282,8 +284,9 @@ static void print_table(FILE *f, const figures *measured, bool kernels)
 
 static void print_ratios(FILE *f)
 {
-    static const char *const rivals[] = {PCSS_TAPS, PCSS_GATHER, PCSS_POISSON, CSSM16 CSSM_TABLES,
-                                         CSSM16 CSSM_MIPS};
+    static const char *const rivals[] = {
+        PCSS_TAPS,           PCSS_GATHER,        PCSS_POISSON,    PCSS_GATHER_NORMAL,
+        PCSS_POISSON_NORMAL, CSSM16 CSSM_TABLES, CSSM16 CSSM_MIPS};
     fprintf(
         f,
         "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are of "

@@ -133,6 +133,7 @@ static bool wrap(char *text, const char *visibility, const char *call)
 }
 
 static const char plain_call[] = "mssm_visibility(light, position)";
+static const char normal_call[] = "mssm_visibility(light, position, at(p + ivec2(0, 1)))";
 
 bool texts_layered(char *text, int moments, const mssm_settings *settings)
 {
@@ -171,7 +172,7 @@ bool texts_samples(char *text, gl_percentage_closer_kind kind)
     char visibility[GL_PERCENTAGE_CLOSER_TEXT + sizeof pixel];
     memcpy(visibility, pixel, sizeof pixel);
     gl_percentage_closer_visibility(kind, visibility + sizeof pixel - 1, GL_PERCENTAGE_CLOSER_TEXT);
-    return wrap(text, visibility, plain_call);
+    return wrap(text, visibility, gl_percentage_closer_normal(kind) ? normal_call : plain_call);
 }
 
 bool texts_convolution(char *text, gl_convolution_filter filter, int terms)
