@@ -128,7 +128,7 @@ static void judge_sources(page *p, const source_row rows[SOURCES])
 
 bool light_sources(page *p, message *why)
 {
-    static const char pcss[] = "PCSS, all texels in vectors", layered[] = "layered, 6 moments";
+    static const char pcss[] = "PCSS, all texels, normal", layered[] = "layered, 6 moments";
     source_row rows[SOURCES] = {{"median cut, 64 points", 64, true, NULL, 0, 0, 0, 0},
                                 {"median cut, 256 points", 256, true, NULL, 0, 0, 0, 0},
                                 {"median cut, 16 area lights", 16, true, pcss, 0, 0, 0, 0},
@@ -151,7 +151,8 @@ bool light_sources(page *p, message *why)
     if (done) {
         fprintf(p->file, "## Light sources\n\nKneiphof's Figure 2: the probe as points and as area "
                          "lights, beside the truth. Median cut as in the paper, area lights under "
-                         "PCSS (all texels of the kernel), points under one exact ray each; in the "
+                         "PCSS (all texels of the kernel, the bias along the "
+                         "receiver's plane), points under one exact ray each; in the "
                          "last row this library's lights under layered shadows, 6 moments. Maps of "
                          "256² (narrow lights, as the sun: 512²), this library's of 4 samples a "
                          "texel. *Edges*: rms of the steps between neighbouring pixels that the "
@@ -217,7 +218,7 @@ enum { RAYS, PCSS, SMALL, LARGE, LOWER4, UPPER4, UPPER6, LAYERED, TECHNIQUES };
 static bool probe_lights(page *p, studio *s, const char *name, const char *title, message *why)
 {
     technique t[TECHNIQUES] = {{"the same 64 lights, by rays", NULL, 0, 0, 0},
-                               {"PCSS, every texel", "PCSS, all texels in vectors", 0, 0, 0},
+                               {"PCSS, every texel", "PCSS, all texels, normal", 0, 0, 0},
                                {"CSSM8 (17 values)", CSSM8, 0, 0, 0},
                                {"CSSM16 (33 values)", CSSM16, 0, 0, 0},
                                {"MSSM4, lower blocker", "MSSM 4, lower blocker", 0, 0, 0},
@@ -257,8 +258,8 @@ bool probe_lights_one(page *p, message *why)
         "## 64 lights of a probe, by every technique\n\nKneiphof's Figures 5 and 6. All from depth "
         "maps of 256² (narrow lights: 512²), moments from 4 samples a texel as in the paper, CSSM "
         "from maps of twice the side, which are as many samples; the lights are this library's. "
-        "CSSM's series, bias and sharpening were tuned on these two pictures; PCSS has the bias of "
-        "[the chart](accuracy.md), which is within 1%% of its best here. Errors are rms, against "
+        "CSSM's series, bias and sharpening were tuned on these two pictures; PCSS has a bias "
+        "that follows the receiver's plane, as in [the chart](accuracy.md). Errors are rms, against "
         "rays to the same lights; *leaks* is what is too bright, in %% of all light.\n\n");
     const bool done = studio_open(&s, &front, width_of(p), p->quick ? 32 : 256, why) &&
                       probe_lights(p, &s, "figure_probe_lights_1.png", "64 lights of a probe", why);

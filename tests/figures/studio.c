@@ -105,8 +105,13 @@ static float visibility_of(const shading *h, const piece *at, unsigned seed)
     const lightprobe_light *l = h->light;
     const float point[3] = {at->position.x, at->position.y, at->position.z};
     if (h->how->method) {
+        const method *m = h->how->method;
         const float bias = h->how->bias * (h->how->tuning ? 2.0f : 1.0f);
-        return h->how->method->visibility(h->state, point, bias, seed);
+        const float normal[3] = {at->normal.x, at->normal.y, at->normal.z};
+        float seen;
+        if (!m->many) return m->visibility(h->state, point, bias, seed);
+        m->many(h->state, 1, &point, &normal, bias, &seen);
+        return seen;
     }
     if (h->how->own) return mssm_map_visibility(h->map, &h->frustum, h->how->own, point);
     const vec3 above = vec_mad(at->position, at->normal, 2e-3f), towards = vec_of(l->direction);
