@@ -22,12 +22,10 @@ typedef struct figure {
 
 // experiment  x                           metrics
 // error       tangent of the half-angle   rms                    some methods, every scene and light size
-//                                         scene "all": means over scenes of all methods, and mean p99
-//                                         rms_best_bias, with the best of all biases in each case
-// speed       tangent                     ns relative            scene "all"; times of the fastest
-// overall     0                           means over all scenes and light sizes: rms mean p99 ns
-//                                         relative rms_best_bias, bias (texels; of rivals),
-//                                         step_rms
+//                                         scene "all": means over scenes of all methods
+// speed       tangent                     ns                     scene "all"
+// overall     0                           means over all scenes and light sizes: rms ns, bias
+//                                         (texels; of rivals), step_rms
 // new         tangent                     rms                    scenes that reviewers made up;
 //                                         x 0, scene "all": mean over them
 // unseen      the same                    of scenes made after all tuning
@@ -40,10 +38,9 @@ typedef struct figure {
 // temporal    tangent                     step_rms               method "truth": the truth's own step
 // setting     0                           rms ns                 method: name of the setting, the
 //                                         first one "default"; scene "all"
-// lights      number of lights            irradiance_rms picture_rms (% of the mean), ms (extraction)
-//                                         maps_ms (all lights, all cores) shade_ns (a point, one
-//                                         core); scene: probe; methods "largest error first",
-//                                         "median cut", "point lights"
+// lights      number of lights            irradiance_rms picture_rms (% of the mean), found (lights),
+//                                         ms (extraction); scene: probe; methods "largest error
+//                                         first", "median cut", "point lights", ...
 // edges       number of lights            blocked_rms (irradiance behind straight edges, % of the mean);
 //                                         scene: probe; methods as for lights, "one sun and ambient"
 // weak        min_shadow                  maps (of 32) blocked_rms picture_rms; scene: probe

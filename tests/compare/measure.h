@@ -61,11 +61,11 @@ errors errors_of(const float *value, const receiver *r, int count, float *scratc
 
 typedef struct bench {
     int side;
-    float *front;
+    float *front, *back;
     void *state[METHODS_MOST]; // of methods[]
     size_t bytes[METHODS_MOST];
     mssm_light light;
-    depth_map map;
+    bool closed; // the case is: there are back faces to average
 } bench;
 
 // Makes all methods for maps of that side.
@@ -73,6 +73,8 @@ bool bench_create(bench *b, int side, message *why);
 void bench_free(bench *b);
 // Draws the case's depth map for that light and hands it to all methods.
 bool bench_update(bench *b, const compare_case *c, float tangent, message *why);
+// What a method gets: back faces too where the case is closed and the method's paper asks for them.
+depth_map bench_map(const bench *b, const method *m);
 // Visibility of all receivers by all methods, with the bias of each; on all cores.
 // value[method * count + receiver]. A method with a bias below 0 is left out.
 void bench_evaluate(const bench *b, const int bias[METHODS_MOST], const receiver *r, int count,

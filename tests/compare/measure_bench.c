@@ -84,7 +84,8 @@ bool bench_create(bench *b, int side, message *why)
     memset(b, 0, sizeof *b);
     b->side = side;
     b->front = malloc((size_t)side * (size_t)side * sizeof *b->front);
-    bool made = b->front && method_count <= METHODS_MOST;
+    b->back = malloc((size_t)side * (size_t)side * sizeof *b->back);
+    bool made = b->front && b->back && method_count <= METHODS_MOST;
     for (int i = 0; i < method_count && made; i++) {
         b->state[i] = methods[i].create(&methods[i], side, &b->bytes[i]);
         made = b->state[i];
@@ -100,16 +101,27 @@ void bench_free(bench *b)
         if (b->state[i]) methods[i].destroy(b->state[i]);
     }
     free(b->front);
+    free(b->back);
     memset(b, 0, sizeof *b);
+}
+
+depth_map bench_map(const bench *b, const method *m)
+{
+    const bool mean = b->closed && !strcmp(m->family, "MSSM"); // Kneiphof, 4.2.3
+    return (depth_map){&b->light, b->side, b->front, mean ? b->back : NULL};
 }
 
 bool bench_update(bench *b, const compare_case *c, float tangent, message *why)
 {
     const mssm_result result = case_light(c, tangent, tangent, &b->light);
     if (result) return fail(why, "%s: %s", c->name, mssm_result_string(result));
-    if (!case_depth(c, &b->light, b->side, b->front, NULL)) return fail(why, "no memory");
-    b->map = (depth_map){&b->light, b->side, b->front, NULL};
-    for (int i = 0; i < method_count; i++) methods[i].update(b->state[i], &b->map);
+    b->closed = c->closed;
+    if (!case_depth(c, &b->light, b->side, b->front, b->closed ? b->back : NULL))
+        return fail(why, "no memory");
+    for (int i = 0; i < method_count; i++) {
+        const depth_map map = bench_map(b, &methods[i]);
+        methods[i].update(b->state[i], &map);
+    }
     return true;
 }
 

@@ -175,16 +175,6 @@ static double cell_rms(const measurement *m, const cell *at, int who)
     return at->e[who][m->bias[who]].rms;
 }
 
-static double cell_mean(const measurement *m, const cell *at, int who)
-{
-    return at->e[who][m->bias[who]].mean;
-}
-
-static double cell_p99(const measurement *m, const cell *at, int who)
-{
-    return at->e[who][m->bias[who]].p99;
-}
-
 static double cell_best(const measurement *m, const cell *at, int who)
 {
     double best = cell_rms(m, at, who);
@@ -225,11 +215,7 @@ static void put_all(measurement *m, const table *t, int from, int to, double x)
     static const struct {
         const char *metric;
         cell_value *value;
-    } kinds[] = {{"rms", cell_rms},
-                 {"mean", cell_mean},
-                 {"p99", cell_p99},
-                 {"rms_best_bias", cell_best},
-                 {"ns", cell_ns}};
+    } kinds[] = {{"rms", cell_rms}, {"ns", cell_ns}};
     const size_t last = sizeof kinds / sizeof *kinds - 1;
     for (int i = 0; i < method_count; i++) {
         for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {

@@ -280,9 +280,6 @@ static bool study_count(const study *s, int kind, int count, message *why)
         put_lights(s, kind, count, "picture_rms", picture_error(s, &l, kind, &ns));
         put_lights(s, kind, count, "found", l.lights);
         put(s->m, "lights", s->name, kind_names[kind], count, "ms", ms.value, ms.low, ms.high);
-        put_lights(s, kind, count, "maps_ms", 1e3 * (l.depth_seconds + l.map_seconds));
-        put(s->m, "lights", s->name, kind_names[kind], count, "shade_ns", ns.value, ns.low,
-            ns.high);
     }
     lighting_free(&l);
     return done;

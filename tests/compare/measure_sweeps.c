@@ -132,7 +132,8 @@ static double update_ms(const bench *b, int which)
     int repeats = 1;
     for (;;) {
         const double start = cpu_seconds();
-        for (int i = 0; i < repeats; i++) methods[which].update(b->state[which], &b->map);
+        const depth_map map = bench_map(b, &methods[which]);
+        for (int i = 0; i < repeats; i++) methods[which].update(b->state[which], &map);
         const double seconds = cpu_seconds() - start;
         if (seconds > 1e-4 || repeats > 100000) return 1e3 * seconds / repeats;
         repeats *= 10;

@@ -83,6 +83,7 @@ static const struct {
                    {"deepest", "eye", "deepest_fall", 3},
                    {"FLIP", "eye", "flip", 3},
                    {"flicker", "overall", "step_rms", 4},
+                   {"bias", "overall", "bias", 0},
                    {"ns", "overall", "ns", 0}};
 enum { COLUMNS_ALL = sizeof columns_all / sizeof *columns_all };
 
@@ -122,9 +123,8 @@ static void write_everything(const figures *f, FILE *page)
         "mean "
         "over light sizes; the library's many at once. at any width: the widest kernel costs less "
         "than "
-        "1.5 times the narrowest. MiB: of a map of 256 x 256 texels. Rivals have the bias that "
-        "suits "
-        "them best over all scenes. \"normal\" knows the receiver's normal; PCSS takes from it a "
+        "1.5 times the narrowest. MiB: of a map of 256 x 256 texels. Bias: in texels, that with "
+        "which a rival errs least over the scenes. \"normal\" knows the receiver's normal; PCSS takes from it a "
         "bias that follows the receiver's plane (Isidoro 2006).\n\n",
         scenes_of(f, "error").count, scenes_of(f, "new").count, scenes_of(f, "unseen").count);
 }
@@ -570,8 +570,9 @@ static void write_gl(const figures *f, FILE *page)
         "those rays are off by themselves. Rivals have the bias that is best here, one for the "
         "whole "
         "map; with \"normal\" PCSS's follows the receiver's plane. The library's depth maps have 4 "
-        "samples a texel, its default, the rivals' one, since none of them says what to do with "
-        "more. Convolution "
+        "samples a texel, its default, the rivals' one: PCSS has no use for more, and convolution of as many "
+        "is in [figures.md](figures.md#64-lights-of-a-probe-by-every-technique). MSSM has front faces alone, with which it errs less here than with its "
+        "paper's means of front and back. Convolution "
         "has "
         "the offset, scale and sharpening that were found best for this very picture. Samples over 8 frames are added up "
         "under a light and a view "
@@ -766,7 +767,8 @@ static void write_method(const figures *f, FILE *page)
                 mean_of(f, "truth", "all", "error", 0, "noise_most"));
     fprintf(page,
             ".\n- All %d methods see the same depth map, 256 texels a side, one sample a texel, "
-            "without back faces. The rivals are "
+            "without back faces; MSSM, as its paper asks, the mean of front and back faces where "
+            "all parts of a scene are closed. The rivals are "
             "written from their papers, in `tests/compare/`. Those that need a depth bias get the "
             "one that is best for them "
             "over all scenes.\n"

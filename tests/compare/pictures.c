@@ -267,12 +267,13 @@ static bool prepare(pictures *p, float tangent, vec3 from, vec3 to, message *why
     p->axis_v = vec_unit(vec(m[1], m[5], m[9]));
     p->towards = vec_unit(vec(-m[2], -m[6], -m[10]));
     p->eye = camera_look(from, to, 0.57f, (float)WIDTH / HEIGHT);
-    p->depth = malloc(MAP_SIDE * MAP_SIDE * sizeof *p->depth);
+    p->depth = malloc(2 * MAP_SIDE * MAP_SIDE * sizeof *p->depth);
     p->pixels = calloc(WIDTH * HEIGHT, sizeof *p->pixels);
     p->sheet = malloc(3 * SHEET_WIDTH * SHEET_HEIGHT);
     if (!p->depth || !p->pixels || !p->sheet || !image_create(&p->truth, WIDTH, HEIGHT) ||
         !image_create(&p->seen, WIDTH, HEIGHT) ||
-        !case_depth(&p->c, &p->light, MAP_SIDE, p->depth, NULL) ||
+        !case_depth(&p->c, &p->light, MAP_SIDE, p->depth,
+                    p->c.closed ? p->depth + MAP_SIDE * MAP_SIDE : NULL) ||
         !view_create(&v, &p->c.scene, &p->eye, WIDTH, HEIGHT)) {
         return fail(why, "no memory for the picture");
     }
@@ -284,9 +285,11 @@ static bool prepare(pictures *p, float tangent, vec3 from, vec3 to, message *why
 
 static bool draw_method(pictures *p, int panel, message *why)
 {
-    const depth_map map = {&p->light, MAP_SIDE, p->depth, NULL};
     size_t bytes;
     p->method = panels[panel] ? method_named(panels[panel]) : NULL;
+    const bool mean = p->c.closed && p->method && !strcmp(p->method->family, "MSSM"); // Kneiphof
+    const depth_map map = {&p->light, MAP_SIDE, p->depth,
+                           mean ? p->depth + MAP_SIDE * MAP_SIDE : NULL};
     if (panels[panel] && !p->method) return fail(why, "no method is called %s", panels[panel]);
     if (p->method) {
         p->state = p->method->create(p->method, MAP_SIDE, &bytes);

@@ -256,7 +256,8 @@ bool probe_lights_one(page *p, message *why)
     fprintf(
         p->file,
         "## 64 lights of a probe, by every technique\n\nKneiphof's Figures 5 and 6. All from depth "
-        "maps of 256² (narrow lights: 512²), moments from 4 samples a texel as in the paper, CSSM "
+        "maps of 256² (narrow lights: 512²), moments from 4 samples a texel as in the paper (of front "
+        "faces alone: under MSSM the paper's means of front and back err more here), CSSM "
         "from maps of twice the side, which are as many samples; the lights are this library's. "
         "CSSM's series, bias and sharpening were tuned on these two pictures; PCSS has a bias "
         "that follows the receiver's plane, as in [the chart](accuracy.md). Errors are rms, against "
