@@ -1968,11 +1968,12 @@ LIGHTPROBE_SHARED float lightprobe_evenness(lightprobe_moments m)
 // state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9
 // resultant and 12 second moments, of the total's luminance.
 
-// From the previous lights' irradiance, in all, to this frame's flux; 0 if the map has jumped.
-LIGHTPROBE_SHARED float lightprobe_scale(float all, float total)
+// Whether lights can go on from the previous ones, whose irradiance in all is given: not if the map has
+// jumped by a tenth.
+LIGHTPROBE_SHARED int lightprobe_goes_on(float all, float total)
 {
     LIGHTPROBE_PRECISE float flux = all * LIGHTPROBE_SCALE, apart = fabsf(flux - total);
-    return apart < 0.1f * total ? total / all : 0.0f;
+    return apart < 0.1f * total ? 1 : 0;
 }
 
 LIGHTPROBE_SHARED lightprobe_moments lightprobe_late(const float state[18], float total)
@@ -1995,18 +1996,18 @@ LIGHTPROBE_SHARED float lightprobe_variance(float tangent)
 }
 
 // What a previous light had of its leaves.
-LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late,
-                                                     float scale)
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late)
 {
     LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();
-    LIGHTPROBE_PRECISE float luminance = scale * lightprobe_luminance(l.irradiance);
+    LIGHTPROBE_PRECISE float luminance = LIGHTPROBE_SCALE * lightprobe_luminance(l.irradiance);
     LIGHTPROBE_PRECISE float strength = luminance * (0.5f + 0.5f * l.cos_alpha);
     LIGHTPROBE_PRECISE float u = luminance * lightprobe_variance(l.tan_half_u);
     LIGHTPROBE_PRECISE float v = luminance * lightprobe_variance(l.tan_half_v),
                              d = luminance - u - v;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3;
-        LIGHTPROBE_PRECISE float flux = scale * l.irradiance[i], vector = strength * l.direction[i];
+        LIGHTPROBE_PRECISE float flux = LIGHTPROBE_SCALE * l.irradiance[i];
+        LIGHTPROBE_PRECISE float vector = strength * l.direction[i];
         LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i],
                                  dd = d * l.direction[i];
         m.flux[i] = flux - late.flux[i];
@@ -2034,14 +2035,52 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,
     return m;
 }
 
-// Late flux such that that of all lights, now sum, becomes 0. Where it takes most of the total away, as
-// of a colour that was not there before, little but rounding is left, and none is late.
-LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)
+// Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.
+typedef struct lightprobe_excess {
+    lightprobe_vec3 above, below, above2, below2;
+} lightprobe_excess;
+
+// A light's flux in this frame or the last, whichever is more.
+LIGHTPROBE_SHARED float lightprobe_most(float late, float now)
 {
-    LIGHTPROBE_PRECISE float left = total + sum;
-    if (!(left > 0.25f * total)) return 0.0f;
-    LIGHTPROBE_PRECISE float balanced = (late + now) * (total / left) - now;
-    return balanced;
+    return late > 0.0f ? now + late : now;
+}
+
+// Late moments cut so that the flux of all lights' becomes 0. What the map itself has gained or lost
+// changes at once, where bright lights have changed: the larger of the two sums is cut down to the
+// other, with the lights' flux as weight, and what is then left without. So a sky stays as it is
+// while a sun brightens. Direction and width of what is shown stay.
+LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late,
+                                                         lightprobe_moments now,
+                                                         lightprobe_excess e)
+{
+    LIGHTPROBE_PRECISE lightprobe_moments m = late;
+    for (int i = 0; i < 3; i++) {
+        int over = late.flux[i] > 0.0f ? 1 : 0;
+        float own = over == 1 ? e.above[i] : e.below[i],
+              other = over == 1 ? e.below[i] : e.above[i];
+        float weights = over == 1 ? e.above2[i] : e.below2[i];
+        LIGHTPROBE_PRECISE float cut = (own - other) * lightprobe_most(late.flux[i], now.flux[i]);
+        LIGHTPROBE_PRECISE float kept = 1.0f;
+        if (own > other) kept = weights > 0.0f ? 1.0f - cut / weights : other / own;
+        m.flux[i] *= kept > 0.0f ? kept : 0.0f;
+    }
+    LIGHTPROBE_PRECISE float change =
+        lightprobe_luminance(m.flux) - lightprobe_luminance(late.flux);
+    lightprobe_moments shape = lightprobe_more(now, late, 1.0f);
+    float whole = lightprobe_luminance(shape.flux);
+    if (change > whole) { // it shows little yet
+        shape = now;
+        whole = lightprobe_luminance(now.flux);
+    }
+    LIGHTPROBE_PRECISE float part =
+        whole > fabsf(change) ? change / whole : (change < 0.0f ? -1.0f : 0.0f);
+    for (int i = 0; i < 3; i++) {
+        m.resultant[i] += part * shape.resultant[i];
+        m.second[i] += part * shape.second[i];
+        m.second[3 + i] += part * shape.second[3 + i];
+    }
+    return m;
 }
 // [glsl end]
 
@@ -2611,9 +2650,9 @@ static int lightprobe__is_sound(const lightprobe_light *all, int i)
     return sound && lightprobe_dot(l->state, l->state) > 0.1f;
 }
 
-// The cluster of a previous light. scale: irradiance to this frame's flux.
+// The cluster of a previous light.
 static void lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c,
-                               const lightprobe_light *l, float scale)
+                               const lightprobe_light *l)
 {
     memset(c, 0, sizeof *c);
     memcpy(c->seed, l->state, sizeof c->seed);
@@ -2628,7 +2667,7 @@ static void lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c,
     if (w->jumps) return;
     w->fading = l->state[5];
     c->late = lightprobe_late(l->state, w->total_luminance);
-    c->past = lightprobe_past(*l, c->late, scale);
+    c->past = lightprobe_past(*l, c->late);
     c->longest = lightprobe_evenness(lightprobe_more(c->past, c->late, 1));
 }
 
@@ -2641,12 +2680,12 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         all += lightprobe__is_sound(previous, i)
                    ? (double)lightprobe_luminance(previous[i].irradiance)
                    : 0;
-    const float scale = lightprobe_scale((float)all, w->total_luminance);
-    w->jumps = w->jumps || count > w->max_lights || !(scale > 0);
+    w->jumps =
+        w->jumps || count > w->max_lights || !lightprobe_goes_on((float)all, w->total_luminance);
     w->fading = 0;
     for (int i = 0; i < count && w->cluster_count < w->max_lights; i++)
         if (lightprobe__is_sound(previous, i))
-            lightprobe__recall(w, w->clusters + w->cluster_count++, previous + i, scale);
+            lightprobe__recall(w, w->clusters + w->cluster_count++, previous + i);
     int lives = 0;
     for (int k = 0; k < w->cluster_count; k++) lives |= w->clusters[k].lives;
     if (!lives) {
@@ -2693,11 +2732,35 @@ static int lightprobe__is_changed(const lightprobe__work *w)
     return 0;
 }
 
+// weighted: 1, or 0 for sums alone.
+static void lightprobe__balance(lightprobe__work *w, int weighted)
+{
+    double sum[4][3] = {{0}};
+    for (int k = 0; k < w->cluster_count; k++) {
+        const lightprobe_cluster *c = w->clusters + k;
+        for (int i = 0; i < 3; i++) {
+            const float late = c->late.flux[i], size = fabsf(late);
+            const float more = (float)weighted * size * lightprobe_most(late, c->now.flux[i]);
+            const int below = !(late > 0);
+            sum[below][i] += (double)size;
+            sum[2 + below][i] += (double)more;
+        }
+    }
+    lightprobe_excess e;
+    for (int i = 0; i < 3; i++) {
+        e.above[i] = (float)sum[0][i];
+        e.below[i] = (float)sum[1][i];
+        e.above2[i] = (float)sum[2][i];
+        e.below2[i] = (float)sum[3][i];
+    }
+    for (int k = 0; k < w->cluster_count; k++)
+        w->clusters[k].late = lightprobe_balanced(w->clusters[k].late, w->clusters[k].now, e);
+}
+
 // What the lights have of the last frame, and of lights that have changed, so that nothing jumps.
 static void lightprobe__fade(lightprobe__work *w)
 {
     const int changes = w->fading < 0 || lightprobe__is_changed(w);
-    double sum[3] = {0, 0, 0};
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
         const float longest = lightprobe_evenness(c->now);
@@ -2709,17 +2772,10 @@ static void lightprobe__fade(lightprobe__work *w)
     w->fading = changes ? LIGHTPROBE_FADE : w->fading > 0 ? w->fading : 0;
     const float rest = w->fading > 1 ? 1 - 1 / w->fading : 0;
     w->fading = w->fading > 1 ? w->fading - 1 : 0;
-    for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe_cluster *c = w->clusters + k;
-        c->late = lightprobe_faded(c->late, c->now, rest);
-        for (int i = 0; i < 3; i++) sum[i] += (double)c->late.flux[i];
-    }
-    for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe_cluster *c = w->clusters + k;
-        for (int i = 0; i < 3; i++)
-            c->late.flux[i] = lightprobe_balanced(c->late.flux[i], c->now.flux[i], (float)sum[i],
-                                                  (float)w->total[i]);
-    }
+    for (int k = 0; k < w->cluster_count; k++)
+        w->clusters[k].late = lightprobe_faded(w->clusters[k].late, w->clusters[k].now, rest);
+    lightprobe__balance(w, 1);
+    lightprobe__balance(w, 0);
 }
 
 // ---- Lights ---- >>lights
@@ -3028,6 +3084,9 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, l
     }
     l.state[3] = tone;
     l.state[4] = c.lives != 0 ? share : -1.0f;
+    // A caller may have spoiled them.
+    for (int i = 6; i < 18; i++)
+        l.state[i] = fabsf(l.state[i]) < LIGHTPROBE_FADE ? l.state[i] : 0.0f;
     l.state[5] = fading;
     return l;
 }
@@ -4702,7 +4761,7 @@ static const char lightprobe__glsl_gather[] =
     "shared int owners[LEAVES]; // clusters of the leaves, which each lane goes through one by one\n"
     "\n"
     "// The cluster of a previous light, or none.\n"
-    "void recall(int k, int count, float scale)\n"
+    "void recall(int k, int count, bool again)\n"
     "{\n"
     "    vec3 seed = vec3(0.0);\n"
     "    lightprobe_moments late = lightprobe_no_moments(), past = late;\n"
@@ -4722,9 +4781,9 @@ static const char lightprobe__glsl_gather[] =
     "        clusters[k].id = light.id;\n"
     "        clusters[k].distance = light.distance > 0.0 ? light.distance : 0.0;\n"
     "        clusters[k].slopes = light.slope_u * light.axis_u + light.slope_v * light.axis_v;\n"
-    "        if (scale > 0.0) {\n"
+    "        if (again) {\n"
     "            late = lightprobe_late(light.state, total);\n"
-    "            past = lightprobe_past(light, late, scale);\n"
+    "            past = lightprobe_past(light, late);\n"
     "            clusters[k].longest = lightprobe_evenness(lightprobe_more(past, late, 1.0));\n"
     "        }\n"
     "    }\n"
@@ -4741,14 +4800,14 @@ static const char lightprobe__glsl_gather[] =
     "        lightprobe_add(all, lightprobe_luminance(lightprobe_lights[k].irradiance));\n"
     "        living += lightprobe_lights[k].state[4] > 0.0 ? 1 : 0;\n"
     "    }\n"
-    "    float scale = count > 0 ? lightprobe_scale(LIGHTPROBE_VALUE(all), total) : 0.0;\n"
-    "    if (MIN_SHARE > 0.0 || MIN_SHADOW > 0.0 || living == 0) scale = 0.0;\n"
-    "    for (int k = lane; k < LIGHTS; k += GROUP) recall(k, living > 0 ? count : 0, scale);\n"
+    "    bool again = living > 0 && lightprobe_goes_on(LIGHTPROBE_VALUE(all), total) == 1;\n"
+    "    if (MIN_SHARE > 0.0 || MIN_SHADOW > 0.0) again = false;\n"
+    "    for (int k = lane; k < LIGHTS; k += GROUP) recall(k, living > 0 ? count : 0, again);\n"
     "    if (lane == 0) {\n"
     "        cluster_count = living > 0 ? count : 1;\n"
     "        going_on = count;\n"
-    "        jumps = scale > 0.0 ? 0 : 1;\n"
-    "        fading = scale > 0.0 ? lightprobe_lights[0].state[5] : 0.0;\n"
+    "        jumps = again ? 0 : 1;\n"
+    "        fading = again ? lightprobe_lights[0].state[5] : 0.0;\n"
     "    }\n"
     "    sync();\n"
     "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
@@ -5126,6 +5185,32 @@ static const char lightprobe__glsl_settle[] =
     "    leaves[i].least = least;\n"
     "    leaves[i].parts = parts;\n"
     "}\n"
+    "void balance(float weighted)\n"
+    "{\n"
+    "    vec2 zero[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0));\n"
+    "    vec2 above[3] = zero, below[3] = zero, above2[3] = zero, below2[3] = zero;\n"
+    "    for (int k = 0; k < cluster_count; k++) {\n"
+    "        for (int c = 0; c < 3; c++) {\n"
+    "            float late = clusters[k].late.flux[c], size = abs(late);\n"
+    "            precise float more = weighted * size * lightprobe_most(late, clusters[k].now.flux[c]);\n"
+    "            lightprobe_add(above[c], late > 0.0 ? size : 0.0);\n"
+    "            lightprobe_add(below[c], late > 0.0 ? 0.0 : size);\n"
+    "            lightprobe_add(above2[c], late > 0.0 ? more : 0.0);\n"
+    "            lightprobe_add(below2[c], late > 0.0 ? 0.0 : more);\n"
+    "        }\n"
+    "    }\n"
+    "    lightprobe_excess e;\n"
+    "    for (int c = 0; c < 3; c++) {\n"
+    "        e.above[c] = LIGHTPROBE_VALUE(above[c]);\n"
+    "        e.below[c] = LIGHTPROBE_VALUE(below[c]);\n"
+    "        e.above2[c] = LIGHTPROBE_VALUE(above2[c]);\n"
+    "        e.below2[c] = LIGHTPROBE_VALUE(below2[c]);\n"
+    "    }\n"
+    "    sync();\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP)\n"
+    "        clusters[k].late = lightprobe_balanced(clusters[k].late, clusters[k].now, e);\n"
+    "    sync();\n"
+    "}\n"
     "void fade()\n"
     "{\n"
     "    bool changes = fading < 0.0;\n"
@@ -5143,15 +5228,7 @@ static const char lightprobe__glsl_settle[] =
     "    for (int k = lane; k < cluster_count; k += GROUP)\n"
     "        clusters[k].late = lightprobe_faded(clusters[k].late, clusters[k].now, rest);\n"
     "    sync();\n"
-    "    vec2 sum[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0));\n"
-    "    for (int k = 0; k < cluster_count; k++)\n"
-    "        for (int c = 0; c < 3; c++) lightprobe_add(sum[c], clusters[k].late.flux[c]);\n"
-    "    sync();\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP)\n"
-    "        for (int c = 0; c < 3; c++)\n"
-    "            clusters[k].late.flux[c] =\n"
-    "                lightprobe_balanced(clusters[k].late.flux[c], clusters[k].now.flux[c],\n"
-    "                                    LIGHTPROBE_VALUE(sum[c]), LIGHTPROBE_VALUE(sum_of_all[c]));\n"
+    "    for (int weighted = 1; weighted >= 0; weighted--) balance(float(weighted));\n"
     "    if (lane == 0) fading = frames > 1.0 ? frames - 1.0 : 0.0;\n"
     "    sync();\n"
     "}\n"
@@ -7030,11 +7107,12 @@ static const char *lightprobe__quote_moving(void)
     "// state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9\n"
     "// resultant and 12 second moments, of the total's luminance.\n"
     "\n"
-    "// From the previous lights' irradiance, in all, to this frame's flux; 0 if the map has jumped.\n"
-    "LIGHTPROBE_SHARED float lightprobe_scale(float all, float total)\n"
+    "// Whether lights can go on from the previous ones, whose irradiance in all is given: not if the map has\n"
+    "// jumped by a tenth.\n"
+    "LIGHTPROBE_SHARED int lightprobe_goes_on(float all, float total)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float flux = all * LIGHTPROBE_SCALE, apart = fabsf(flux - total);\n"
-    "    return apart < 0.1f * total ? total / all : 0.0f;\n"
+    "    return apart < 0.1f * total ? 1 : 0;\n"
     "}\n"
     "\n"
     "LIGHTPROBE_SHARED lightprobe_moments lightprobe_late(const float state[18], float total)\n"
@@ -7057,18 +7135,18 @@ static const char *lightprobe__quote_moving(void)
     "}\n"
     "\n"
     "// What a previous light had of its leaves.\n"
-    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late,\n"
-    "                                                     float scale)\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightprobe_moments late)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();\n"
-    "    LIGHTPROBE_PRECISE float luminance = scale * lightprobe_luminance(l.irradiance);\n"
+    "    LIGHTPROBE_PRECISE float luminance = LIGHTPROBE_SCALE * lightprobe_luminance(l.irradiance);\n"
     "    LIGHTPROBE_PRECISE float strength = luminance * (0.5f + 0.5f * l.cos_alpha);\n"
     "    LIGHTPROBE_PRECISE float u = luminance * lightprobe_variance(l.tan_half_u);\n"
     "    LIGHTPROBE_PRECISE float v = luminance * lightprobe_variance(l.tan_half_v),\n"
     "                             d = luminance - u - v;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        int j = (i + 1) % 3;\n"
-    "        LIGHTPROBE_PRECISE float flux = scale * l.irradiance[i], vector = strength * l.direction[i];\n"
+    "        LIGHTPROBE_PRECISE float flux = LIGHTPROBE_SCALE * l.irradiance[i];\n"
+    "        LIGHTPROBE_PRECISE float vector = strength * l.direction[i];\n"
     "        LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i],\n"
     "                                 dd = d * l.direction[i];\n"
     "        m.flux[i] = flux - late.flux[i];\n"
@@ -7096,14 +7174,52 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "// Late flux such that that of all lights, now sum, becomes 0. Where it takes most of the total away, as\n"
-    "// of a colour that was not there before, little but rounding is left, and none is late.\n"
-    "LIGHTPROBE_SHARED float lightprobe_balanced(float late, float now, float sum, float total)\n"
+    "// Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.\n"
+    "struct lightprobe_excess {\n"
+    "    lightprobe_vec3 above, below, above2, below2;\n"
+    "};\n"
+    "\n"
+    "// A light's flux in this frame or the last, whichever is more.\n"
+    "LIGHTPROBE_SHARED float lightprobe_most(float late, float now)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float left = total + sum;\n"
-    "    if (!(left > 0.25f * total)) return 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float balanced = (late + now) * (total / left) - now;\n"
-    "    return balanced;\n"
+    "    return late > 0.0f ? now + late : now;\n"
+    "}\n"
+    "\n"
+    "// Late moments cut so that the flux of all lights' becomes 0. What the map itself has gained or lost\n"
+    "// changes at once, where bright lights have changed: the larger of the two sums is cut down to the\n"
+    "// other, with the lights' flux as weight, and what is then left without. So a sky stays as it is\n"
+    "// while a sun brightens. Direction and width of what is shown stay.\n"
+    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late,\n"
+    "                                                         lightprobe_moments now,\n"
+    "                                                         lightprobe_excess e)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_moments m = late;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        int over = late.flux[i] > 0.0f ? 1 : 0;\n"
+    "        float own = over == 1 ? e.above[i] : e.below[i],\n"
+    "              other = over == 1 ? e.below[i] : e.above[i];\n"
+    "        float weights = over == 1 ? e.above2[i] : e.below2[i];\n"
+    "        LIGHTPROBE_PRECISE float cut = (own - other) * lightprobe_most(late.flux[i], now.flux[i]);\n"
+    "        LIGHTPROBE_PRECISE float kept = 1.0f;\n"
+    "        if (own > other) kept = weights > 0.0f ? 1.0f - cut / weights : other / own;\n"
+    "        m.flux[i] *= kept > 0.0f ? kept : 0.0f;\n"
+    "    }\n"
+    "    LIGHTPROBE_PRECISE float change =\n"
+    "        lightprobe_luminance(m.flux) - lightprobe_luminance(late.flux);\n"
+    "    lightprobe_moments shape = lightprobe_more(now, late, 1.0f);\n"
+    "    float whole = lightprobe_luminance(shape.flux);\n"
+    "    if (change > whole) { // it shows little yet\n"
+    "        shape = now;\n"
+    "        whole = lightprobe_luminance(now.flux);\n"
+    "    }\n"
+    "    LIGHTPROBE_PRECISE float part =\n"
+    "        whole > fabsf(change) ? change / whole : (change < 0.0f ? -1.0f : 0.0f);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        m.resultant[i] += part * shape.resultant[i];\n"
+    "        m.second[i] += part * shape.second[i];\n"
+    "        m.second[3 + i] += part * shape.second[3 + i];\n"
+    "    }\n"
+    "    return m;\n"
     "}\n"
     // [glsl text end]
         ;
@@ -7432,6 +7548,9 @@ static const char *lightprobe__quote_lights(void)
     "    }\n"
     "    l.state[3] = tone;\n"
     "    l.state[4] = c.lives != 0 ? share : -1.0f;\n"
+    "    // A caller may have spoiled them.\n"
+    "    for (int i = 6; i < 18; i++)\n"
+    "        l.state[i] = fabsf(l.state[i]) < LIGHTPROBE_FADE ? l.state[i] : 0.0f;\n"
     "    l.state[5] = fading;\n"
     "    return l;\n"
     "}\n"

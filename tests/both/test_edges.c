@@ -595,11 +595,11 @@ static void energy_is_conserved_at_every_side(void)
 // change of these numbers is a change of the lights that people get.
 static void lights_of_known_probes_are_as_recorded(void)
 {
-    static const double recorded[SCENE_COUNT][4] = {{1.129265, 1.962702, 1.132062, 1.967622},
-                                                    {0.198449, 1.996089, 0.205264, 1.999309},
+    static const double recorded[SCENE_COUNT][4] = {{1.129265, 1.962702, 1.124410, 1.969225},
+                                                    {0.198449, 1.996089, 0.322816, 2.001262},
                                                     {-0.449091, 1.593627, -0.156728, 1.742691},
                                                     {0.338882, 2.023304, 0.471419, 2.154842},
-                                                    {-2.008483, 2.015581, -2.006575, 2.020175}};
+                                                    {-2.008483, 2.015581, -1.805590, 2.023609}};
     static lightprobe_light lights[24];
     for (int scene = 0; scene < SCENE_COUNT; scene++) {
         test_probe p = test_scene_probe((test_scene)scene, 24);

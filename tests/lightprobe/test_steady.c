@@ -154,6 +154,99 @@ static void lights_are_as_steady_as_the_map(void)
     }
 }
 
+// Where the brightest texel is.
+static void brightest(const test_probe *p, float direction[3])
+{
+    const int n = p->side;
+    float most = 0;
+    for (int i = 0; i < 6 * n * n; i++) {
+        const float green = p->face[i / (n * n)][3 * (i % (n * n)) + 1];
+        if (!(green > most)) continue;
+        most = green;
+        lightprobe_texel_direction(i / (n * n), -1 + (2 * (float)(i % n) + 1) / (float)n,
+                                   -1 + (2 * (float)(i / n % n) + 1) / (float)n, direction);
+    }
+    const float length = sqrtf((float)dot(direction, direction));
+    for (int i = 0; i < 3; i++) direction[i] /= length;
+}
+
+// A lamp that flickers by a third, as a probe of few texels also makes a sun do, while the probe
+// turns: behind edges 15 degrees off the lamp nothing moves that does not move in the map. Lights
+// that are scaled to the map's new sum step by 2.8% of the mean.
+static void a_flickering_lamp_leaves_the_rest_alone(void)
+{
+    enum { N = 32, FRAMES = 60, VALUES = 3 * N * N };
+    static const double most[COUNTS] = {0.017, 0.012, 0.01};
+    static lightprobe_light lights[COUNTS][32];
+    int count[COUNTS] = {0};
+    double now[COUNTS + 1][EDGES], last[COUNTS + 1][EDGES] = {{0}}, step[COUNTS] = {0}, mean = 0;
+    const double place[3] = {0.3, 0.9, 0.316};
+    test_probe lamp = test_disc_probe(N, place, 0.05, 0);
+    for (int frame = 0; frame < FRAMES; frame++) {
+        const double angle = (frame + 0.5) * 0.25 * pi / 180;
+        const float bright = (float)(300 + 100 * sin(2.0 * frame));
+        float at[3];
+        test_probe sky = test_scene_probe(SCENE_GRADIENT, N);
+        for (int i = 0; i < 6 * VALUES; i++)
+            sky.face[i / VALUES][i % VALUES] += bright * lamp.face[i / VALUES][i % VALUES];
+        test_probe turned = test_probe_turned(&sky, angle, 0.3 * angle);
+        brightest(&turned, at);
+        map_behind(&turned, now[COUNTS]);
+        for (int way = 0; way < COUNTS; way++) {
+            next(&turned, 8 << way, lights[way], &count[way], "lamp");
+            lights_behind(lights[way], count[way], now[way]);
+        }
+        for (int e = 0; e < EDGES; e++) {
+            float edge[3];
+            edge_of(e, edge);
+            mean += now[COUNTS][e] / (FRAMES * EDGES);
+            for (int way = 0; way < COUNTS && frame > 0 && fabs(dot(at, edge)) > 0.26; way++)
+                step[way] = fmax(step[way], fabs(now[way][e] - last[way][e]) -
+                                                1.2 * fabs(now[COUNTS][e] - last[COUNTS][e]));
+        }
+        memcpy(last, now, sizeof last);
+        test_probe_free(&turned);
+        test_probe_free(&sky);
+    }
+    test_note("steps beyond 1.2 of the map's, at 8, 16 and 32 lights: %.2f %.2f %.2f%% of the mean",
+              100 * step[0] / mean, 100 * step[1] / mean, 100 * step[2] / mean);
+    for (int way = 0; way < COUNTS; way++)
+        CHECK(step[way] < most[way] * mean, "%d lights: a step of %.2f%%", 8 << way,
+              100 * step[way] / mean);
+    test_probe_free(&lamp);
+}
+
+// A third of a face three times as bright, which is less than a tenth of the map: the next frame's
+// lights are as far off behind edges as the first's. Scaled to the new sum they were 1.6 and 2.7
+// times as far.
+static void what_brightens_shows_at_once(void)
+{
+    const test_scene scenes[2] = {SCENE_SKY_SUN, SCENE_NOISE};
+    for (int i = 0; i < 2; i++) {
+        static lightprobe_light lights[16];
+        int count = 0;
+        double error[2] = {0, 0};
+        test_probe p = test_scene_probe(scenes[i], 24);
+        for (int frame = 0; frame < 2; frame++) {
+            double now[EDGES], map[EDGES], mean = 0;
+            next(&p, 16, lights, &count, test_scene_names[scenes[i]]);
+            lights_behind(lights, count, now);
+            map_behind(&p, map);
+            for (int e = 0; e < EDGES; e++) {
+                mean += map[e] / EDGES;
+                error[frame] += pow(now[e] - map[e], 2) / EDGES;
+            }
+            error[frame] = sqrt(error[frame]) / mean;
+            for (int k = 0; k < 3 * 24 * 8; k++) p.face[2][k] *= 3;
+        }
+        test_note("%s: error behind edges %.2f%%, then %.2f%%", test_scene_names[scenes[i]],
+                  100 * error[0], 100 * error[1]);
+        CHECK(error[1] < 1.1 * error[0], "%s: %g, then %g", test_scene_names[scenes[i]], error[0],
+              error[1]);
+        test_probe_free(&p);
+    }
+}
+
 // What fades is gone after so many frames; then seeds rest on their lights.
 static void lights_of_a_still_probe_come_to_rest(void)
 {
@@ -328,6 +421,8 @@ static void lights_of_flickering_lamps_are_whole(void)
 
 const test_case steady_tests[] = {
     {"steady: lights are as steady as the map", lights_are_as_steady_as_the_map},
+    {"steady: a flickering lamp leaves the rest alone", a_flickering_lamp_leaves_the_rest_alone},
+    {"steady: what brightens shows at once", what_brightens_shows_at_once},
     {"steady: lights of a still probe come to rest", lights_of_a_still_probe_come_to_rest},
     {"steady: changed lights do no harm", changed_lights_do_no_harm},
     {"steady: lights of flickering lamps are the whole probe",
