@@ -241,8 +241,9 @@ LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta
 
 // A light at a finite distance for a receiver that stands (x, y, z) from the probe's centre: with
 // direction, irradiance and cos_alpha as seen from there, for lightprobe_disc_irradiance; the rest
-// stays. The emitter is taken for a disc with the light's slopes: its vector irradiance is exact,
-// nothing comes from behind it. Slopes count as at most 4, of axes that are unit and orthogonal.
+// stays. The emitter is taken for a disc with the light's slopes: its vector irradiance is exact, at
+// most pi times its radiance, and nothing comes from behind it. Slopes count as at most 4, of axes that
+// are unit and orthogonal, and as what so wide a disc can have (docs/lightprobe.md).
 // Lights at infinity (distances up to 1e-30 count as that) or of half-angles from 89.9 degrees on
 // stay as they are. Finite numbers give finite ones, at least 0.
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y,
@@ -581,16 +582,24 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
     if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;
     // In units of the distance, from the disc's centre: along its axis, squared distance from it and
-    // squared radius. Turned away it is larger, so that it looks as large from the probe, and further, since
-    // its nearer half looks larger than the other.
+    // squared radius.
     float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;
     float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;
-    float tilt2 = u * u + v * v, slant = sqrtf(1.0f + tilt2), height = 0.0f, aside2 = 0.0f;
-    float tan2 = (1.0f - c) * (1.0f + c) / (c * c), radius2 = slant * tan2, first = c * c;
-    float off = tan2 * tilt2 < slant ? tan2 / slant : 1.0f / tilt2, up = 1.0f + off * tilt2;
+    float tilt2 = u * u + v * v, steep = tilt2 / (1.0f + sqrtf(1.0f + tilt2)), height = 0.0f;
+    float first = (1.0f - c) * (1.0f + c), c2 = c * c, flatter = 1.0f, aside2 = 0.0f;
+    if (steep * first > 0.875f * c2) { // some discs are too wide to be as steep
+        steep = 0.875f * c2 / first;
+        flatter = sqrtf(steep * (2.0f + steep) / tilt2);
+        tilt2 = steep * (2.0f + steep);
+    }
+    // The one disc in this plane whose vector irradiance at the probe is the light's: turned away it is
+    // larger, and further, since its nearer half looks larger than the other (docs/lightprobe.md).
+    float slant = 1.0f + steep, gap = c2 - steep * first;
+    float radius2 = first * (c2 + steep) / (gap * gap);
+    float off = first / (slant * gap), up = 1.0f + off * tilt2;
     float axis[3], aside[3];
     for (int i = 0; i < 3; i++) {
-        float tilt = u * light.axis_u[i] + v * light.axis_v[i];
+        float tilt = flatter * (u * light.axis_u[i] + v * light.axis_v[i]);
         axis[i] = (light.direction[i] - tilt) / slant;
         aside[i] = up * light.direction[i] + off * tilt - scale * (i == 0 ? x : i == 1 ? y : z);
         height += aside[i] * axis[i];
@@ -599,10 +608,6 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
         aside[i] -= height * axis[i];
         aside2 += aside[i] * aside[i];
     }
-    if (tilt2 > 0.0f)
-        first = lightprobe_disc_from(1.0f / slant,
-                                     up * up + off * off * tilt2 - 1.0f / (slant * slant), radius2)
-                    .size;
     lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);
     float sine2 = o.size * radius2;
     // 0: behind it, or too far.
@@ -610,7 +615,7 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     bright *= lightprobe_fade_in(height, radius2);
     seen.cos_alpha =
         sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
-    float part = bright * (1.0f + c) / (first * (1.0f + seen.cos_alpha));
+    float part = bright * (c2 + steep) / (gap * gap) * (1.0f + c) / (1.0f + seen.cos_alpha);
     for (int i = 0; i < 3; i++) {
         float way = o.facing * axis[i] + o.inward * aside[i];
         if (bright > 0.0f) seen.direction[i] = way / o.size;
@@ -4267,16 +4272,24 @@ static const char lightprobe__glsl_lights[] =
     "    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
     "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
     "    // In units of the distance, from the disc's centre: along its axis, squared distance from it and\n"
-    "    // squared radius. Turned away it is larger, so that it looks as large from the probe, and further, since\n"
-    "    // its nearer half looks larger than the other.\n"
+    "    // squared radius.\n"
     "    float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;\n"
     "    float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;\n"
-    "    float tilt2 = u * u + v * v, slant = sqrtf(1.0f + tilt2), height = 0.0f, aside2 = 0.0f;\n"
-    "    float tan2 = (1.0f - c) * (1.0f + c) / (c * c), radius2 = slant * tan2, first = c * c;\n"
-    "    float off = tan2 * tilt2 < slant ? tan2 / slant : 1.0f / tilt2, up = 1.0f + off * tilt2;\n"
+    "    float tilt2 = u * u + v * v, steep = tilt2 / (1.0f + sqrtf(1.0f + tilt2)), height = 0.0f;\n"
+    "    float first = (1.0f - c) * (1.0f + c), c2 = c * c, flatter = 1.0f, aside2 = 0.0f;\n"
+    "    if (steep * first > 0.875f * c2) { // some discs are too wide to be as steep\n"
+    "        steep = 0.875f * c2 / first;\n"
+    "        flatter = sqrtf(steep * (2.0f + steep) / tilt2);\n"
+    "        tilt2 = steep * (2.0f + steep);\n"
+    "    }\n"
+    "    // The one disc in this plane whose vector irradiance at the probe is the light's: turned away it is\n"
+    "    // larger, and further, since its nearer half looks larger than the other (docs/lightprobe.md).\n"
+    "    float slant = 1.0f + steep, gap = c2 - steep * first;\n"
+    "    float radius2 = first * (c2 + steep) / (gap * gap);\n"
+    "    float off = first / (slant * gap), up = 1.0f + off * tilt2;\n"
     "    float axis[3], aside[3];\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        float tilt = u * light.axis_u[i] + v * light.axis_v[i];\n"
+    "        float tilt = flatter * (u * light.axis_u[i] + v * light.axis_v[i]);\n"
     "        axis[i] = (light.direction[i] - tilt) / slant;\n"
     "        aside[i] = up * light.direction[i] + off * tilt - scale * (i == 0 ? x : i == 1 ? y : z);\n"
     "        height += aside[i] * axis[i];\n"
@@ -4285,10 +4298,6 @@ static const char lightprobe__glsl_lights[] =
     "        aside[i] -= height * axis[i];\n"
     "        aside2 += aside[i] * aside[i];\n"
     "    }\n"
-    "    if (tilt2 > 0.0f)\n"
-    "        first = lightprobe_disc_from(1.0f / slant,\n"
-    "                                     up * up + off * off * tilt2 - 1.0f / (slant * slant), radius2)\n"
-    "                    .size;\n"
     "    lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);\n"
     "    float sine2 = o.size * radius2;\n"
     "    // 0: behind it, or too far.\n"
@@ -4296,7 +4305,7 @@ static const char lightprobe__glsl_lights[] =
     "    bright *= lightprobe_fade_in(height, radius2);\n"
     "    seen.cos_alpha =\n"
     "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
-    "    float part = bright * (1.0f + c) / (first * (1.0f + seen.cos_alpha));\n"
+    "    float part = bright * (c2 + steep) / (gap * gap) * (1.0f + c) / (1.0f + seen.cos_alpha);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        float way = o.facing * axis[i] + o.inward * aside[i];\n"
     "        if (bright > 0.0f) seen.direction[i] = way / o.size;\n"
