@@ -176,8 +176,8 @@ typedef struct lightprobe_settings {
     float min_shadow;
     // All lights of the previous frame, for a probe that moves: the new ones go on from them, keep
     // order and ids, and change in number or region only where that pays. Changes fade over 32
-    // frames, unless the map's light changed by a tenth or min_share or min_shadow leave lights out:
-    // the tolerance may be met some frames late. May be the array that receives the new lights.
+    // frames, or 8 degrees of the lights' own way where they move faster, unless the map's light changed
+    // by a tenth or min_share or min_shadow leave lights out: the tolerance may be met some frames late. May be the array that receives the new lights.
     // NULL: start afresh, brightest light first. Ignored by LIGHTPROBE_MEDIAN_CUT.
     const lightprobe_light *previous;
     int previous_count;
@@ -771,6 +771,10 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE_RATE 0.03f // part of its way to the light that a seed goes in a frame,
 #define LIGHTPROBE_TURN 0.07f // a slope; at once a flat lamp's light flickers 3 to 10 times as much
 #define LIGHTPROBE_FADE 32.0f // frames in which other changes fade in: at once they step 2.4 times
+// All of these are for lights that move by so many radians a frame, or less. Of faster ones as much more
+// is done in a frame, or seeds and what fades stay where bulbs were.
+#define LIGHTPROBE_STEP 0.0044f
+#define LIGHTPROBE_FASTEST 16.0f // half of the way at once
 
 // [glsl begin work]
 
@@ -882,6 +886,7 @@ typedef struct lightprobe__work {
     float total_luminance, mean, reach; // mean: of 1 sr; reach: 1 / distance becomes parallax by it
     int jumps;    // the map is another one than in the last frame, or there was none: nothing fades
     float fading; // frames to go; below 0: the last frame was the first
+    float pace;   // how many frames this one counts for
     float unit;   // LIGHTPROBE_SOFT as a distance to seeds
     int wants_error;
     float error, residual_sh[9][3];
@@ -2040,6 +2045,32 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,
     return m;
 }
 
+// By how many radians the light of this light's leaves has turned since the last frame, times its share.
+LIGHTPROBE_SHARED float lightprobe_moved(lightprobe_moments now, lightprobe_moments past,
+                                         float total)
+{
+    lightprobe_vec3 to, from;
+    for (int i = 0; i < 3; i++) {
+        to[i] = now.resultant[i];
+        from[i] = past.resultant[i];
+    }
+    float size = lightprobe_normalize(to), before = lightprobe_normalize(from);
+    if (!(size > 0.0f && before > 0.0f)) return 0.0f;
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_PRECISE float step = to[i] - from[i];
+        to[i] = step;
+    }
+    LIGHTPROBE_PRECISE float moved = lightprobe_luminance(now.flux) / total * lightprobe_length(to);
+    return moved;
+}
+
+// How many frames one counts for in which all lights have moved so far.
+LIGHTPROBE_SHARED float lightprobe_pace(float moved)
+{
+    LIGHTPROBE_PRECISE float pace = moved / LIGHTPROBE_STEP;
+    return pace > 1.0f ? (pace < LIGHTPROBE_FASTEST ? pace : LIGHTPROBE_FASTEST) : 1.0f;
+}
+
 // Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.
 typedef struct lightprobe_excess {
     lightprobe_vec3 above, below, above2, below2;
@@ -2766,6 +2797,10 @@ static void lightprobe__balance(lightprobe__work *w, int weighted)
 static void lightprobe__fade(lightprobe__work *w)
 {
     const int changes = w->fading < 0 || lightprobe__is_changed(w);
+    float moved = 0; // not known where leaves have been given away
+    for (int k = 0; k < w->cluster_count && !changes; k++)
+        moved += lightprobe_moved(w->clusters[k].now, w->clusters[k].past, w->total_luminance);
+    w->pace = lightprobe_pace(moved);
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
         const float longest = lightprobe_evenness(c->now);
@@ -2775,8 +2810,8 @@ static void lightprobe__fade(lightprobe__work *w)
         c->late = lightprobe_more(c->late, c->now, -1);
     }
     w->fading = changes ? LIGHTPROBE_FADE : w->fading > 0 ? w->fading : 0;
-    const float rest = w->fading > 1 ? 1 - 1 / w->fading : 0;
-    w->fading = w->fading > 1 ? w->fading - 1 : 0;
+    const float rest = w->fading > w->pace ? 1 - w->pace / w->fading : 0;
+    w->fading = w->fading > w->pace ? w->fading - w->pace : 0;
     for (int k = 0; k < w->cluster_count; k++)
         w->clusters[k].late = lightprobe_faded(w->clusters[k].late, w->clusters[k].now, rest);
     lightprobe__balance(w, 1);
@@ -3055,9 +3090,9 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lig
     return l;
 }
 
-// What the next frame goes on from. rate: how much of its way the seed goes; 0 where it is new.
+// What the next frame goes on from. pace: frames that the seed goes on its way; 0 where it is new.
 LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, lightprobe_cluster c,
-                                                       float rate, float fading, float total)
+                                                       float pace, float fading, float total)
 {
     LIGHTPROBE_PRECISE lightprobe_light l = light;
     float luminance = lightprobe_luminance(c.now.flux);
@@ -3065,12 +3100,13 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, l
     // Leaves that change hands would tilt it at once.
     LIGHTPROBE_PRECISE float u = lightprobe_dot(c.slopes, l.axis_u);
     LIGHTPROBE_PRECISE float v = lightprobe_dot(c.slopes, l.axis_v);
-    float turn = rate > 0.0f ? (luminance > 0.0f ? LIGHTPROBE_TURN : 0.0f) : 1.0f;
+    LIGHTPROBE_PRECISE float go = luminance > 0.0f ? LIGHTPROBE_RATE * pace : 0.0f;
+    LIGHTPROBE_PRECISE float turn = luminance > 0.0f ? LIGHTPROBE_TURN * pace : 0.0f;
+    turn = pace > 0.0f && turn < 1.0f ? turn : 1.0f;
     l.slope_u = u + turn * (l.slope_u - u);
     l.slope_v = v + turn * (l.slope_v - v);
     lightprobe_vec3 d, seed;
     for (int i = 0; i < 3; i++) d[i] = c.now.resultant[i];
-    float go = luminance > 0.0f ? rate : 0.0f;
     lightprobe_normalize(d);
     for (int i = 0; i < 3; i++) {
         LIGHTPROBE_PRECISE float moved = c.seed[i] + go * (d[i] - c.seed[i]);
@@ -3345,13 +3381,13 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
     }
     for (int i = 0; i < count; i++) {
         const int k = w->order[i];
-        const float rate = w->jumps || w->clusters[k].id < 0 ? 0 : LIGHTPROBE_RATE;
+        const float pace = w->jumps || w->clusters[k].id < 0 ? 0 : w->pace;
         out[i] = lightprobe_light_of(w->regions[k]);
         lightprobe_tilt tilt = lightprobe_no_tilt(w->regions[k]);
         for (int leaf = 0; w->distances && leaf < w->leaf_count; leaf++)
             tilt = lightprobe_add_tilt(tilt, w->regions[k], w->leaves[leaf]);
         out[i] = lightprobe_tilted(out[i], w->regions[k], tilt);
-        out[i] = lightprobe_carry_on(out[i], w->clusters[k], rate, w->fading, w->total_luminance);
+        out[i] = lightprobe_carry_on(out[i], w->clusters[k], pace, w->fading, w->total_luminance);
         out[i].id = w->clusters[k].id < 0 ? next_id++ : w->clusters[k].id;
     }
     return count;
@@ -4389,6 +4425,8 @@ static const char lightprobe__glsl_shared[] =
     LIGHTPROBE__DEFINE(LIGHTPROBE_RATE)
     LIGHTPROBE__DEFINE(LIGHTPROBE_TURN)
     LIGHTPROBE__DEFINE(LIGHTPROBE_FADE)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_STEP)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_FASTEST)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MAX_LIGHTS)
     "#define GROUP " LIGHTPROBE__TEXT(LIGHTPROBE__GROUP) "\n"
     "const int START = 0, START_AGAIN = 1, NEAR = 2, RELAX = 3, MEASURE = 1000000;\n"
@@ -4445,7 +4483,7 @@ static const char lightprobe__glsl_work[] =
     "    float bright[LIGHTS], total, mean, reach, gains[LIGHTS], errors[LIGHTS];\n"
     "    lightprobe_errors left;\n"
     "    int leaf_count, cluster_count, going_on, jumps;\n"
-    "    float fading;\n"
+    "    float fading, pace;\n"
     "    int rank[LIGHTS], order[LEAVES];\n"
     "};\n"
     "// Arrays without a length: of those with one Mesa lists every member of every element,\n"
@@ -5232,13 +5270,17 @@ static const char lightprobe__glsl_settle[] =
     "        clusters[k].late = lightprobe_more(late, clusters[k].now, -1.0);\n"
     "    }\n"
     "    sync();\n"
-    "    float frames = changes ? LIGHTPROBE_FADE : max(fading, 0.0);\n"
-    "    precise float rest = frames > 1.0 ? 1.0 - 1.0 / frames : 0.0;\n"
+    "    precise float moved = 0.0;\n"
+    "    for (int k = 0; k < cluster_count && !changes; k++)\n"
+    "        moved += lightprobe_moved(clusters[k].now, clusters[k].past, total);\n"
+    "    float passed = lightprobe_pace(moved), frames = changes ? LIGHTPROBE_FADE : max(fading, 0.0);\n"
+    "    precise float rest = frames > passed ? 1.0 - passed / frames : 0.0;\n"
     "    for (int k = lane; k < cluster_count; k += GROUP)\n"
     "        clusters[k].late = lightprobe_faded(clusters[k].late, clusters[k].now, rest);\n"
     "    sync();\n"
     "    for (int weighted = 1; weighted >= 0; weighted--) balance(float(weighted));\n"
-    "    if (lane == 0) fading = frames > 1.0 ? frames - 1.0 : 0.0;\n"
+    "    if (lane == 0) fading = frames > passed ? frames - passed : 0.0;\n"
+    "    if (lane == 0) pace = passed;\n"
     "    sync();\n"
     "}\n"
     "// Seeds, parts of leaves, what fades.\n"
@@ -5299,8 +5341,8 @@ static const char lightprobe__glsl_write[] =
     "    for (int leaf = 0; leaf < min(DISTANCES, 1) * leaf_count; leaf++)\n"
     "        tilt = lightprobe_add_tilt(tilt, region, leaves[leaf]);\n"
     "    lightprobe_light light = lightprobe_tilted(lightprobe_light_of(region), region, tilt);\n"
-    "    float rate = jumps != 0 || clusters[k].id < 0 ? 0.0 : LIGHTPROBE_RATE;\n"
-    "    light = lightprobe_carry_on(light, clusters[k], rate, fading, total);\n"
+    "    float frames = jumps != 0 || clusters[k].id < 0 ? 0.0 : pace;\n"
+    "    light = lightprobe_carry_on(light, clusters[k], frames, fading, total);\n"
     "    light.id = id;\n"
     "    made.lights[i] = light;\n"
     "}\n"
@@ -7183,6 +7225,32 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
+    "// By how many radians the light of this light's leaves has turned since the last frame, times its share.\n"
+    "LIGHTPROBE_SHARED float lightprobe_moved(lightprobe_moments now, lightprobe_moments past,\n"
+    "                                         float total)\n"
+    "{\n"
+    "    lightprobe_vec3 to, from;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        to[i] = now.resultant[i];\n"
+    "        from[i] = past.resultant[i];\n"
+    "    }\n"
+    "    float size = lightprobe_normalize(to), before = lightprobe_normalize(from);\n"
+    "    if (!(size > 0.0f && before > 0.0f)) return 0.0f;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float step = to[i] - from[i];\n"
+    "        to[i] = step;\n"
+    "    }\n"
+    "    LIGHTPROBE_PRECISE float moved = lightprobe_luminance(now.flux) / total * lightprobe_length(to);\n"
+    "    return moved;\n"
+    "}\n"
+    "\n"
+    "// How many frames one counts for in which all lights have moved so far.\n"
+    "LIGHTPROBE_SHARED float lightprobe_pace(float moved)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float pace = moved / LIGHTPROBE_STEP;\n"
+    "    return pace > 1.0f ? (pace < LIGHTPROBE_FASTEST ? pace : LIGHTPROBE_FASTEST) : 1.0f;\n"
+    "}\n"
+    "\n"
     "// Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.\n"
     "struct lightprobe_excess {\n"
     "    lightprobe_vec3 above, below, above2, below2;\n"
@@ -7523,9 +7591,9 @@ static const char *lightprobe__quote_lights(void)
     "    return l;\n"
     "}\n"
     "\n"
-    "// What the next frame goes on from. rate: how much of its way the seed goes; 0 where it is new.\n"
+    "// What the next frame goes on from. pace: frames that the seed goes on its way; 0 where it is new.\n"
     "LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, lightprobe_cluster c,\n"
-    "                                                       float rate, float fading, float total)\n"
+    "                                                       float pace, float fading, float total)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_light l = light;\n"
     "    float luminance = lightprobe_luminance(c.now.flux);\n"
@@ -7533,12 +7601,13 @@ static const char *lightprobe__quote_lights(void)
     "    // Leaves that change hands would tilt it at once.\n"
     "    LIGHTPROBE_PRECISE float u = lightprobe_dot(c.slopes, l.axis_u);\n"
     "    LIGHTPROBE_PRECISE float v = lightprobe_dot(c.slopes, l.axis_v);\n"
-    "    float turn = rate > 0.0f ? (luminance > 0.0f ? LIGHTPROBE_TURN : 0.0f) : 1.0f;\n"
+    "    LIGHTPROBE_PRECISE float go = luminance > 0.0f ? LIGHTPROBE_RATE * pace : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float turn = luminance > 0.0f ? LIGHTPROBE_TURN * pace : 0.0f;\n"
+    "    turn = pace > 0.0f && turn < 1.0f ? turn : 1.0f;\n"
     "    l.slope_u = u + turn * (l.slope_u - u);\n"
     "    l.slope_v = v + turn * (l.slope_v - v);\n"
     "    lightprobe_vec3 d, seed;\n"
     "    for (int i = 0; i < 3; i++) d[i] = c.now.resultant[i];\n"
-    "    float go = luminance > 0.0f ? rate : 0.0f;\n"
     "    lightprobe_normalize(d);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        LIGHTPROBE_PRECISE float moved = c.seed[i] + go * (d[i] - c.seed[i]);\n"

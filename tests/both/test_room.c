@@ -30,7 +30,7 @@ typedef struct room {
     int lights;
 } room;
 
-static const double probe[3] = {0, 0.6, 0};
+static double probe[3] = {0, 0.6, 0};
 
 static double dot(const double a[3], const double b[3])
 {
@@ -705,6 +705,72 @@ static void lights_that_fade_stay_in_place(void)
     drop(&o);
 }
 
+// The probe passes lamps half a metre away, 12 mm a frame and twice that: lights that go on from the last
+// frame's err against rays little more than such as are found afresh in each.
+static void lights_keep_up_with_lamps(void)
+{
+    enum { RECEIVERS = 16, FRAMES = 150 };
+    static const double down[3] = {0, -1, 0}, back[3] = {0, 0.2, 1}, forth[3] = {0, -0.3, -1};
+    static const double left[3] = {-0.3, 0.9, 0.5}, right[3] = {0.5, 0.3, -0.45};
+    static double offset[RECEIVERS][3];
+    const size_t bytes = lightprobe_scratch_bytes(SIDE, LIGHTS);
+    const int most = test_trials(FRAMES) < 8 ? 8 : test_trials(FRAMES);
+    void *scratch = malloc(bytes);
+    lightprobe_light going_on[LIGHTS], before[LIGHTS];
+    lightprobe_settings s;
+    uint64_t state = 24;
+    room o;
+    make(&o, 0);
+    memset(&o.casters, 0, sizeof o.casters);
+    for (int i = 0; i < RECEIVERS; i++) {
+        do {
+            for (int c = 0; c < 3; c++) normal[i][c] = test_range(&state, -1, 1);
+        } while (dot(normal[i], normal[i]) > 1 || dot(normal[i], normal[i]) < 0.01);
+        const double length = sqrt(dot(normal[i], normal[i]));
+        for (int c = 0; c < 3; c++) normal[i][c] /= length;
+        for (int c = 0; c < 3; c++) offset[i][c] = test_range(&state, -0.15, 0.15);
+    }
+    memset(&s, 0, sizeof s);
+    s.max_lights = LIGHTS;
+    s.distances = 1;
+    for (int fast = 0; fast < 2; fast++) {
+        double error[2] = {0, 0}, mean = 0;
+        int count = 0, frames = most / (1 + fast);
+        for (int frame = 0; frame < frames; frame++) {
+            probe[0] = 0.012 * (1 + fast) * (frame - 0.5 * frames);
+            o.count = 6;
+            add_panel(&o, left, forth, down, (double[2]){0.14, 0.14}, 50);
+            add_panel(&o, right, back, down, (double[2]){0.17, 0.17}, 40);
+            for (int k = -1; k < 2; k += 2) add(&o, 1, -1, 2.9, 0.8, 1.2 * k, 0.2, 0.6, 8);
+            render(&o);
+            memcpy(before, going_on, sizeof before);
+            s.previous = frame ? before : NULL;
+            s.previous_count = frame ? count : 0;
+            CHECK(!lightprobe_extract(&o.cube, &s, scratch, bytes, going_on, &count, NULL),
+                  "frame");
+            for (int i = 0; i < RECEIVERS; i++)
+                for (int c = 0; c < 3; c++) point[i][c] = probe[c] + offset[i][c];
+            for (int i = 0; i < RECEIVERS; i++)
+                mean += (true_light[i] = truth(&o, point[i], normal[i], &state)) / RECEIVERS;
+            for (int afresh = 0; afresh < 2; afresh++) {
+                memcpy(o.light, going_on, sizeof going_on);
+                o.lights = count;
+                if (afresh) extract(&o, LIGHTS);
+                for (int i = 0; i < RECEIVERS; i++)
+                    error[afresh] +=
+                        pow(bare_light(&o, 0, point[i], normal[i]) - true_light[i], 2) / RECEIVERS;
+            }
+        }
+        for (int k = 0; k < 2; k++) error[k] = sqrt(error[k] / frames) / (mean / frames);
+        test_note("%d mm a frame: error %.3f of the mean, afresh %.3f", 12 * (1 + fast), error[0],
+                  error[1]);
+        CHECK(error[0] < error[1] + 0.06, "error %g, afresh %g", error[0], error[1]);
+    }
+    probe[0] = 0;
+    free(scratch);
+    drop(&o);
+}
+
 // Strips of one radiance, by turns near and far, on a dark background: one light each side of a
 // gap.
 static void near_is_told_from_far(void)
@@ -1200,6 +1266,7 @@ const test_case room_tests[] = {
     {"distances that filters average keep lamps in place", filtered_distances_keep_lamps_in_place},
     {"slopes of lights go on smoothly", slopes_go_on_smoothly},
     {"lights that fade stay in place", lights_that_fade_stay_in_place},
+    {"lights keep up with lamps that pass", lights_keep_up_with_lamps},
     {"lights tell what is near from what is far", near_is_told_from_far},
     {"bad distances of a probe are infinite", bad_distances_are_infinite},
     {"discs at finite places have the right vector irradiance", discs_at_places_are_exact},

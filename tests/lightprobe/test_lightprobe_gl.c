@@ -330,9 +330,10 @@ static void lights_are_the_cpus(void)
         for (int i = 0; i < 3; i++) {
             test_probe p = test_probe_load(names[i]);
             if (p.side) frame(&s, &p, true, names[i]);
-            for (int step = 1; p.side && step < 9; step++) { // ids included
-                test_probe turned = test_probe_turned(&p, step * 0.0043633, step * 0.001);
-                snprintf(what, sizeof what, "%s, %d steps of 0.25 degrees", names[i], step);
+            for (int step = 1; p.side && step < 13; step++) {            // ids included
+                const double quarters = step < 9 ? step : 8 * step - 56; // the last ones are faster
+                test_probe turned = test_probe_turned(&p, quarters * 0.0043633, quarters * 0.001);
+                snprintf(what, sizeof what, "%s, %g steps of 0.25 degrees", names[i], quarters);
                 frame(&s, &turned, false, what);
                 test_probe_free(&turned);
             }
