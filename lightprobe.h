@@ -119,7 +119,7 @@ typedef enum lightprobe_result {
     LIGHTPROBE_ERROR_MEMORY,     // LIGHTPROBE_MALLOC gave none
     LIGHTPROBE_ERROR_GL_VERSION, // the context is below OpenGL 4.5
     LIGHTPROBE_ERROR_GL,         // the driver refused storage or a shader
-    LIGHTPROBE_ERROR_TEXTURE,    // not a cube map with a level of this side
+    LIGHTPROBE_ERROR_TEXTURE,    // not a whole cube map of colours with a level of this side
     LIGHTPROBE_ERROR_NOT_READY,  // the GPU has not finished any lights
     LIGHTPROBE_ERROR_ORDER,      // transform feedback is active, GL allows nothing else then
     LIGHTPROBE_ERROR_IMAGE       // a picture without texels, or whose proportions fit no layout
@@ -340,9 +340,10 @@ LIGHTPROBE_API lightprobe_result lightprobe_gl_create(lightprobe_gl **gl,
                                                       const lightprobe_gl_desc *desc);
 LIGHTPROBE_API void lightprobe_gl_destroy(lightprobe_gl *gl); // NULL is fine
 
-// Finds the lights of a cube-map texture of any colour format that can be sampled as float; never
-// waits. Goes on from the lights of the update before (lightprobe_settings.previous). What image
-// stores wrote to the texture needs the caller's glMemoryBarrier first. A black probe has 0 lights.
+// Finds the lights of a cube-map texture, or of a view of six layers of an array of these, of any
+// colour format that can be sampled as float; its swizzle counts, its filters do not. Never waits.
+// Goes on from the lights of the update before (lightprobe_settings.previous). What image stores
+// wrote to the texture needs the caller's glMemoryBarrier first. A black probe has 0 lights.
 LIGHTPROBE_API lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture);
 // The next update starts afresh, brightest light first: after a change of scene.
 LIGHTPROBE_API void lightprobe_gl_restart(lightprobe_gl *gl);
@@ -3583,7 +3584,7 @@ const char *lightprobe_result_string(lightprobe_result result)
     case LIGHTPROBE_ERROR_GL_VERSION: return "lightprobe: OpenGL 4.5 is needed";
     case LIGHTPROBE_ERROR_GL: return "lightprobe: the driver refused storage or a shader";
     case LIGHTPROBE_ERROR_TEXTURE:
-        return "lightprobe: the texture is no cube map with a level of the side asked for";
+        return "lightprobe: the texture is no whole cube map with a level of the side asked for";
     case LIGHTPROBE_ERROR_IMAGE:
         return "lightprobe: the picture has no texels, or its proportions fit no layout";
     case LIGHTPROBE_ERROR_NOT_READY: return "lightprobe: the GPU has not finished any lights yet";
@@ -4039,6 +4040,11 @@ enum {
     LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE,
     LIGHTPROBE__GL_TEXTURE_MAX_LEVEL = 0x813D,
     LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS = 0x82DF,
+    LIGHTPROBE__GL_TEXTURE_INTERNAL_FORMAT = 0x1003,
+    LIGHTPROBE__GL_TEXTURE_RED_TYPE = 0x8C10,
+    LIGHTPROBE__GL_TEXTURE_DEPTH_SIZE = 0x884A,
+    LIGHTPROBE__GL_INT = 0x1404,
+    LIGHTPROBE__GL_UNSIGNED_INT = 0x1405,
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START = 0x90D4,
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE = 0x90D5,
     LIGHTPROBE__GL_COPY_WRITE_BUFFER = 0x8F37,
@@ -5881,6 +5887,31 @@ static void lightprobe__restore_bindings(const lightprobe_gl *gl, const lightpro
     f->UseProgram(lightprobe__living(b->program, f->IsProgram));
 }
 
+// Of a face of the texture that is bound.
+static int lightprobe__ask_face(const lightprobe_gl *gl, int face, int level,
+                                lightprobe__glenum what)
+{
+    int value = 0; // a lost context writes nothing
+    gl->f.GetTexLevelParameteriv(
+        (lightprobe__glenum)(LIGHTPROBE__GL_TEXTURE_CUBE_MAP_POSITIVE_X + face), level, what,
+        &value);
+    return value;
+}
+
+// Side of a level; 0 if a face is missing or unlike that of the base level: all would be black.
+static int lightprobe__level_width(const lightprobe_gl *gl, int level, int base, int immutable)
+{
+    const int width = lightprobe__ask_face(gl, 0, level, LIGHTPROBE__GL_TEXTURE_WIDTH);
+    if (immutable || width <= 0) return width;
+    const int format = lightprobe__ask_face(gl, 0, base, LIGHTPROBE__GL_TEXTURE_INTERNAL_FORMAT);
+    for (int face = 0; face < 6; face++) {
+        if (lightprobe__ask_face(gl, face, level, LIGHTPROBE__GL_TEXTURE_WIDTH) != width ||
+            lightprobe__ask_face(gl, face, level, LIGHTPROBE__GL_TEXTURE_INTERNAL_FORMAT) != format)
+            return 0;
+    }
+    return width;
+}
+
 // Binds the texture to the active unit and finds the mip level of our side, counted from its base
 // level. Not all contexts know a texture's target: whether it binds tells.
 static lightprobe_result lightprobe__bind_texture(const lightprobe_gl *gl, unsigned texture,
@@ -5903,19 +5934,25 @@ static lightprobe_result lightprobe__bind_texture(const lightprobe_gl *gl, unsig
     *mip = -1;
     // Where another level than the first is read, all there may be must be there.
     for (int level = base, side = 0; level >= 0 && level < LIGHTPROBE__LEVELS; level++) {
-        int width = 0;
-        f->GetTexLevelParameteriv(LIGHTPROBE__GL_TEXTURE_CUBE_MAP_POSITIVE_X, level,
-                                  LIGHTPROBE__GL_TEXTURE_WIDTH, &width);
+        const int width = lightprobe__level_width(gl, level, base, levels > 0);
         if (width == gl->desc.side) *mip = level - base;
         if (level > base && width != side) *mip = -1;
         if (width <= 1 || *mip == 0 || level >= last || (level > base && width != side)) break;
         side = width / 2;
     }
-    if (*mip >= 0) return LIGHTPROBE_OK;
-    return lightprobe__report(
-        gl, LIGHTPROBE_ERROR_TEXTURE,
-        "the texture has no level of side %d among its levels %d to %d, or lacks one of these",
-        gl->desc.side, base, last);
+    if (*mip < 0 || (last < base && levels <= 0)) {
+        return lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE,
+                                  "the texture has no level of side %d among its levels %d to %d, "
+                                  "or lacks one of these or some of its faces",
+                                  gl->desc.side, base, last);
+    }
+    const int type = lightprobe__ask_face(gl, 0, base, LIGHTPROBE__GL_TEXTURE_RED_TYPE);
+    if (type != LIGHTPROBE__GL_INT && type != LIGHTPROBE__GL_UNSIGNED_INT &&
+        lightprobe__ask_face(gl, 0, base, LIGHTPROBE__GL_TEXTURE_DEPTH_SIZE) <= 0) {
+        return LIGHTPROBE_OK;
+    }
+    return lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE,
+                              "the texture holds integers or depth, not colours");
 }
 
 // stage: the uniform of that name.

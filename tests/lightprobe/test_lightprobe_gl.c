@@ -729,6 +729,17 @@ static void side_chooses_the_level(void)
     end_gl();
 }
 
+// Storage a level and a face at a time, as renderers before OpenGL 4.2 make it.
+typedef void(GL_CALL *tex_image_function)(GLenum, GLint, GLint, GLsizei, GLsizei, GLint, GLenum,
+                                          GLenum, const void *);
+static tex_image_function tex_image(void)
+{
+    const gl_fakes_function f = gl_context_function("glTexImage2D");
+    tex_image_function to;
+    memcpy(&to, &f, sizeof f);
+    return to;
+}
+
 // What cannot be read at the level of the side asked for is refused in so many words.
 static void levels_that_are_not_there_are_refused(void)
 {
@@ -760,10 +771,7 @@ static void levels_that_are_not_there_are_refused(void)
             gl.DeleteTextures(1, &texture);
         }
         // Storage made level by level: where one is missing it would be read as black.
-        void(GL_CALL * TexImage2D)(GLenum, GLint, GLint, GLsizei, GLsizei, GLint, GLenum, GLenum,
-                                   const void *);
-        const gl_fakes_function f = gl_context_function("glTexImage2D");
-        memcpy(&TexImage2D, &f, sizeof f);
+        const tex_image_function TexImage2D = tex_image();
         for (int levels = 2; levels < 8; levels += 5) {
             GLuint texture;
             gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &texture);
@@ -779,6 +787,63 @@ static void levels_that_are_not_there_are_refused(void)
             gl.DeleteTextures(1, &texture);
         }
         test_probe_free(&p);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
+// What GL reads as black without an error, a cube map without some of its faces or with different
+// ones, or as anything, integers and depth, is refused: it would be a probe without lights.
+static void what_reads_as_black_is_refused(void)
+{
+    enum { SIDE = 32, LEVELS = 2 };
+    static const struct {
+        const char *said; // NULL: is good
+        int level, face;  // that is other than the rest
+        int side;         // of that, 0: missing
+        GLenum format;
+    } odd[] = {{NULL, 0, 0, SIDE, GL_RGB32F},        {"faces", 0, 5, 0, GL_RGB32F},
+               {"faces", 0, 1, SIDE / 2, GL_RGB32F}, {"faces", 0, 3, SIDE, GL_RGBA32F},
+               {"faces", 1, 2, 0, GL_RGB32F},        {"faces", 1, 4, SIDE / 4, GL_RGB32F},
+               {"faces", 1, 5, SIDE / 2, GL_RGBA32F}};
+    static const GLenum formats[] = {0x8D7C, 0x8D8E, GL_DEPTH_COMPONENT32F}; // RGBA8UI, RGBA8I
+    tex_image_function TexImage2D;
+    GLuint texture;
+    subject s;
+    if (!begin_gl()) return;
+    TexImage2D = tex_image();
+    for (int level = 0; level < LEVELS; level++) { // which is read
+        const lightprobe_gl_desc d = description(SIDE >> level, 4);
+        if (!make_subject(&s, &d)) continue;
+        for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+            gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &texture);
+            gl.BindTexture(GL_TEXTURE_CUBE_MAP, texture);
+            gl.TextureParameteri(texture, TEXTURE_MAX_LEVEL, LEVELS - 1);
+            for (int k = 0; k < 6 * LEVELS; k++) {
+                const bool is = odd[i].level == k / 6 && odd[i].face == k % 6;
+                const int side = is ? odd[i].side : SIDE >> k / 6;
+                if (side)
+                    TexImage2D(TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)k % 6, k / 6,
+                               (GLint)(is ? odd[i].format : GL_RGB32F), side, side, 0, GL_RGB,
+                               GL_FLOAT, NULL);
+            }
+            // Level 0 by itself is whole where level 1 is not.
+            const bool good = !odd[i].said || odd[i].level > level;
+            fakes.message[0] = 0;
+            const lightprobe_result r = lightprobe_gl_update(s.gl, texture);
+            CHECK(r == (good ? LIGHTPROBE_OK : LIGHTPROBE_ERROR_TEXTURE) &&
+                      (good || strstr(fakes.message, odd[i].said)),
+                  "level %d, case %d: result %d, \"%s\"", level, (int)i, r, fakes.message);
+            gl.DeleteTextures(1, &texture);
+        }
+        for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
+            gl.CreateTextures(GL_TEXTURE_CUBE_MAP, 1, &texture);
+            gl.TextureStorage2D(texture, LEVELS, formats[i], SIDE, SIDE);
+            const lightprobe_result r = lightprobe_gl_update(s.gl, texture);
+            CHECK(r == LIGHTPROBE_ERROR_TEXTURE && strstr(fakes.message, "integers or depth"),
+                  "format 0x%X: result %d, \"%s\"", formats[i], r, fakes.message);
+            gl.DeleteTextures(1, &texture);
+        }
         drop_subject(&s);
     }
     end_gl();
@@ -1336,6 +1401,7 @@ const test_case lightprobe_gl_tests[] = {
     {"GL shaders of a probe take no doubles", shaders_take_no_doubles},
     {"GL finds the CPU's lights of hostile probes", hostile_probes_agree},
     {"GL refuses probes without the level asked for", levels_that_are_not_there_are_refused},
+    {"GL refuses probes that read as black", what_reads_as_black_is_refused},
     {"GL finds the CPU's lights where there are many", many_lights_agree},
     {"GL reads a probe at the mip level of the side asked for", side_chooses_the_level},
     {"GL: lights follow a turning probe without jumps", a_turning_probe_does_not_jump},
