@@ -619,8 +619,8 @@ MSSM_API size_t mssm_gl_bytes(const mssm_gl_desc *desc);
 // Deletes all objects. gl may be NULL. A depth pass under way is ended.
 MSSM_API void mssm_gl_destroy(mssm_gl *gl);
 
-// Other numbers of lights or texels, 0 for the defaults. Lights stay set, maps must be drawn again.
-// On failure everything is as it was.
+// Other numbers of lights or texels, 0 for the defaults. Lights stay set, maps must be drawn and
+// bound again. On failure everything is as it was.
 MSSM_API mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side);
 
 // The light with this index, from mssm_light_directional or mssm_light_spot, or filled in by hand.
@@ -681,7 +681,7 @@ MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_dep
 // and depth test; what else a pass sets must stay as it is. It binds its program, textures and
 // buffers after mssm_gl_begin_depth, which leaves others there whenever the target was full.
 // mssm_gl_bind comes after the end. Brackets of several objects nest: the last that was begun ends
-// first.
+// first. Depth maps of your own are drawn before: their state would be that of a pass.
 MSSM_API mssm_result mssm_gl_begin_frame(mssm_gl *gl);
 MSSM_API mssm_result mssm_gl_end_frame(mssm_gl *gl);
 
@@ -755,8 +755,8 @@ MSSM_API mssm_result mssm_gl_end_translucent(mssm_gl *gl);
 MSSM_API const char *mssm_glsl_translucent(void);
 
 // Soft shadows of such moments: in place of a depth pass of an mssm_gl that is not filtered.
-// texture: an array of two layers as mssm_gl_texture(filtered, 3), at least as large as the map.
-// Texels beyond the map are not read. Then mssm_gl_build.
+// texture: an array of two layers as mssm_gl_texture(filtered, 3), at least as large as the map,
+// which is checked but within a frame. Texels beyond the map are not read. Then mssm_gl_build.
 MSSM_API mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
 #endif
 #endif // MSSM_STATIC, MSSM_NO_GL
@@ -3915,6 +3915,7 @@ enum {
     MSSM__GL_CONTEXT_PROFILE_MASK = 0x9126, MSSM__GL_EXTENSIONS = 0x1F03,
     MSSM__GL_NUM_EXTENSIONS = 0x821D, MSSM__GL_MAX_TEXTURE_SIZE = 0x0D33,
     MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS = 0x88FF, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES = 0x910F,
+    MSSM__GL_MAX_DRAW_BUFFERS = 0x8824,
     // what is bound
     MSSM__GL_VERTEX_ARRAY_BINDING = 0x85B5, MSSM__GL_DRAW_FRAMEBUFFER_BINDING = 0x8CA6,
     MSSM__GL_IMAGE_BINDING_NAME = 0x8F3A, MSSM__GL_IMAGE_BINDING_LEVEL = 0x8F3B,
@@ -3949,6 +3950,8 @@ enum {
     MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY = 0x9105,
     // their properties
     MSSM__GL_TEXTURE_SAMPLES = 0x9106, MSSM__GL_TEXTURE_HEIGHT = 0x1001,
+    MSSM__GL_TEXTURE_MAX_LEVEL = 0x813D, MSSM__GL_TEXTURE_IMMUTABLE_FORMAT = 0x912F,
+    MSSM__GL_TEXTURE_INTERNAL_FORMAT = 0x1003,
     MSSM__GL_TEXTURE_DEPTH = 0x8071, MSSM__GL_TEXTURE_DEPTH_SIZE = 0x884A,
     MSSM__GL_TEXTURE_RED_TYPE = 0x8C10, MSSM__GL_FLOAT = 0x1406,
     MSSM__GL_UNSIGNED_NORMALIZED = 0x8C17, MSSM__GL_SIGNED_NORMALIZED = 0x8F9C,
@@ -6042,6 +6045,23 @@ static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int a
     return 0;
 }
 
+// Whether the base level of the texture that is bound can be read: else all would be 0, without an
+// error. Storage made at once is whole; image is that of a cube map's first face.
+static int mssm__is_whole(const mssm_gl *gl, mssm__glenum target, mssm__glenum image, int base)
+{
+    static const mssm__glenum same[2] = {MSSM__GL_TEXTURE_WIDTH, MSSM__GL_TEXTURE_INTERNAL_FORMAT};
+    int last = base, immutable = 1; // a lost context writes nothing
+    gl->f.GetTexParameteriv(target, MSSM__GL_TEXTURE_IMMUTABLE_FORMAT, &immutable);
+    if (immutable) return 1;
+    gl->f.GetTexParameteriv(target, MSSM__GL_TEXTURE_MAX_LEVEL, &last);
+    for (int i = 0; i < 12 && image != target; i++) {
+        if (mssm__ask_texture(gl, image + (mssm__glenum)i / 2, base, same[i % 2]) !=
+            mssm__ask_texture(gl, image, base, same[i % 2]))
+            return 0;
+    }
+    return base <= last;
+}
+
 // Asks GL about the texture that is bound for it.
 static mssm_result mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s, const mssm_gl_depth *d)
 {
@@ -6065,6 +6085,10 @@ static mssm_result mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s, const 
             gl, MSSM_ERROR_ARGUMENT,
             "mssm_gl_depth: the texture has no storage, or neither depth nor red as fractions");
     }
+    if (!multisampled && !mssm__is_whole(gl, target, image, level))
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT,
+                            "mssm_gl_depth: the texture is not complete: faces of a cube map that "
+                            "are missing or differ, or a base level beyond the last");
     s->each = multisampled && samples > 0 ? samples : 1;
     if (!mssm__in_range(gl, "mssm_gl_depth: layer", d->layer, 0, cube ? 5 : layers - (layers > 0)))
         return MSSM_ERROR_ARGUMENT;
@@ -6093,26 +6117,35 @@ static void mssm__set_texture_state(const mssm_gl *gl, mssm__gl_source *s, int a
     }
 }
 
+// Binds a texture of the caller's to a unit if it is one of that kind.
+static mssm_result mssm__bind_given(const mssm_gl *gl, int unit, int kind, unsigned texture,
+                                    unsigned sampler, const char *call)
+{
+    if (!texture || !gl->f.IsTexture(texture))
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT, "%s: there is no such texture", call);
+    mssm__drop_errors(gl, call);
+    mssm__bind_texture(gl, unit, mssm__targets[kind].target, texture, sampler);
+    if (mssm__get(gl, mssm__targets[kind].binding) == (int)texture) return MSSM_OK;
+    mssm__take_error(gl);
+    return mssm__report(gl, MSSM_ERROR_ARGUMENT, "%s: the texture is no %s", call,
+                        mssm__targets[kind].name);
+}
+
 // Binds a depth map to a unit, asks GL about it where that has not been done before, and makes it
 // readable.
 static mssm_result mssm__bind_depth(mssm_gl *gl, mssm__gl_source *s, int i, const mssm_gl_depth *d,
                                     int kind)
 {
     const int ask = !gl->framing || !d->texture || memcmp(&s->is, d, sizeof *d) != 0;
+    mssm_result r = MSSM_OK;
     if (ask) {
         memset(s, 0, sizeof *s);
         s->kind = kind;
-        if (!d->texture || !gl->f.IsTexture(d->texture))
-            return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: there is no such texture");
-        mssm__drop_errors(gl, "mssm_gl_set_depth");
+        r = mssm__bind_given(gl, i, kind, d->texture, gl->sampler, "mssm_gl_set_depth");
+        if (!r) r = mssm__ask_depth(gl, s, d);
+    } else {
+        mssm__bind_texture(gl, i, mssm__targets[kind].target, d->texture, gl->sampler);
     }
-    mssm__bind_texture(gl, i, mssm__targets[kind].target, d->texture, gl->sampler);
-    if (ask && mssm__get(gl, mssm__targets[kind].binding) != (int)d->texture) {
-        mssm__take_error(gl);
-        return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_depth: the texture is no %s",
-                            mssm__targets[kind].name);
-    }
-    const mssm_result r = ask ? mssm__ask_depth(gl, s, d) : MSSM_OK;
     if (r) return r;
     memcpy(&s->is, d, sizeof *d);
     mssm__set_texture_state(gl, s, ask, 1);
@@ -6326,11 +6359,18 @@ static void mssm__draw_show(mssm_gl *gl, const int show[3])
 {
     const mssm__gl_functions *f = &gl->f;
     const int blend = f->IsEnabledi(MSSM__GL_BLEND, 0);
+    const int buffers = mssm__get(gl, MSSM__GL_MAX_DRAW_BUFFERS);
+    mssm__glboolean mask[16][4] = {{0}};
     mssm__gl_state s = gl->saved;
     mssm__save_bindings(gl);
     mssm__displace(gl, 2); // 2D arrays
     memset(s.enabled, 0, sizeof s.enabled);
-    memset(s.mask, 1, sizeof s.mask);
+    memset(s.mask[0], 1, sizeof s.mask[0]);
+    memset(s.mask[1], 0, sizeof s.mask[1]); // the shader has no colour for other draw buffers
+    for (unsigned i = 2; i < 16 && (int)i < buffers; i++) {
+        f->GetBooleani_v(MSSM__GL_COLOR_WRITEMASK, i, mask[i]);
+        f->ColorMaski(i, 0, 0, 0, 0);
+    }
     s.enabled[2] = 1;
     s.depth_mask = 0;
     s.polygon_mode[0] = s.polygon_mode[1] = MSSM__GL_FILL;
@@ -6343,6 +6383,8 @@ static void mssm__draw_show(mssm_gl *gl, const int show[3])
     f->BindVertexArray(gl->array);
     f->DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
     if (blend) f->Enablei(MSSM__GL_BLEND, 0);
+    for (unsigned i = 2; i < 16 && (int)i < buffers; i++)
+        f->ColorMaski(i, mask[i][0], mask[i][1], mask[i][2], mask[i][3]);
     mssm__set_state(gl, &gl->saved);
     mssm__restore_bindings(gl);
 }
@@ -6492,20 +6534,39 @@ static void mssm__filtered_build(mssm_gl *gl, int instead)
     gl->ready = -1;
 }
 
+// Of any other texture the kernel would read 0, without an error. Within a frame GL is not asked.
+static mssm_result mssm__check_moments(mssm_gl *gl, unsigned texture)
+{
+    const mssm__glenum target = MSSM__GL_TEXTURE_2D_ARRAY;
+    if (gl->framing && texture) return MSSM_OK;
+    mssm__save_bindings(gl);
+    mssm__displace(gl, 2); // 2D arrays
+    mssm_result r = mssm__bind_given(gl, 0, 2, texture, 0, "mssm_gl_set_moments");
+    if (!r &&
+        (mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_WIDTH) < gl->desc.side ||
+         mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_HEIGHT) < gl->desc.side ||
+         mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_DEPTH) < 2 ||
+         mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_INTERNAL_FORMAT) != MSSM__GL_RGBA32F)) {
+        r = mssm__report(gl, MSSM_ERROR_ARGUMENT,
+                         "mssm_gl_set_moments: two layers of GL_RGBA32F, of side %d or more",
+                         gl->desc.side);
+    }
+    mssm__restore_bindings(gl);
+    return r;
+}
+
 mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 {
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
         return MSSM_ERROR_ARGUMENT;
-    if (!texture || (!gl->framing && !gl->f.IsTexture(texture)))
-        return mssm__report(gl, MSSM_ERROR_ARGUMENT,
-                            "mssm_gl_set_moments: there is no such texture");
     if (gl->drawing >= 0)
         return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_set_moments before mssm_gl_end_depth");
     mssm_result r = mssm__check_feedback(gl, "mssm_gl_set_moments");
     if (r) return r;
     if (gl->filtered)
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_set_moments is for soft shadows");
-    r = mssm__make_program(gl, MSSM__STORE);
+    r = mssm__check_moments(gl, texture);
+    if (!r) r = mssm__make_program(gl, MSSM__STORE);
     if (r) return r;
     const int job[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);

@@ -466,6 +466,30 @@ static void own_depth_maps_cast_the_same_shadows(void)
 }
 
 // What cannot be read is refused by name and range, and the light's map stays as it was.
+// Storage made level by level and face by face, of which GL reads 0 without an error: five faces,
+// one face of another format, a level that the texture's last one is before.
+static void make_parts(GLuint part[3], int side)
+{
+    void(GL_CALL * TexImage2D)(GLenum, GLint, GLint, GLsizei, GLsizei, GLint, GLenum, GLenum,
+                               const void *);
+    const gl_fakes_function f = gl_context_function("glTexImage2D");
+    memcpy(&TexImage2D, &f, sizeof f);
+    for (int i = 0; i < 3; i++) {
+        const GLenum target = i < 2 ? CUBE : FLAT;
+        gl.CreateTextures(target, 1, &part[i]);
+        gl.BindTexture(target, part[i]);
+        for (int k = 0; k < 6; k++) {
+            if (i == 2 ? k > 1 : i == 0 && k == 3) continue;
+            TexImage2D(i < 2 ? 0x8515 + (GLenum)k : FLAT, i < 2 ? 0 : k, // _CUBE_MAP_POSITIVE_X
+                       i == 1 && k == 4 ? DEPTH16 : GL_DEPTH_COMPONENT32F, side, side, 0, 0x1902,
+                       GL_FLOAT, NULL); // GL_DEPTH_COMPONENT
+        }
+        gl.BindTexture(target, 0);
+    }
+    gl.TextureParameteri(part[2], 0x813C, 1); // base level
+    gl.TextureParameteri(part[2], 0x813D, 0); // last level
+}
+
 static void bad_depth_maps_are_refused(void)
 {
     enum { SIDE = 16, WIDTH = 48 };
@@ -479,7 +503,8 @@ static void bad_depth_maps_are_refused(void)
     const GLuint flat = given_texture(FLAT, GL_DEPTH_COMPONENT32F, WIDTH, WIDTH, 1, 1, v);
     const GLuint array = given_texture(FLAT_ARRAY, DEPTH16, WIDTH, WIDTH, 3, 1, v);
     const GLuint cube = given_texture(CUBE, DEPTH16, WIDTH, WIDTH, 6, 1, v);
-    GLuint other[3];
+    GLuint other[3], part[3];
+    make_parts(part, SIDE);
     gl.CreateTextures(FLAT, 3, other);
     gl.TextureStorage2D(other[0], 1, RED8UI, SIDE, SIDE);
     gl.TextureStorage2D(other[1], 1, GL_DEPTH_COMPONENT32F, 9 * SIDE,
@@ -520,6 +545,9 @@ static void bad_depth_maps_are_refused(void)
         {{flat, 0, 0, 0, 0, 0, 0, MSSM_STORED_LINEAR, 0, 1, INFINITY}, 1, "both finite"},
         {{flat, 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 1, INFINITY}, 0, "both finite"},
         {{other[0], 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "neither depth nor red"},
+        {{part[0], CUBE, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "not complete"},
+        {{part[1], CUBE, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "not complete"},
+        {{part[2], 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "base level beyond"},
         {{other[2], 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "no storage"}};
     WATCH_FAIL(mssm_gl_set_depth(s.gl, 0, &good, NULL), MSSM_ERROR_ORDER); // there is no light yet
     CHECK(strstr(fakes.message, "mssm_gl_set_light"), "\"%s\"", fakes.message);
@@ -572,6 +600,7 @@ static void bad_depth_maps_are_refused(void)
     gl.DeleteTextures(1, &array);
     gl.DeleteTextures(1, &cube);
     gl.DeleteTextures(3, other);
+    gl.DeleteTextures(3, part);
     drop_subject(&s);
     end_gl();
 }

@@ -236,6 +236,24 @@ static void bad_arguments_are_refused(void)
     WATCH_FAIL(mssm_gl_set_moments(g, 0, 12345), MSSM_ERROR_ARGUMENT);
     WATCH_FAIL(mssm_gl_set_moments(g, 2, 1), MSSM_ERROR_ARGUMENT);
     CHECK(fakes.messages == 4, "%d messages for 4 refusals", fakes.messages);
+    // Moments of another kind would be read as 0: an array of one layer, a small one, other numbers,
+    // which is no array.
+    gl.DebugMessageCallback(NULL,
+                            NULL); // to find out a target raises an error, which is taken away
+    for (int i = 0; i < 5; i++) {
+        GLuint texture;
+        gl.CreateTextures(i < 4 ? GL_TEXTURE_2D_ARRAY : 0x0DE1, 1, &texture);
+        if (i < 4)
+            gl.TextureStorage3D(texture, 1, i == 3 ? 0x881A : GL_RGBA32F, i == 2 ? 31 : 40, 32,
+                                i == 1 ? 1 : 2); // GL_RGBA16F
+        else
+            gl.TextureStorage2D(texture, 1, GL_RGBA32F, 40, 40);
+        if (!i) WATCH_OK(mssm_gl_set_moments(g, 0, texture), NULL);
+        if (i) WATCH_FAIL(mssm_gl_set_moments(g, 0, texture), MSSM_ERROR_ARGUMENT);
+        CHECK(!i || strstr(fakes.message, i < 4 ? "two layers of GL_RGBA32F, of side 32" : "is no"),
+              "\"%s\"", fakes.message);
+        gl.DeleteTextures(1, &texture);
+    }
     mssm_gl_destroy(g);
     end_gl();
 }
@@ -833,7 +851,8 @@ static void maps_can_be_seen(void)
     static float z[COUNT], seen[WIDTH * (SIZE + 5)];
     const mssm_gl_desc d = description(2, SIDE, 4, 6);
     uint64_t seed = 74;
-    GLuint texture, framebuffer;
+    static const GLenum drawn[4] = {0x8CE0, 0x8CE1, 0, 0x8CE3}; // GL_COLOR_ATTACHMENT0 ...
+    GLuint texture, framebuffer, others[2];
     subject s;
     if (!begin_gl()) return;
     if (make_subject(&s, &d)) {
@@ -846,7 +865,16 @@ static void maps_can_be_seen(void)
         gl.TextureStorage2D(texture, 1, GL_R32F, WIDTH, SIZE + 5);
         gl.CreateFramebuffers(1, &framebuffer);
         gl.NamedFramebufferTexture(framebuffer, 0x8CE0, texture, 0); // GL_COLOR_ATTACHMENT0
+        // A G-buffer: its other colours are none of the picture's.
+        gl.CreateTextures(0x0DE1, 2, others);
+        for (int i = 0; i < 2; i++) {
+            gl.TextureStorage2D(others[i], 1, GL_R32F, WIDTH, SIZE + 5);
+            gl.NamedFramebufferTexture(framebuffer, drawn[1 + 2 * i], others[i], 0);
+        }
+        gl.NamedFramebufferDrawBuffers(framebuffer, 4, drawn);
         gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+        gl.ClearColor(7, 7, 7, 7);
+        gl.Clear(0x4000); // GL_COLOR_BUFFER_BIT
         gl.Viewport(3, 5, SIZE, SIZE);
         gl.Enable(GL_DEPTH_TEST);
         gl.Enable(GL_CULL_FACE);
@@ -873,15 +901,23 @@ static void maps_can_be_seen(void)
             }
             CHECK(worst < 2e-6, "%d: off by %g", what, worst);
         }
+        for (int i = 0; i < 2; i++) {
+            int changed = 0;
+            gl.GetTextureImage(others[i], 0, 0x1903, GL_FLOAT, sizeof seen, seen);
+            for (int k = 0; k < WIDTH * (SIZE + 5); k++) changed += seen[k] != 7;
+            CHECK(!changed, "%d texels of another draw buffer were changed", changed);
+        }
         WATCH_FAIL(mssm_gl_show(s.gl, 0, MSSM_SHOW_MEAN), MSSM_ERROR_ORDER); // has no map
         WATCH_FAIL(mssm_gl_show(s.gl, 2, MSSM_SHOW_MEAN), MSSM_ERROR_ARGUMENT);
         WATCH_FAIL(mssm_gl_show(s.gl, 1, (mssm_show)2), MSSM_ERROR_ARGUMENT);
-        gl.NamedFramebufferTexture(framebuffer, 0x8CE0, 0, 0);
+        for (int i = 0; i < 4; i++)
+            gl.NamedFramebufferTexture(framebuffer, 0x8CE0 + (GLenum)i, 0, 0);
         WATCH_FAIL(mssm_gl_show(s.gl, 1, MSSM_SHOW_MEAN), MSSM_ERROR_GL); // into nothing
         WATCH_FAIL(mssm_gl_show(NULL, 1, MSSM_SHOW_MEAN), MSSM_ERROR_ARGUMENT);
         gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
         gl.DeleteFramebuffers(1, &framebuffer);
         gl.DeleteTextures(1, &texture);
+        gl.DeleteTextures(2, others);
         drop_subject(&s);
     }
     end_gl();
