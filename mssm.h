@@ -4222,7 +4222,7 @@ static const char mssm__glsl_drawn[] =
     "#define MSSM_DEPTH(map, i, p, s) linear_depth(texelFetch(front, ivec3(p, layer + i), s).x)\n";
 
 // Of a given depth map. Nearness is 0 at the far end, where floats are finest with reversed depth.
-// No branch hangs on a uniform: zink of Mesa 22 takes the one of the dispatch before.
+// No branch hangs on a uniform alone: zink of Mesa 22 takes what that was some dispatches ago.
 static const char mssm__glsl_given[] =
     "#define MSSM_DEPTH(map, i, p, s) given_depth(MSSM_FETCH(map, given_texel(p, s, 10 + 3 * i), job[12 + 3 * i], s % job[9]), p)\n"
     "// In job after the light: texels across and up, samples of each; x, y, layer of each map.\n"
@@ -4286,7 +4286,7 @@ static const char mssm__glsl_resolve[] =
     "    vec2 least = vec2(1.0);\n"
     "    precise vec4 sum = vec4(0.0);\n"
     "    precise vec4 more = vec4(0.0);\n"
-    "    int s = 0;\n"
+    "    int s = 0, samples = gl_NumWorkGroups.x == 0u ? 1 : job[0];\n"
     "    do {\n"
     "        float z = inside ? MSSM_DEPTH(front, 0, p, s) : 1.0;\n"
     "#ifdef MSSM_AVERAGE\n"
@@ -4296,7 +4296,7 @@ static const char mssm__glsl_resolve[] =
     "        mssm_moments6 t = mssm_chebyshev(z);\n"
     "        sum += vec4(t.b[0], t.b[1], t.b[2], t.b[3]);\n"
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
-    "    } while (++s < job[0]);\n"
+    "    } while (++s < samples);\n"
     "#ifdef MSSM_FILTERED\n"
     "    if (!inside) return;\n"
     "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * sum.xyz / float(job[0]), 1.0));\n"

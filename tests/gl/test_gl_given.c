@@ -249,6 +249,48 @@ static void given_depth_is_a_pass(void)
     end_gl();
 }
 
+// Maps of any number of samples a texel, in any order, are each read whole: zink (Mesa 22.3) takes
+// for a loop's end what a uniform was some dispatches ago, where it hangs on nothing else.
+static void sizes_may_change_from_map_to_map(void)
+{
+    enum { SIDE = 20, MOST = 4 * SIDE };
+    static const int order[] = {1, 1, 2, 2, 4, 4, 1, 1, 4, 4, 2, 2, 1, 4, 2};
+    const mssm_gl_desc d = description(4, SIDE, 4, 6);
+    static float v[MOST * MOST];
+    GLuint texture[3];
+    uint64_t seed = 65;
+    subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        for (int i = 0; i < 4; i++) {
+            s.light[i] = wide_light(false, 3);
+            CHECK(!mssm_gl_set_light(s.gl, i, &s.light[i]), "light");
+        }
+        for (int i = 0; i < 3; i++) { // each size once, in a light of its own
+            mssm_gl_depth given;
+            memset(&given, 0, sizeof given);
+            dyadic_depth(v, MOST * MOST, &seed);
+            given.texture = texture[i] =
+                given_texture(FLAT, GL_DEPTH_COMPONENT32F, SIDE << i, SIDE << i, 1, 1, v);
+            CHECK(!mssm_gl_set_depth(s.gl, i, &given, NULL), "%s", fakes.message);
+        }
+        build(&s);
+        for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
+            const int which = order[i] / 2;
+            mssm_gl_depth given;
+            memset(&given, 0, sizeof given);
+            given.texture = texture[which];
+            CHECK(!mssm_gl_set_depth(s.gl, 3, &given, NULL), "%s", fakes.message);
+            build(&s);
+            const int off = maps_differ(&s, 3, which);
+            CHECK(!off, "turn %d, %d samples: off by %d", (int)i, order[i] * order[i], off);
+        }
+        gl.DeleteTextures(3, texture);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
 // Depth of a stored value by hand: an oracle in double.
 static double stored_depth(const mssm_light *light, const mssm_gl_depth *d, double v, double x,
                            double y)
@@ -660,6 +702,7 @@ static void given_depth_leaves_bindings_alone(void)
 
 const test_case gl_given_tests[] = {
     {"GL's given depth maps are what a pass makes of them", given_depth_is_a_pass},
+    {"GL's given depth maps may change their size", sizes_may_change_from_map_to_map},
     {"GL's given depth maps mean what they say", given_depth_means_what_it_says},
     {"GL's own depth maps cast the same shadows", own_depth_maps_cast_the_same_shadows},
     {"GL's given depth maps that cannot be read are refused", bad_depth_maps_are_refused},

@@ -873,7 +873,7 @@ static void maps_can_be_seen(void)
         }
         gl.NamedFramebufferDrawBuffers(framebuffer, 4, drawn);
         gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-        gl.ClearColor(7, 7, 7, 7);
+        gl.ClearColor(0.75f, 0, 0, 0);
         gl.Clear(0x4000); // GL_COLOR_BUFFER_BIT
         gl.Viewport(3, 5, SIZE, SIZE);
         gl.Enable(GL_DEPTH_TEST);
@@ -904,7 +904,7 @@ static void maps_can_be_seen(void)
         for (int i = 0; i < 2; i++) {
             int changed = 0;
             gl.GetTextureImage(others[i], 0, 0x1903, GL_FLOAT, sizeof seen, seen);
-            for (int k = 0; k < WIDTH * (SIZE + 5); k++) changed += seen[k] != 7;
+            for (int k = 0; k < WIDTH * (SIZE + 5); k++) changed += seen[k] != 0.75f;
             CHECK(!changed, "%d texels of another draw buffer were changed", changed);
         }
         WATCH_FAIL(mssm_gl_show(s.gl, 0, MSSM_SHOW_MEAN), MSSM_ERROR_ORDER); // has no map
