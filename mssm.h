@@ -671,7 +671,8 @@ typedef struct mssm_gl_depth { // zero means default everywhere
 // in the way: compare mode, filters, swizzle, stencil mode; its base level is read, at once. Fails
 // with the light's map as it was. Then mssm_gl_build. Filtered maps take front alone, and no
 // translucent casters after it. Within mssm_gl_begin_frame GL is asked about a texture only the
-// first time that a light gets it with these numbers.
+// first time that a light gets it with these numbers: its storage, swizzle and stencil mode must be
+// the same from then on.
 MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
                                        const mssm_gl_depth *back);
 
