@@ -2055,8 +2055,8 @@ LIGHTPROBE_SHARED float lightprobe_moved(lightprobe_moments now, lightprobe_mome
         to[i] = now.resultant[i];
         from[i] = past.resultant[i];
     }
-    float size = lightprobe_normalize(to), before = lightprobe_normalize(from);
-    if (!(size > 0.0f && before > 0.0f)) return 0.0f;
+    lightprobe_normalize(to);
+    if (!(lightprobe_normalize(from) > 0.0f)) return 0.0f;
     for (int i = 0; i < 3; i++) {
         LIGHTPROBE_PRECISE float step = to[i] - from[i];
         to[i] = step;
@@ -2110,8 +2110,7 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late
         shape = now;
         whole = lightprobe_luminance(now.flux);
     }
-    LIGHTPROBE_PRECISE float part =
-        whole > fabsf(change) ? change / whole : (change < 0.0f ? -1.0f : 0.0f);
+    LIGHTPROBE_PRECISE float part = change / (whole + 1e-30f);
     for (int i = 0; i < 3; i++) {
         m.resultant[i] += part * shape.resultant[i];
         m.second[i] += part * shape.second[i];
@@ -3126,9 +3125,6 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, l
     }
     l.state[3] = tone;
     l.state[4] = c.lives != 0 ? share : -1.0f;
-    // A caller may have spoiled them.
-    for (int i = 6; i < 18; i++)
-        l.state[i] = fabsf(l.state[i]) < LIGHTPROBE_FADE ? l.state[i] : 0.0f;
     l.state[5] = fading;
     return l;
 }
@@ -7272,8 +7268,8 @@ static const char *lightprobe__quote_moving(void)
     "        to[i] = now.resultant[i];\n"
     "        from[i] = past.resultant[i];\n"
     "    }\n"
-    "    float size = lightprobe_normalize(to), before = lightprobe_normalize(from);\n"
-    "    if (!(size > 0.0f && before > 0.0f)) return 0.0f;\n"
+    "    lightprobe_normalize(to);\n"
+    "    if (!(lightprobe_normalize(from) > 0.0f)) return 0.0f;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        LIGHTPROBE_PRECISE float step = to[i] - from[i];\n"
     "        to[i] = step;\n"
@@ -7327,8 +7323,7 @@ static const char *lightprobe__quote_moving(void)
     "        shape = now;\n"
     "        whole = lightprobe_luminance(now.flux);\n"
     "    }\n"
-    "    LIGHTPROBE_PRECISE float part =\n"
-    "        whole > fabsf(change) ? change / whole : (change < 0.0f ? -1.0f : 0.0f);\n"
+    "    LIGHTPROBE_PRECISE float part = change / (whole + 1e-30f);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        m.resultant[i] += part * shape.resultant[i];\n"
     "        m.second[i] += part * shape.second[i];\n"
@@ -7664,9 +7659,6 @@ static const char *lightprobe__quote_lights(void)
     "    }\n"
     "    l.state[3] = tone;\n"
     "    l.state[4] = c.lives != 0 ? share : -1.0f;\n"
-    "    // A caller may have spoiled them.\n"
-    "    for (int i = 6; i < 18; i++)\n"
-    "        l.state[i] = fabsf(l.state[i]) < LIGHTPROBE_FADE ? l.state[i] : 0.0f;\n"
     "    l.state[5] = fading;\n"
     "    return l;\n"
     "}\n"
