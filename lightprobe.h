@@ -2074,7 +2074,7 @@ LIGHTPROBE_SHARED float lightprobe_pace(float moved)
 
 // Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.
 typedef struct lightprobe_excess {
-    lightprobe_vec3 above, below, above2, below2;
+    lightprobe_vec3 above, below, weighted_above, weighted_below;
 } lightprobe_excess;
 
 // A light's flux in this frame or the last, whichever is more.
@@ -2096,7 +2096,7 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late
         int over = late.flux[i] > 0.0f ? 1 : 0;
         float own = over == 1 ? e.above[i] : e.below[i],
               other = over == 1 ? e.below[i] : e.above[i];
-        float weights = over == 1 ? e.above2[i] : e.below2[i];
+        float weights = over == 1 ? e.weighted_above[i] : e.weighted_below[i];
         LIGHTPROBE_PRECISE float cut = (own - other) * lightprobe_most(late.flux[i], now.flux[i]);
         LIGHTPROBE_PRECISE float kept = 1.0f;
         if (own > other) kept = weights > 0.0f ? 1.0f - cut / weights : other / own;
@@ -2786,8 +2786,8 @@ static void lightprobe__balance(lightprobe__work *w, int weighted)
     for (int i = 0; i < 3; i++) {
         e.above[i] = (float)sum[0][i];
         e.below[i] = (float)sum[1][i];
-        e.above2[i] = (float)sum[2][i];
-        e.below2[i] = (float)sum[3][i];
+        e.weighted_above[i] = (float)sum[2][i];
+        e.weighted_below[i] = (float)sum[3][i];
     }
     for (int k = 0; k < w->cluster_count; k++)
         w->clusters[k].late = lightprobe_balanced(w->clusters[k].late, w->clusters[k].now, e);
@@ -5238,23 +5238,23 @@ static const char lightprobe__glsl_settle[] =
     "void balance(float weighted)\n"
     "{\n"
     "    vec2 zero[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0));\n"
-    "    vec2 above[3] = zero, below[3] = zero, above2[3] = zero, below2[3] = zero;\n"
+    "    vec2 above[3] = zero, below[3] = zero, weighted_above[3] = zero, weighted_below[3] = zero;\n"
     "    for (int k = 0; k < cluster_count; k++) {\n"
     "        for (int c = 0; c < 3; c++) {\n"
     "            float late = clusters[k].late.flux[c], size = abs(late);\n"
     "            precise float more = weighted * size * lightprobe_most(late, clusters[k].now.flux[c]);\n"
     "            lightprobe_add(above[c], late > 0.0 ? size : 0.0);\n"
     "            lightprobe_add(below[c], late > 0.0 ? 0.0 : size);\n"
-    "            lightprobe_add(above2[c], late > 0.0 ? more : 0.0);\n"
-    "            lightprobe_add(below2[c], late > 0.0 ? 0.0 : more);\n"
+    "            lightprobe_add(weighted_above[c], late > 0.0 ? more : 0.0);\n"
+    "            lightprobe_add(weighted_below[c], late > 0.0 ? 0.0 : more);\n"
     "        }\n"
     "    }\n"
     "    lightprobe_excess e;\n"
     "    for (int c = 0; c < 3; c++) {\n"
     "        e.above[c] = LIGHTPROBE_VALUE(above[c]);\n"
     "        e.below[c] = LIGHTPROBE_VALUE(below[c]);\n"
-    "        e.above2[c] = LIGHTPROBE_VALUE(above2[c]);\n"
-    "        e.below2[c] = LIGHTPROBE_VALUE(below2[c]);\n"
+    "        e.weighted_above[c] = LIGHTPROBE_VALUE(weighted_above[c]);\n"
+    "        e.weighted_below[c] = LIGHTPROBE_VALUE(weighted_below[c]);\n"
     "    }\n"
     "    sync();\n"
     "    for (int k = lane; k < cluster_count; k += GROUP)\n"
@@ -7287,7 +7287,7 @@ static const char *lightprobe__quote_moving(void)
     "\n"
     "// Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.\n"
     "struct lightprobe_excess {\n"
-    "    lightprobe_vec3 above, below, above2, below2;\n"
+    "    lightprobe_vec3 above, below, weighted_above, weighted_below;\n"
     "};\n"
     "\n"
     "// A light's flux in this frame or the last, whichever is more.\n"
@@ -7309,7 +7309,7 @@ static const char *lightprobe__quote_moving(void)
     "        int over = late.flux[i] > 0.0f ? 1 : 0;\n"
     "        float own = over == 1 ? e.above[i] : e.below[i],\n"
     "              other = over == 1 ? e.below[i] : e.above[i];\n"
-    "        float weights = over == 1 ? e.above2[i] : e.below2[i];\n"
+    "        float weights = over == 1 ? e.weighted_above[i] : e.weighted_below[i];\n"
     "        LIGHTPROBE_PRECISE float cut = (own - other) * lightprobe_most(late.flux[i], now.flux[i]);\n"
     "        LIGHTPROBE_PRECISE float kept = 1.0f;\n"
     "        if (own > other) kept = weights > 0.0f ? 1.0f - cut / weights : other / own;\n"
