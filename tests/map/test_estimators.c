@@ -704,6 +704,39 @@ static void normals_tell_the_receivers_own_surface(void)
           mean[NORMAL]);
 }
 
+// A plate so low that without a normal bias and fade would take part of it for the ground. Ground that
+// faces the light, or nearly so, has it hidden; open ground stays lit with normals 20 degrees off.
+static void normals_close_contacts(void)
+{
+    uint64_t state = 17;
+    for (int trial = 0; trial < test_trials(60) * 10; trial++) {
+        setup u;
+        const int is_spot = trial & 1, side = 64 << trial % 4;
+        if (is_spot)
+            spot_above(&u, 2.4f, 0.5f, 1, 3, 2.4 * test_range(&state, 0.01, 0.1));
+        else
+            sun_above(&u, test_range(&state, 0.01, 0.1), -0.2f, 1, 1);
+        const double texel = (is_spot ? 2.4 : 2) / side, height = test_range(&state, 1.4, 3);
+        memset(&u.scene, 0, sizeof u.scene);
+        scene_add_box(&u.scene, 0, -0.05, 0, 3, 0.05, 3);
+        scene_add_box(&u.scene, 0, height * texel - 1e-4, 0, 0.3, 1e-4, 0.3);
+        scene_finish(&u.scene);
+        setup_map(&u, side, 1, 0);
+        const double n[3] = {0, 1, 0};
+        double tilted[3];
+        for (int i = 0; i < 40; i++) {
+            const double x = test_range(&state, -0.2, 0.2), z = test_range(&state, -0.2, 0.2);
+            const double below[3] = {x, 0, z}, away[3] = {x < 0 ? x - 0.5 : x + 0.5, 0, z};
+            tilt(n, test_range(&state, 0, 0.35), &state, tilted);
+            const double hidden = visibility_normal(&u, below, n, 1);
+            const double lit = visibility_normal(&u, away, tilted, 1);
+            CHECK(hidden < 0.02, "side %d, %.2f texels below a plate: %.3f", side, height, hidden);
+            CHECK(lit > 0.98, "side %d: open ground sees %.3f", side, lit);
+        }
+        setup_free(&u);
+    }
+}
+
 // ---- lights that the horizon cuts --------------------------------------------------------------
 
 enum { ALONE = 3, CUT_SCENES = 7 };
@@ -1128,6 +1161,7 @@ const test_case estimators_tests[] = {
      near_planes_and_masts_cost_no_contact_shadows},
     {"no light comes in past the rim of a cone or a cascade", no_light_comes_in_past_the_rim},
     {"a normal tells the receiver's own surface", normals_tell_the_receivers_own_surface},
+    {"a normal closes contacts and leaves open ground lit", normals_close_contacts},
     {"a normal leaves of the light what is above the horizon",
      normals_leave_what_is_above_the_horizon},
     {"the horizon's cut does not pop", horizons_do_not_pop},
