@@ -974,6 +974,41 @@ static void blockers_fade_in_behind_the_bias(void)
     test_note("to %.3f", worst);
 }
 
+// Before the same wall on a plane whose normal is known: 1/2 texel of bias and 3/4 of fading where it
+// faces the light, all of both where it rises by two texels of depth in one, linear between.
+static void bias_and_fade_follow_the_planes_rise(void)
+{
+    const float wall = -0.2f;
+    double worst = 0;
+    for (int way = 0; way < 14; way++) {
+        const int is_spot = way % 2;
+        const double rise = way / 2 * 0.4, fade = fmin(0.75 + 0.375 * rise, 1.5),
+                     bias = fmin(0.5 + 0.125 * rise, 0.75);
+        const float normal[3] = {(float)rise, 1, 0};
+        setup u;
+        setup_depths(&u, is_spot, 0.02f, 1, &wall, 0);
+        const double range = (u.light.z_far - u.light.z_near) / 2,
+                     width = is_spot ? 1 + 0.8 / 2 * 4 : 1;
+        const double texel = 2 * u.light.extent_u * width / 128 / range;
+        const mssm_settings settings = {6, MSSM_LAYERED, 0, 0, 0, 1e-4f};
+        for (double behind = fmax(0.1, 0.5 * rise); behind < 3; behind += 0.1) {
+            const double z = (double)wall + behind * texel,
+                         distance = u.light.z_near + (z + 1) * range;
+            const float *m = u.light.world_to_shadow;
+            const float point[3] = {
+                0, (float)(is_spot ? 5 - distance : (z - (double)m[14]) / (double)m[6]), 0};
+            const double want = 1 - fmax(fmin((behind - bias) / fade, 1), 0),
+                         got = (double)mssm_map_visibility_normal(u.map, &u.light, &settings, point,
+                                                                  normal);
+            worst = fmax(worst, fabs(got - want));
+            CHECK(fabs(got - want) < 0.04, "spot %d, rise %.1f: %.3f at %.2f texels, not %.3f",
+                  is_spot, rise, got, behind, want);
+        }
+        setup_free(&u);
+    }
+    test_note("to %.3f", worst);
+}
+
 // A surface through the receiver lies as much behind it as in front. So what lies behind may light
 // a receiver by its share, and no more.
 static void what_lies_behind_lights_by_its_share_at_most(void)
@@ -1018,6 +1053,7 @@ const test_case visibility_tests[] = {
     {"any number of equal samples makes the same map", any_number_of_samples_is_one_map},
     {"the choice of the light's axes does not matter", the_choice_of_axes_does_not_matter},
     {"blockers fade in behind the bias", blockers_fade_in_behind_the_bias},
+    {"bias and fade follow the rise of a known plane", bias_and_fade_follow_the_planes_rise},
     {"what lies behind lights by its share at most", what_lies_behind_lights_by_its_share_at_most},
     {"kernels wider than the map see all of it", kernels_wider_than_the_map_see_all_of_it},
     {0, 0}};
