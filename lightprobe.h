@@ -5754,8 +5754,7 @@ static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
     memset(&s, 0, sizeof s);
     if (d->side == 0) d->side = 128;
     const lightprobe_cube cube = {{NULL, NULL, NULL, NULL, NULL, NULL}, d->side, 4};
-    const int unbounded = d->max_lights == 0 && !(d->tolerance > 0);
-    s.tolerance = unbounded ? LIGHTPROBE_DEFAULT_TOLERANCE : d->tolerance;
+    s.tolerance = d->tolerance;
     s.max_lights = d->max_lights;
     s.min_share = d->min_share;
     s.min_shadow = d->min_shadow;
@@ -5764,6 +5763,7 @@ static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
     s.user = d->user;
     const lightprobe_result r = lightprobe__check(&cube, &s, LIGHTPROBE_GL_MAX_LIGHTS);
     if (r) return r;
+    if (d->max_lights == 0 && !(s.tolerance > 0)) s.tolerance = LIGHTPROBE_DEFAULT_TOLERANCE;
     if (d->max_lights == 0) d->max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
     d->tolerance = s.tolerance < 1 ? s.tolerance : 1;
     d->min_share = s.min_share < 1 ? s.min_share : 1;

@@ -1346,7 +1346,7 @@ MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float r
         if (fabsf(step) > size) break; // steps shrink, or all is rounding: three equal roots
         size = fabsf(step);
         x = x - side * step;
-        if (step >= 0.0f) break;
+        if (step >= 0.0f && size <= 1e-6f * fabsf(x)) break; // next to 0 one more has its digits
     }
     return mssm_divide(b, c, d, x);
 }
@@ -1555,12 +1555,21 @@ MSSM_SHARED mssm_points4 mssm_points_of6(struct mssm_kernel6 k)
 
 mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z)
 {
-    return mssm_points_of4(mssm_kernel4_of(m, z));
+    mssm_points3 r = mssm_points_of4(mssm_kernel4_of(m, z));
+    float z0 = mssm_clamp(z, -1000.0f, 1000.0f);
+    float off = z0 - r.z[0]; // rounding, of all depths alike
+    r.z[0] = z0;
+    for (int i = 1; i < 3; i++) r.z[i] = r.z[i] + off;
+    return r;
 }
 
 mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)
 {
     mssm_points4 r = mssm_points_of6(mssm_kernel6_of(m, z));
+    float z0 = mssm_clamp(z, -1000.0f, 1000.0f);
+    float off = z0 - r.z[0];
+    r.z[0] = z0;
+    for (int i = 1; i < 4; i++) r.z[i] = r.z[i] + off;
     for (int i = 0; i < 3; i++) { // three comparisons of neighbours sort three depths
         int j = i == 1 ? 2 : 1;
         float z_low = r.z[j];
@@ -7185,7 +7194,7 @@ const char *mssm_glsl_math(void)
     "        if (fabsf(step) > size) break; // steps shrink, or all is rounding: three equal roots\n"
     "        size = fabsf(step);\n"
     "        x = x - side * step;\n"
-    "        if (step >= 0.0f) break;\n"
+    "        if (step >= 0.0f && size <= 1e-6f * fabsf(x)) break; // next to 0 one more has its digits\n"
     "    }\n"
     "    return mssm_divide(b, c, d, x);\n"
     "}\n"
@@ -7394,12 +7403,21 @@ const char *mssm_glsl_math(void)
     "\n"
     "mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z)\n"
     "{\n"
-    "    return mssm_points_of4(mssm_kernel4_of(m, z));\n"
+    "    mssm_points3 r = mssm_points_of4(mssm_kernel4_of(m, z));\n"
+    "    float z0 = mssm_clamp(z, -1000.0f, 1000.0f);\n"
+    "    float off = z0 - r.z[0]; // rounding, of all depths alike\n"
+    "    r.z[0] = z0;\n"
+    "    for (int i = 1; i < 3; i++) r.z[i] = r.z[i] + off;\n"
+    "    return r;\n"
     "}\n"
     "\n"
     "mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)\n"
     "{\n"
     "    mssm_points4 r = mssm_points_of6(mssm_kernel6_of(m, z));\n"
+    "    float z0 = mssm_clamp(z, -1000.0f, 1000.0f);\n"
+    "    float off = z0 - r.z[0];\n"
+    "    r.z[0] = z0;\n"
+    "    for (int i = 1; i < 4; i++) r.z[i] = r.z[i] + off;\n"
     "    for (int i = 0; i < 3; i++) { // three comparisons of neighbours sort three depths\n"
     "        int j = i == 1 ? 2 : 1;\n"
     "        float z_low = r.z[j];\n"

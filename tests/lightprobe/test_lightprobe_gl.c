@@ -1354,6 +1354,8 @@ static void bad_arguments_are_refused(void)
     d.tolerance = -1;
     call_all(d, LIGHTPROBE_ERROR_SETTINGS, false, "tolerance -1");
     CHECK(strstr(fakes.message, "tolerance -1: 0 or more"), "\"%s\"", fakes.message);
+    d.max_lights = 0; // the default's tolerance is no better
+    call_all(d, LIGHTPROBE_ERROR_SETTINGS, false, "tolerance -1, no number of lights");
     d = description(8, 4);
     d.first_texture_unit = 1 << 20;
     call_all(d, LIGHTPROBE_ERROR_SETTINGS, false, "unit 2^20");

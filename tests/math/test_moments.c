@@ -1035,7 +1035,8 @@ static void cubic_roots_far_apart(void)
         {-1.01062594e-19f, -9.49428891e-18f, 0.99999994f, 3.51274322e-11f},
         {FLT_MAX, 3.1e38f, -FLT_MAX, -3.2e38f},
         {0, 1e-25f, 1, 0},
-        {0, 1e-25f, 1, 1e-10f}};
+        {0, 1e-25f, 1, 1e-10f},
+        {0x1.5d5cbep-90f, 0x1.9d573ap-2f, -0x1.114ffap+0f, 0x1.6241bp-1f}}; // -2.7e-27 was 0
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) check_cubic(cases[i], 1e-6);
     uint64_t state = 58;
     int tried = 0;
@@ -1049,6 +1050,7 @@ static void cubic_roots_far_apart(void)
                    ? -x[1] * (1 + test_range(&state, 0, 1e-6))
                    : (i & 4 ? -1 : 1) * fabs(x[0]) * exp(test_range(&state, log(1e-28), 0));
         if (i % 7 == 0) x[2] = 0;
+        if (i % 9 == 2) x[1] = fabs(x[0]) * test_range(&state, 0.02, 1); // one far below two
         product[3] = 1;
         product[2] = -(x[0] + x[1] + x[2]);
         product[1] = x[0] * x[1] + x[0] * x[2] + x[1] * x[2];
@@ -1085,7 +1087,7 @@ static void reconstruction_holds_moments(void)
             const float z = family_receiver(i % RECEIVER_COUNT, p.count, p.depth, &state);
             const nodes n = reconstructed(m, b, z);
             CHECK(finite_nodes(n), "shares or order of depths are broken");
-            CHECK(fabsf(n.z[0] - z) <= 2.4e-7f, "z[0] is %a for %a", (double)n.z[0], (double)z);
+            CHECK(n.z[0] >= z && n.z[0] <= z, "z[0] is %a for %a", (double)n.z[0], (double)z);
             double sum = 0;
             for (int k = 0; k < n.count; k++) sum += (double)n.w[k];
             keep_worst(&shares_off, fabs(sum - 1), m, p.family, alpha, b, z);
