@@ -244,8 +244,8 @@ LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta
 // stays. The emitter is taken for a disc with the light's slopes: its vector irradiance is exact, at
 // most pi times its radiance, and nothing comes from behind it. Slopes count as at most 4, of axes that
 // are unit and orthogonal, and as what so wide a disc can have (docs/lightprobe.md).
-// Lights at infinity (distances up to 1e-30 count as that) or of half-angles from 89.9 degrees on
-// stay as they are. Finite numbers give finite ones, at least 0.
+// Lights at infinity (distances up to 1e-30 count as that) or of half-angles from 89.95 degrees on
+// stay as they are. Finite numbers give finite ones, at least 0, for cos_alpha in [-1,1].
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y,
                                                     float z);
 // The same for emitters that shine to all sides alike, lamps without a shade say: the light is

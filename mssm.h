@@ -66,7 +66,8 @@
 // CONVENTIONS
 //
 //   depth z       in [-1,1], -1 nearest the light, linear in the distance along the light's axis,
-//                 also for perspective (spot) lights. 1 where nothing is hit.
+//                 also for perspective (spot) lights. 1 where nothing is hit. What is deeper than
+//                 .9 casts no soft shadow: mssm_light_directional, _area and _fit end casters at .8.
 //   moments       b[k] = E[z^(k+1)]. The zeroth moment is 1 and is not stored.
 //   visibility    1 where the whole light is seen. All bounds are bounds on visibility.
 //   lights        direction points from the scene to the light. Sizes are tangents of half-angles
@@ -235,8 +236,9 @@ typedef struct mssm_light {
 // receivers may lie outside. Where casters go on beyond the box (a cascade, a camera's
 // surroundings), what the map holds at its rim stands for them; otherwise all is lit there. Keep
 // the box close to the casters, or call mssm_light_fit: past casters nearer to their receivers than
-// .2% of the box's depth along the light, the moment bias lightens penumbras (by 1%, at .05% by
-// 15%); umbras stay dark down to .005%. direction needs not be unit. axis_u is made orthogonal to
+// .2% of the box's depth along the light, the moment bias lightens penumbras, and umbras as far in as
+// one and a half penumbras: these to .03 at .1%, .1 at .05%, .7 at .01% (4 moments: .08, .25, .9).
+// direction needs not be unit. axis_u is made orthogonal to
 // it; where that is impossible another axis is taken. Fails, with light untouched, on numbers that
 // are not finite, a zero direction or box_min > box_max.
 MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
@@ -246,7 +248,8 @@ MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direc
 
 // A rectangle of half_width_u by half_width_v >= 0 (world units) at position, shining along
 // -direction into a square pyramid of half-angle tangent tan_half_fov > 0 between the distances 0 <
-// z_near < z_far. Casters must lie between the two. A near plane close to the light costs nothing
+// z_near < z_far. Casters must lie between the two, not in the last twentieth of the way (depths
+// above .9). A near plane close to the light costs nothing
 // but depth precision (mssm_light_fit). The map's rim stands for casters beyond the sides; further
 // out all counts as lit: the cone's falloff is the caller's. Fails as above.
 MSSM_API mssm_result mssm_light_spot(mssm_light *light, const float position[3],
@@ -327,7 +330,7 @@ typedef enum mssm_estimator {
     MSSM_HORIZON // layered, of the part of the light above the receiver's horizon, by its normal
 } mssm_estimator;
 
-typedef struct mssm_settings { // zero means default everywhere
+typedef struct mssm_settings { // zero means default everywhere, as does what is out of range
     int moments;               // 4, 6, or 0: as many as the map has
     mssm_estimator estimator;  // others count as MSSM_LOWER_BLOCKER; mssm_gl_create refuses them
     float moment_bias;         // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
@@ -421,8 +424,8 @@ typedef struct mssm_filter { // zero means default everywhere
 
 typedef struct mssm_filtered mssm_filtered;
 
-// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments, 0 if out of range: 2 for each
-// moment and a third more for the mip chain, and 8 to work in (so that every level is rounded
+// Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments, 0 if out of range: for each
+// moment 2 and a third more for the mip chain, and 8 to work in (so that every level is rounded
 // once).
 MSSM_API size_t mssm_filtered_bytes(int side, int moments);
 
@@ -1929,7 +1932,7 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
 }
 
 // Of a receiver's coordinates, those above this part of the largest have a share in its visibility,
-// so that one receiver in ten asks two faces.
+// so that one direction in eighteen asks two faces.
 #define MSSM_FACE_BAND 0.95f
 
 mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
