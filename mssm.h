@@ -86,8 +86,6 @@
 //   MSSM_NO_SCATTERING    everywhere: leaves out the math of light shafts
 //   MSSM_MALLOC(bytes), MSSM_FREE(memory)   there: for the OpenGL half; the rest never allocates
 //
-// MSSM_VERSION is defined here: 200 for 0.2.0.
-//
 // Threads: no global state. Functions that take a const map may run in parallel on one map.
 // Floats: any finite input gives finite output. NaN and infinity are treated as a number at an end
 // of the valid range; depths that are not finite as 1, nothing hit.
@@ -140,10 +138,9 @@ MSSM_API mssm_moments6 mssm_moments6_of_depth(float z);
 #define MSSM_BIAS6_UNORM16 3.5e-5f // (mssm_moments*_bias would need 2.2e-5 and 5.2e-5)
 #define MSSM_BIAS4_UNORM16_FILTERED 5.6e-5f // the same, stored by a resolve and two blur passes
 #define MSSM_BIAS6_UNORM16_FILTERED 1.05e-4f
-// Tables of this header, as mssm_map_visibility uses them; and what mssm_map_moments gives, for
-// mssm_moments*_bias. Proved for kernels of up to 27 texels. Coarser levels round once more each,
-// which at the very worst asks for 2.2 times as much at level 4; sampled maps need less than half
-// of these.
+// Tables of this header as mssm_map_visibility uses them, and what mssm_map_moments gives. Proved
+// for kernels of up to 27 texels; coarser levels round once more each, at the very worst 2.2 times
+// as much at level 4. Sampled maps need less than half.
 #define MSSM_BIAS4_TABLE 7.0e-7f
 #define MSSM_BIAS6_TABLE 1.3e-6f
 #define MSSM_BIAS4_DECODED 1.4e-6f
@@ -165,16 +162,14 @@ MSSM_API mssm_moments4 mssm_moments4_decode(mssm_moments4 q);
 MSSM_API mssm_moments6 mssm_moments6_encode(mssm_moments6 m);
 MSSM_API mssm_moments6 mssm_moments6_decode(mssm_moments6 q);
 
-// Sharp bounds on visibility, 1 - P(depth < z), over all distributions with these moments (m
-// already biased). 0 <= lower <= upper <= 1. The upper bound never darkens a lit surface. Where the
-// moments are not those of any distribution, the bounds of the longest valid part of them (4, 2)
-// are given.
+// Sharp bounds on visibility, 1 - P(depth < z), over all distributions with the moments m, already
+// biased. 0 <= lower <= upper <= 1; the upper bound never darkens a lit surface. Moments of no
+// distribution give the bounds of the longest valid part of them (4, 2).
 MSSM_API mssm_bounds mssm_visibility4(mssm_moments4 m, float z);
 MSSM_API mssm_bounds mssm_visibility6(mssm_moments6 m, float z);
 
-// The same for count elements in structure-of-arrays form: b[k][i] is moment k+1 of element i.
-// gcc vectorises the loops with -O3 -fno-math-errno -fno-trapping-math, clang with
-// -O2 -fno-math-errno (and -march=native or the like for wide registers).
+// The same for count elements: b[k][i] is moment k+1 of element i. gcc vectorises the loops with
+// -O3 -fno-math-errno -fno-trapping-math, clang with -O2 -fno-math-errno.
 MSSM_API void mssm_visibility4_array(int count, const float *const b[4], const float *z,
                                      float *lower, float *upper);
 MSSM_API void mssm_visibility6_array(int count, const float *const b[6], const float *z,
@@ -186,10 +181,9 @@ MSSM_API void mssm_visibility6_array(int count, const float *const b[6], const f
 MSSM_API mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z);
 MSSM_API mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z);
 
-// Mean depth of the blockers nearer than z, where the receiver's own share w0 takes part as if it
-// were a blocker at z, clamped to [self_weight_min, self_weight_max]. 1e-3, 1e-3: the lower
-// estimate (image-based lighting paper, Eq. 7); 1e-3, 1: the upper estimate (Eq. 19). In [-1,z]; z
-// without blockers.
+// Mean depth of the blockers nearer than z, with the receiver's own share as one more at z, clamped
+// to [self_weight_min, self_weight_max]: 1e-3, 1e-3 for the lower estimate (image-based lighting
+// paper, Eq. 7), 1e-3, 1 for the upper one (Eq. 19). In [-1,z]; z without blockers.
 MSSM_API float mssm_blocker_depth4(mssm_moments4 m, float z, float self_weight_min,
                                    float self_weight_max);
 MSSM_API float mssm_blocker_depth6(mssm_moments6 m, float z, float self_weight_min,
@@ -216,19 +210,16 @@ typedef enum mssm_result {
 // One line for people. Never null.
 MSSM_API const char *mssm_result_string(mssm_result r);
 
-// A light and its frustum. Fill it with one of the functions below, or by hand for frusta of your
-// own.
+// A light and its frustum, from one of the functions below or filled in by hand.
 typedef struct mssm_light {
     // clip = M (p,1), fit for gl_Position; shadow-space x, y = clip.xy / clip.w. Depth is clip.z
-    // for directional lights. For perspective ones it is linear in clip.w, the distance along the
-    // axis: -1 at z_near, 1 at z_far.
+    // for directional lights, else linear in clip.w, the distance along the axis.
     float world_to_shadow[16];
     int perspective;      // 0: directional
     float half_u, half_v; // directional: tangents of half-angles; spot: half-widths, world units
     // Directional: half-size of the frustum, world units; spot: tan_half_fov.
     float extent_u, extent_v;
-    float z_near, z_far; // distance along the axis of depth -1 and 1, world units; only the
-                         // difference counts for directional lights
+    float z_near, z_far; // distances of depth -1 and 1, world units; directional: their difference
 } mssm_light;
 
 // A light at infinity: a rectangle of the sky with tangents of half-angles tan_half_u, tan_half_v
@@ -236,11 +227,10 @@ typedef struct mssm_light {
 // receivers may lie outside. Where casters go on beyond the box (a cascade, a camera's
 // surroundings), what the map holds at its rim stands for them; otherwise all is lit there. Keep
 // the box close to the casters, or call mssm_light_fit: past casters nearer to their receivers than
-// .2% of the box's depth along the light, the moment bias lightens penumbras, and umbras as far in as
-// one and a half penumbras: these to .03 at .1%, .1 at .05%, .7 at .01% (4 moments: .08, .25, .9).
-// direction needs not be unit. axis_u is made orthogonal to
-// it; where that is impossible another axis is taken. Fails, with light untouched, on numbers that
-// are not finite, a zero direction or box_min > box_max.
+// .2% of its depth the moment bias lightens penumbras, and umbras as far in as one and a half
+// penumbras: these to .03 at .1%, .1 at .05%, .7 at .01% (4 moments: .08, .25, .9). direction may
+// have any length; axis_u is made orthogonal to it or replaced. Fails, with light untouched, on
+// numbers that are not finite, a zero direction, box_min > box_max.
 MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
                                             const float axis_u[3], float tan_half_u,
                                             float tan_half_v, const float box_min[3],
@@ -284,11 +274,10 @@ MSSM_API mssm_result mssm_light_point(mssm_light light[6], const float position[
 // box. Fails, with light untouched, for perspective lights and side < 1.
 MSSM_API mssm_result mssm_light_snap(mssm_light *light, int side);
 
-// The same light with its depth range fitted to what is drawn: from the nearest to the farthest
-// depth of its own map (mssm_depth_range). For precision, where planes set by hand are hundreds of
-// times further apart than the casters are deep. To be used for the next map: what lies nearer than
-// nearest is cut off, so leave a margin if casters move. Fails, with light untouched, unless
-// -1 <= nearest <= farthest <= 1.
+// The same light with its depth range fitted to its own map, nearest to farthest
+// (mssm_depth_range): for precision, where planes set by hand are hundreds of times further apart
+// than the casters are deep. For the next map: what lies before nearest is cut off, so leave a
+// margin if casters move. Fails, with light untouched, unless -1 <= nearest <= farthest <= 1.
 MSSM_API mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest);
 
 // Least and greatest depth of count that something was drawn at; 0 where nothing was (all are 1).
@@ -334,8 +323,7 @@ typedef struct mssm_settings { // zero means default everywhere, as does what is
     int moments;               // 4, 6, or 0: as many as the map has
     mssm_estimator estimator;  // others count as MSSM_LOWER_BLOCKER; mssm_gl_create refuses them
     float moment_bias;         // 0: the safe value, MSSM_BIAS4_TABLE or MSSM_BIAS6_TABLE
-    float depth_bias; // in units of z; 0: 3/4 texel, none where back faces were given. Blockers
-                      // fade in over twice as much, so that they don't pop
+    float depth_bias; // in z; 0: 3/4 texel, none with back faces. Blockers fade in over twice that
     int max_kernel;   // widest filter in texels of level 0; 0: as wide as the light asks for
     float tolerance;  // error of visibility below which narrower kernels are left out; 0: 1/256
 } mssm_settings;
@@ -343,8 +331,7 @@ typedef struct mssm_settings { // zero means default everywhere, as does what is
 typedef struct mssm_map mssm_map;
 
 // Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments: side^2 * (moments * 4 + 2),
-// the 2 for least and greatest depths, and a third more for the coarser levels. 0 if the arguments
-// are out of range.
+// the 2 for least and greatest depths, and a third more for coarser levels. 0 if out of range.
 MSSM_API size_t mssm_map_bytes(int side, int moments);
 
 // Lays out a map in memory (any alignment; must not be moved while in use). The map starts empty:
@@ -413,8 +400,7 @@ MSSM_API mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light,
 #ifndef MSSM_NO_FILTERED
 // ---- Filtered hard shadows and translucent casters (docs/filtered.md) ---- >>filtered calls
 //
-// Lights without size, antialiased by one look at a blurred map of 64 bits a texel (96 with 6
-// moments): 16-bit moments under a Gaussian, with a mip chain, read trilinearly.
+// Lights without size: a map of 16-bit moments under a Gaussian, with a mip chain, read trilinearly.
 
 typedef struct mssm_filter { // zero means default everywhere
     float moment_bias;       // 0: MSSM_BIAS4_UNORM16_FILTERED or MSSM_BIAS6_UNORM16_FILTERED
@@ -425,8 +411,7 @@ typedef struct mssm_filter { // zero means default everywhere
 typedef struct mssm_filtered mssm_filtered;
 
 // Bytes for a map of side^2 texels (1 to 16384) with 4 or 6 moments, 0 if out of range: for each
-// moment 2 and a third more for the mip chain, and 8 to work in (so that every level is rounded
-// once).
+// moment 2 and a third more for the mip chain, and 8 to work in.
 MSSM_API size_t mssm_filtered_bytes(int side, int moments);
 
 // As mssm_map_init: any alignment, not to be moved, everything lit. Fails with *map untouched.
@@ -531,9 +516,8 @@ MSSM_API mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, 
                                            float distance);
 
 // Mean visibility along the ray, weighted by transmittance to the camera: times unshadowed single
-// scattering it is the shafts. m: biased mean moments of the columns up to the ray's. It takes the
-// upper bound with weight (1 - cos(inclination)) / 2, as in the slides, the lower one with the
-// rest; balance 0.5 goes halfway to the share of what is lit for sure in all that is sure.
+// scattering it is the shafts. m: biased mean moments of its columns. The upper bound weighs (1 -
+// cos(inclination)) / 2, as in the slides; balance 0.5: halfway to the lit share of what is sure.
 MSSM_API float mssm_scattering_visibility(mssm_view_ray ray, mssm_moments6 m);
 
 // GLSL 4.50 text of all but mssm_scattering_init, to be put after mssm_glsl_math(). Static storage.
@@ -546,15 +530,14 @@ MSSM_API const char *mssm_glsl_scattering(void);
 // To be put after #version; before or after other texts that include it, too. Static storage.
 MSSM_API const char *mssm_glsl_math(void);
 
-// GLSL 4.50 text of the estimators, for a pipeline of one's own (Vulkan, other table formats); to
-// be put after mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map,
-// mssm_view, mssm_options, mssm_receiver), and calls mssm_moments6 mssm_query(int map, int moments,
-// float x, float y, float half_x, float half_y), which is yours to define: the Chebyshev moments
-// that a rectangle of the map holds. A macro MSSM_LEAST_DEPTH may name a float f(int map, float x,
-// float y, float half_size): the least depth within half_size texels, which proves receivers lit
-// and lets near planes and far casters do no harm; MSSM_GREATEST_DEPTH likewise the greatest, which
-// proves them dark: to be defined right before the text, which forgets them. A type of map other
-// than int is MSSM_MAP's.
+// GLSL 4.50 text of the estimators, for pipelines of one's own (Vulkan, other table formats), after
+// mssm_glsl_math(). Declares mssm_view, mssm_options and float mssm_estimate(int map, mssm_view,
+// mssm_options, mssm_receiver); calls mssm_moments6 mssm_query(int map, int moments, float x, float
+// y, float half_x, float half_y), yours to define: the Chebyshev moments that a rectangle of the
+// map holds. Macros, to be defined right before the text, which forgets them: MSSM_LEAST_DEPTH may
+// name a float f(int map, float x, float y, float half_size), the least depth within half_size
+// texels, which proves receivers lit and keeps near planes and far casters from harm;
+// MSSM_GREATEST_DEPTH the greatest, which proves them dark; MSSM_MAP a type of map other than int.
 MSSM_API const char *mssm_glsl_shading(void);
 
 #if !(defined MSSM_STATIC && defined MSSM_NO_GL) // a static function must be defined
@@ -596,8 +579,7 @@ typedef struct mssm_gl_desc { // zero means default everywhere
     int first_buffer_binding; // and this binding of shader storage buffers; default 7, filtered 6
     void (*log)(void *user, const char *message); // one line, or a shader's whole log; may be NULL
     void *user;
-    const char *name; // of the function that the shading text declares; default mssm_visibility,
-                      // filtered mssm_filtered_visibility. Not kept
+    const char *name; // of the shading function, default mssm_(filtered_)visibility. Not kept
 #ifndef MSSM_NO_FILTERED
     int filtered;       // 1: filtered hard shadows, with translucent casters; then of the
     int radius;         // Gaussian, 1 to 32 texels, -1: none; default 2
@@ -645,8 +627,7 @@ MSSM_API int mssm_gl_layer(const mssm_gl *gl);
 
 // How a depth map holds depth.
 typedef enum mssm_stored {
-    // As a GPU stores it from gl_Position, with a depth range of 0 to 1; whether clip space ends at
-    // -1 or 0 makes no difference.
+    // As a GPU stores it from gl_Position, with a depth range of 0 to 1; clip space from -1 or 0.
     MSSM_STORED_WINDOW = 0,
     MSSM_STORED_LINEAR, // 0 to 1 linear in the distance along the light's axis
     MSSM_STORED_RADIAL  // the same from the light, as point lights often have it
@@ -668,14 +649,13 @@ typedef struct mssm_gl_depth { // zero means default everywhere
     float z_near, z_far;
 } mssm_gl_depth;
 
-// In place of the passes of a light that was set: front, and where not NULL back, which then must
-// be like front but for texture, layer, x and y. Columns and rows are shadow-space x and y. The far
-// end (1, reversed 0) counts as nothing hit. The texture's own state and samplers stay and are not
-// in the way: compare mode, filters, swizzle, stencil mode; its base level is read, at once. Fails
-// with the light's map as it was. Then mssm_gl_build. Filtered maps take front alone, and no
-// translucent casters after it. Within mssm_gl_begin_frame GL is asked about a texture only the
-// first time that a light gets it with these numbers: its storage, swizzle and stencil mode must be
-// the same from then on.
+// In place of the passes of a light that was set: front, and where not NULL back, like it but for
+// texture, layer, x and y. Columns and rows are shadow-space x and y; the far end (1, reversed 0)
+// counts as nothing hit. The texture's own state and samplers stay and are not in the way: compare
+// mode, filters, swizzle, stencil mode; its base level is read, at once. Fails with the light's map
+// as it was. Then mssm_gl_build. Filtered maps take front alone, and no translucent casters after
+// it. Within mssm_gl_begin_frame GL is asked about a texture only when a light first gets it with
+// these numbers: storage, swizzle and stencil mode must stay from then on.
 MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front,
                                        const mssm_gl_depth *back);
 
@@ -691,8 +671,7 @@ MSSM_API mssm_result mssm_gl_end_frame(mssm_gl *gl);
 
 // Tables of all lights drawn since the last build: two dispatches a level for up to 256 lights, of
 // as many levels as the widest light needs. Filtered: Gaussian and mip chain of the light drawn
-// last, those of the others have been made when the next began. Where nothing has changed it
-// returns at once.
+// last; others were made when the next began. Returns at once where nothing has changed.
 MSSM_API mssm_result mssm_gl_build(mssm_gl *gl);
 
 // Binds what shading reads: textures at units first_texture_unit and the next two (and no
