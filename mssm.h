@@ -825,15 +825,22 @@ MSSM_SHARED int mssm_bits(float x)
 
 // ---- Moments and their storage ---- >>math
 
-mssm_moments4 mssm_moments4_of_depth(float z)
+// Of functions whose first four results need no more than four moments the one for four is that for
+// six: what the compiler finds unused goes.
+MSSM_SHARED mssm_moments6 mssm_six(mssm_moments4 m)
 {
-    float d = mssm_clamp(z, -1.0f, 1.0f);
-    mssm_moments4 m;
-    m.b[0] = d;
-    m.b[1] = d * d;
-    m.b[2] = d * d * d;
-    m.b[3] = (d * d) * (d * d);
-    return m;
+    mssm_moments6 r;
+    for (int k = 0; k < 4; k++) r.b[k] = m.b[k];
+    r.b[4] = 0.0f;
+    r.b[5] = 0.0f;
+    return r;
+}
+
+MSSM_SHARED mssm_moments4 mssm_four(mssm_moments6 m)
+{
+    mssm_moments4 r;
+    for (int k = 0; k < 4; k++) r.b[k] = m.b[k];
+    return r;
 }
 
 mssm_moments6 mssm_moments6_of_depth(float z)
@@ -849,22 +856,17 @@ mssm_moments6 mssm_moments6_of_depth(float z)
     return m;
 }
 
+mssm_moments4 mssm_moments4_of_depth(float z)
+{
+    return mssm_four(mssm_moments6_of_depth(z));
+}
+
 // Odd entries of all bias vectors are zero: the best vector is symmetric. 4 is beyond all entries.
 MSSM_SHARED float mssm_blend_to(float b, float alpha, float goal)
 {
     float a = mssm_clamp(alpha, 0.0f, 1.0f);
     float start = mssm_clamp(b, -4.0f, 4.0f);
     return start - a * (start - goal);
-}
-
-MSSM_SHARED mssm_moments4 mssm_blend_to4(mssm_moments4 m, float alpha, float b2, float b4)
-{
-    mssm_moments4 r;
-    r.b[0] = mssm_blend_to(m.b[0], alpha, 0.0f);
-    r.b[1] = mssm_blend_to(m.b[1], alpha, b2);
-    r.b[2] = mssm_blend_to(m.b[2], alpha, 0.0f);
-    r.b[3] = mssm_blend_to(m.b[3], alpha, b4);
-    return r;
 }
 
 MSSM_SHARED mssm_moments6 mssm_blend_to6(mssm_moments6 m, float alpha, float b2, float b4, float b6)
@@ -881,7 +883,7 @@ MSSM_SHARED mssm_moments6 mssm_blend_to6(mssm_moments6 m, float alpha, float b2,
 
 mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha)
 {
-    return mssm_blend_to4(m, alpha, 0.920f, 3.804f);
+    return mssm_four(mssm_blend_to6(mssm_six(m), alpha, 0.920f, 3.804f, 0.0f));
 }
 
 mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha)
@@ -891,7 +893,7 @@ mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha)
 
 mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha)
 {
-    return mssm_blend_to4(m, alpha, 1.120f, 2.884f);
+    return mssm_four(mssm_blend_to6(mssm_six(m), alpha, 1.120f, 2.884f, 0.0f));
 }
 
 mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha)
@@ -924,16 +926,6 @@ MSSM_SHARED mssm_moments6 mssm_chebyshev(float z)
 }
 
 // T1 = z, T2 = 2z^2 - 1, T3 = 4z^3 - 3z, T4 = 8z^4 - 8z^2 + 1, ...
-mssm_moments4 mssm_moments4_encode(mssm_moments4 m)
-{
-    mssm_moments4 q;
-    q.b[0] = mssm_to_unit(m.b[0]);
-    q.b[1] = mssm_clamp(m.b[1], 0.0f, 1.0f);
-    q.b[2] = mssm_to_unit(4.0f * m.b[2] - 3.0f * m.b[0]);
-    q.b[3] = mssm_to_unit(8.0f * (m.b[3] - m.b[1]) + 1.0f);
-    return q;
-}
-
 mssm_moments6 mssm_moments6_encode(mssm_moments6 m)
 {
     mssm_moments6 q;
@@ -946,37 +938,28 @@ mssm_moments6 mssm_moments6_encode(mssm_moments6 m)
     return q;
 }
 
-// Straight from the stored values, without going through T = 2q - 1: fewer roundings.
-mssm_moments4 mssm_moments4_decode(mssm_moments4 q)
+mssm_moments4 mssm_moments4_encode(mssm_moments4 m)
 {
-    float q1 = mssm_clamp(q.b[0], 0.0f, 1.0f);
-    float q2 = mssm_clamp(q.b[1], 0.0f, 1.0f);
-    float q3 = mssm_clamp(q.b[2], 0.0f, 1.0f);
-    float q4 = mssm_clamp(q.b[3], 0.0f, 1.0f);
-    mssm_moments4 m;
-    m.b[0] = 2.0f * q1 - 1.0f;
-    m.b[1] = q2;
-    m.b[2] = 1.5f * q1 + (0.5f * q3 - 1.0f);
-    m.b[3] = q2 + (0.25f * q4 - 0.25f);
+    return mssm_four(mssm_moments6_encode(mssm_six(m)));
+}
+
+// Straight from the stored values, without going through T = 2q - 1: fewer roundings.
+mssm_moments6 mssm_moments6_decode(mssm_moments6 q)
+{
+    for (int k = 0; k < 6; k++) q.b[k] = mssm_clamp(q.b[k], 0.0f, 1.0f);
+    mssm_moments6 m;
+    m.b[0] = 2.0f * q.b[0] - 1.0f;
+    m.b[1] = q.b[1];
+    m.b[2] = 1.5f * q.b[0] + (0.5f * q.b[2] - 1.0f);
+    m.b[3] = q.b[1] + (0.25f * q.b[3] - 0.25f);
+    m.b[4] = 1.25f * q.b[0] + (0.625f * q.b[2] + (0.125f * q.b[4] - 1.0f));
+    m.b[5] = 0.9375f * q.b[1] + (0.375f * q.b[3] + (0.0625f * q.b[5] - 0.375f));
     return m;
 }
 
-mssm_moments6 mssm_moments6_decode(mssm_moments6 q)
+mssm_moments4 mssm_moments4_decode(mssm_moments4 q)
 {
-    float q1 = mssm_clamp(q.b[0], 0.0f, 1.0f);
-    float q2 = mssm_clamp(q.b[1], 0.0f, 1.0f);
-    float q3 = mssm_clamp(q.b[2], 0.0f, 1.0f);
-    float q4 = mssm_clamp(q.b[3], 0.0f, 1.0f);
-    float q5 = mssm_clamp(q.b[4], 0.0f, 1.0f);
-    float q6 = mssm_clamp(q.b[5], 0.0f, 1.0f);
-    mssm_moments6 m;
-    m.b[0] = 2.0f * q1 - 1.0f;
-    m.b[1] = q2;
-    m.b[2] = 1.5f * q1 + (0.5f * q3 - 1.0f);
-    m.b[3] = q2 + (0.25f * q4 - 0.25f);
-    m.b[4] = 1.25f * q1 + (0.625f * q3 + (0.125f * q5 - 1.0f));
-    m.b[5] = 0.9375f * q2 + (0.375f * q4 + (0.0625f * q6 - 0.375f));
-    return m;
+    return mssm_four(mssm_moments6_decode(mssm_six(q)));
 }
 
 // ---- Bounds without the roots (docs/moments.md, "Bounds") ---- >>bounds
@@ -1317,13 +1300,12 @@ MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float r
 {
     float x = b * (-1.0f / 3.0f);
     float f = ((x + b) * x + c) * x + d;
-    float f1 = (3.0f * x + 2.0f * b) * x + c;
     float side = f < 0.0f ? -1.0f : 1.0f;
     float size = reach * 1.01f;
     x = x - side * reach;
     for (int i = 0; i < 12; i++) {
         f = ((x + b) * x + c) * x + d;
-        f1 = (3.0f * x + 2.0f * b) * x + c;
+        float f1 = (3.0f * x + 2.0f * b) * x + c;
         float step = f1 > 0.0f ? side * f / f1 : -size;
         if (fabsf(step) > size) break; // steps shrink, or all is rounding: three equal roots
         size = fabsf(step);
@@ -1714,14 +1696,17 @@ static int mssm__normalise(double a[3])
 // gap of .05 instead doubles the error of scenes with one layer, .2 gains nothing).
 #define MSSM_FAR_CASTER 0.8f
 
-// The light's frame: rows u, v, direction, right-handed (u x v = direction). 0 for a zero
-// direction.
+// The light's frame: rows u, v, direction, right-handed (u x v = direction). 0 where a number is none
+// or the direction is zero.
 static int mssm__frame(const float direction[3], const float axis_u[3], double frame[3][3])
 {
     double *u = frame[0], *v = frame[1], *w = frame[2];
-    for (int i = 0; i < 3; i++) w[i] = direction[i];
+    if (!mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3)) return 0;
+    for (int i = 0; i < 3; i++) {
+        u[i] = axis_u[i];
+        w[i] = direction[i];
+    }
     if (!mssm__normalise(w)) return 0;
-    for (int i = 0; i < 3; i++) u[i] = axis_u[i];
     int usable = mssm__normalise(u);
     mssm__cross(w, u, v);
     if (!usable || mssm__dot(v, v) < 1e-12) { // none of its own: take the least aligned axis
@@ -1768,8 +1753,7 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
                                    const float box_min[3], const float box_max[3])
 {
     double frame[3][3], centre[3], half[3];
-    if (!light || !mssm__all_finite(direction, 3) || !mssm__all_finite(axis_u, 3) ||
-        !mssm__all_finite(box_min, 3) || !mssm__all_finite(box_max, 3) ||
+    if (!light || !mssm__all_finite(box_min, 3) || !mssm__all_finite(box_max, 3) ||
         !mssm__is_finite(tan_half_u) || !mssm__is_finite(tan_half_v) || tan_half_u < 0 ||
         tan_half_v < 0 || !mssm__frame(direction, axis_u, frame) ||
         !mssm__box_in_frame(frame, box_min, box_max, centre, half)) {
@@ -1792,7 +1776,6 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
     r.half_v = tan_half_v;
     r.extent_u = (float)half[0];
     r.extent_v = (float)half[1];
-    r.z_near = 0;
     r.z_far = (float)(2 * range);
     const float size[3] = {r.extent_u, r.extent_v, r.z_far};
     if (!mssm__all_finite(r.world_to_shadow, 16) || !mssm__all_finite(size, 3)) {
@@ -1808,10 +1791,9 @@ mssm_result mssm_light_spot(mssm_light *light, const float position[3], const fl
 {
     double frame[3][3], eye[3];
     const float sizes[5] = {tan_half_fov, z_near, z_far, half_width_u, half_width_v};
-    if (!light || !mssm__all_finite(position, 3) || !mssm__all_finite(direction, 3) ||
-        !mssm__all_finite(axis_u, 3) || !mssm__all_finite(sizes, 5) || tan_half_fov <= 0 ||
-        z_near <= 0 || z_far <= z_near || half_width_u < 0 || half_width_v < 0 ||
-        !mssm__frame(direction, axis_u, frame)) {
+    if (!light || !mssm__all_finite(position, 3) || !mssm__all_finite(sizes, 5) ||
+        tan_half_fov <= 0 || z_near <= 0 || z_far <= z_near || half_width_u < 0 ||
+        half_width_v < 0 || !mssm__frame(direction, axis_u, frame)) {
         return MSSM_ERROR_ARGUMENT;
     }
     mssm_light r;
@@ -3273,20 +3255,17 @@ mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light,
 #ifndef MSSM_NO_FILTERED
 // ---- Filtered hard shadows ---- >>filtered
 
-mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity)
-{
-    const mssm_moments4 layer = mssm_moments4_of_depth(z);
-    const float a = mssm_clamp(opacity, 0.0f, 1.0f);
-    for (int k = 0; k < 4; k++) m.b[k] = (1.0f - a) * m.b[k] + a * layer.b[k];
-    return m;
-}
-
 mssm_moments6 mssm_moments6_blend(mssm_moments6 m, float z, float opacity)
 {
     const mssm_moments6 layer = mssm_moments6_of_depth(z);
     const float a = mssm_clamp(opacity, 0.0f, 1.0f);
     for (int k = 0; k < 6; k++) m.b[k] = (1.0f - a) * m.b[k] + a * layer.b[k];
     return m;
+}
+
+mssm_moments4 mssm_moments4_blend(mssm_moments4 m, float z, float opacity)
+{
+    return mssm_four(mssm_moments6_blend(mssm_six(m), z, opacity));
 }
 
 #define MSSM__RADIUS 32 // of the Gaussian, in texels
@@ -6673,15 +6652,22 @@ const char *mssm_glsl_math(void)
     "\n"
     "// ---- Moments and their storage ---- >>math\n"
     "\n"
-    "mssm_moments4 mssm_moments4_of_depth(float z)\n"
+    "// Of functions whose first four results need no more than four moments the one for four is that for\n"
+    "// six: what the compiler finds unused goes.\n"
+    "MSSM_SHARED mssm_moments6 mssm_six(mssm_moments4 m)\n"
     "{\n"
-    "    float d = mssm_clamp(z, -1.0f, 1.0f);\n"
-    "    mssm_moments4 m;\n"
-    "    m.b[0] = d;\n"
-    "    m.b[1] = d * d;\n"
-    "    m.b[2] = d * d * d;\n"
-    "    m.b[3] = (d * d) * (d * d);\n"
-    "    return m;\n"
+    "    mssm_moments6 r;\n"
+    "    for (int k = 0; k < 4; k++) r.b[k] = m.b[k];\n"
+    "    r.b[4] = 0.0f;\n"
+    "    r.b[5] = 0.0f;\n"
+    "    return r;\n"
+    "}\n"
+    "\n"
+    "MSSM_SHARED mssm_moments4 mssm_four(mssm_moments6 m)\n"
+    "{\n"
+    "    mssm_moments4 r;\n"
+    "    for (int k = 0; k < 4; k++) r.b[k] = m.b[k];\n"
+    "    return r;\n"
     "}\n"
     "\n"
     "mssm_moments6 mssm_moments6_of_depth(float z)\n"
@@ -6697,22 +6683,17 @@ const char *mssm_glsl_math(void)
     "    return m;\n"
     "}\n"
     "\n"
+    "mssm_moments4 mssm_moments4_of_depth(float z)\n"
+    "{\n"
+    "    return mssm_four(mssm_moments6_of_depth(z));\n"
+    "}\n"
+    "\n"
     "// Odd entries of all bias vectors are zero: the best vector is symmetric. 4 is beyond all entries.\n"
     "MSSM_SHARED float mssm_blend_to(float b, float alpha, float goal)\n"
     "{\n"
     "    float a = mssm_clamp(alpha, 0.0f, 1.0f);\n"
     "    float start = mssm_clamp(b, -4.0f, 4.0f);\n"
     "    return start - a * (start - goal);\n"
-    "}\n"
-    "\n"
-    "MSSM_SHARED mssm_moments4 mssm_blend_to4(mssm_moments4 m, float alpha, float b2, float b4)\n"
-    "{\n"
-    "    mssm_moments4 r;\n"
-    "    r.b[0] = mssm_blend_to(m.b[0], alpha, 0.0f);\n"
-    "    r.b[1] = mssm_blend_to(m.b[1], alpha, b2);\n"
-    "    r.b[2] = mssm_blend_to(m.b[2], alpha, 0.0f);\n"
-    "    r.b[3] = mssm_blend_to(m.b[3], alpha, b4);\n"
-    "    return r;\n"
     "}\n"
     "\n"
     "MSSM_SHARED mssm_moments6 mssm_blend_to6(mssm_moments6 m, float alpha, float b2, float b4, float b6)\n"
@@ -6729,7 +6710,7 @@ const char *mssm_glsl_math(void)
     "\n"
     "mssm_moments4 mssm_moments4_bias(mssm_moments4 m, float alpha)\n"
     "{\n"
-    "    return mssm_blend_to4(m, alpha, 0.920f, 3.804f);\n"
+    "    return mssm_four(mssm_blend_to6(mssm_six(m), alpha, 0.920f, 3.804f, 0.0f));\n"
     "}\n"
     "\n"
     "mssm_moments6 mssm_moments6_bias(mssm_moments6 m, float alpha)\n"
@@ -6739,7 +6720,7 @@ const char *mssm_glsl_math(void)
     "\n"
     "mssm_moments4 mssm_moments4_bias_encoded(mssm_moments4 m, float alpha)\n"
     "{\n"
-    "    return mssm_blend_to4(m, alpha, 1.120f, 2.884f);\n"
+    "    return mssm_four(mssm_blend_to6(mssm_six(m), alpha, 1.120f, 2.884f, 0.0f));\n"
     "}\n"
     "\n"
     "mssm_moments6 mssm_moments6_bias_encoded(mssm_moments6 m, float alpha)\n"
@@ -6772,16 +6753,6 @@ const char *mssm_glsl_math(void)
     "}\n"
     "\n"
     "// T1 = z, T2 = 2z^2 - 1, T3 = 4z^3 - 3z, T4 = 8z^4 - 8z^2 + 1, ...\n"
-    "mssm_moments4 mssm_moments4_encode(mssm_moments4 m)\n"
-    "{\n"
-    "    mssm_moments4 q;\n"
-    "    q.b[0] = mssm_to_unit(m.b[0]);\n"
-    "    q.b[1] = mssm_clamp(m.b[1], 0.0f, 1.0f);\n"
-    "    q.b[2] = mssm_to_unit(4.0f * m.b[2] - 3.0f * m.b[0]);\n"
-    "    q.b[3] = mssm_to_unit(8.0f * (m.b[3] - m.b[1]) + 1.0f);\n"
-    "    return q;\n"
-    "}\n"
-    "\n"
     "mssm_moments6 mssm_moments6_encode(mssm_moments6 m)\n"
     "{\n"
     "    mssm_moments6 q;\n"
@@ -6794,37 +6765,28 @@ const char *mssm_glsl_math(void)
     "    return q;\n"
     "}\n"
     "\n"
-    "// Straight from the stored values, without going through T = 2q - 1: fewer roundings.\n"
-    "mssm_moments4 mssm_moments4_decode(mssm_moments4 q)\n"
+    "mssm_moments4 mssm_moments4_encode(mssm_moments4 m)\n"
     "{\n"
-    "    float q1 = mssm_clamp(q.b[0], 0.0f, 1.0f);\n"
-    "    float q2 = mssm_clamp(q.b[1], 0.0f, 1.0f);\n"
-    "    float q3 = mssm_clamp(q.b[2], 0.0f, 1.0f);\n"
-    "    float q4 = mssm_clamp(q.b[3], 0.0f, 1.0f);\n"
-    "    mssm_moments4 m;\n"
-    "    m.b[0] = 2.0f * q1 - 1.0f;\n"
-    "    m.b[1] = q2;\n"
-    "    m.b[2] = 1.5f * q1 + (0.5f * q3 - 1.0f);\n"
-    "    m.b[3] = q2 + (0.25f * q4 - 0.25f);\n"
+    "    return mssm_four(mssm_moments6_encode(mssm_six(m)));\n"
+    "}\n"
+    "\n"
+    "// Straight from the stored values, without going through T = 2q - 1: fewer roundings.\n"
+    "mssm_moments6 mssm_moments6_decode(mssm_moments6 q)\n"
+    "{\n"
+    "    for (int k = 0; k < 6; k++) q.b[k] = mssm_clamp(q.b[k], 0.0f, 1.0f);\n"
+    "    mssm_moments6 m;\n"
+    "    m.b[0] = 2.0f * q.b[0] - 1.0f;\n"
+    "    m.b[1] = q.b[1];\n"
+    "    m.b[2] = 1.5f * q.b[0] + (0.5f * q.b[2] - 1.0f);\n"
+    "    m.b[3] = q.b[1] + (0.25f * q.b[3] - 0.25f);\n"
+    "    m.b[4] = 1.25f * q.b[0] + (0.625f * q.b[2] + (0.125f * q.b[4] - 1.0f));\n"
+    "    m.b[5] = 0.9375f * q.b[1] + (0.375f * q.b[3] + (0.0625f * q.b[5] - 0.375f));\n"
     "    return m;\n"
     "}\n"
     "\n"
-    "mssm_moments6 mssm_moments6_decode(mssm_moments6 q)\n"
+    "mssm_moments4 mssm_moments4_decode(mssm_moments4 q)\n"
     "{\n"
-    "    float q1 = mssm_clamp(q.b[0], 0.0f, 1.0f);\n"
-    "    float q2 = mssm_clamp(q.b[1], 0.0f, 1.0f);\n"
-    "    float q3 = mssm_clamp(q.b[2], 0.0f, 1.0f);\n"
-    "    float q4 = mssm_clamp(q.b[3], 0.0f, 1.0f);\n"
-    "    float q5 = mssm_clamp(q.b[4], 0.0f, 1.0f);\n"
-    "    float q6 = mssm_clamp(q.b[5], 0.0f, 1.0f);\n"
-    "    mssm_moments6 m;\n"
-    "    m.b[0] = 2.0f * q1 - 1.0f;\n"
-    "    m.b[1] = q2;\n"
-    "    m.b[2] = 1.5f * q1 + (0.5f * q3 - 1.0f);\n"
-    "    m.b[3] = q2 + (0.25f * q4 - 0.25f);\n"
-    "    m.b[4] = 1.25f * q1 + (0.625f * q3 + (0.125f * q5 - 1.0f));\n"
-    "    m.b[5] = 0.9375f * q2 + (0.375f * q4 + (0.0625f * q6 - 0.375f));\n"
-    "    return m;\n"
+    "    return mssm_four(mssm_moments6_decode(mssm_six(q)));\n"
     "}\n"
     "\n"
     "// ---- Bounds without the roots (docs/moments.md, \"Bounds\") ---- >>bounds\n"
@@ -7165,13 +7127,12 @@ const char *mssm_glsl_math(void)
     "{\n"
     "    float x = b * (-1.0f / 3.0f);\n"
     "    float f = ((x + b) * x + c) * x + d;\n"
-    "    float f1 = (3.0f * x + 2.0f * b) * x + c;\n"
     "    float side = f < 0.0f ? -1.0f : 1.0f;\n"
     "    float size = reach * 1.01f;\n"
     "    x = x - side * reach;\n"
     "    for (int i = 0; i < 12; i++) {\n"
     "        f = ((x + b) * x + c) * x + d;\n"
-    "        f1 = (3.0f * x + 2.0f * b) * x + c;\n"
+    "        float f1 = (3.0f * x + 2.0f * b) * x + c;\n"
     "        float step = f1 > 0.0f ? side * f / f1 : -size;\n"
     "        if (fabsf(step) > size) break; // steps shrink, or all is rounding: three equal roots\n"
     "        size = fabsf(step);\n"
