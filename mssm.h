@@ -247,12 +247,11 @@ MSSM_API mssm_result mssm_light_spot(mssm_light *light, const float position[3],
                                      float tan_half_fov, float z_near, float z_far,
                                      float half_width_u, float half_width_v);
 
-// A rectangle of tangents of half-angles tan_half_u, tan_half_v at this distance from a probe:
-// lightprobe_light has them. A spot light that covers the casters' box; where its plane meets the
-// box, or the box is wider than a tangent of 3, it moves away by as much as it takes, and grows
-// with it. A directional light for distance 0, infinity, and where the box is narrower than 1/512
-// or 1/64 of the smaller half-angle: visibility then differs by less than 1/64. Fails as above, and
-// for a distance below 0 or NaN.
+// A rectangle of tangents of half-angles tan_half_u, tan_half_v at this distance from a probe, as
+// in lightprobe_light. A spot light that covers the casters' box; where its plane meets the box, or
+// the box is wider than a tangent of 3, it moves away by as much as it takes, and grows with it. A
+// directional light for distance 0, infinity, and where the box is narrower than 1/512 or 1/64 of
+// the smaller half-angle: visibility differs by less than 1/64. Fails as above, or if distance < 0.
 MSSM_API mssm_result mssm_light_area(mssm_light *light, const float probe[3],
                                      const float direction[3], const float axis_u[3],
                                      float tan_half_u, float tan_half_v, float distance,
@@ -340,10 +339,9 @@ MSSM_API mssm_result mssm_map_init(mssm_map **map, void *memory, size_t bytes, i
                                    int moments);
 
 // Takes a depth map and builds all tables. Depth at [(y*side + x)*samples + s], 1 to 64 samples a
-// texel, 1 where nothing is hit, clamped to [-1,1], NaN counts as 1. With back (the depth of back
-// faces, same layout) the mean of both is used, sample by sample: no depth bias, so firmer contact
-// shadows of separate convex casters under small lights, but leaks next to concave ones; NULL for
-// open meshes. Fails with the map untouched.
+// texel, 1 where nothing is hit, clamped to [-1,1], NaN counts as 1. With back faces (or NULL) the
+// mean of both is used, sample by sample: no depth bias, so firmer contact shadows of separate
+// convex casters under small lights, but leaks next to concave ones. Fails with map as it was.
 MSSM_API mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back,
                                      int samples);
 
@@ -376,8 +374,7 @@ MSSM_API void mssm_map_visibility_many(const mssm_map *map, const mssm_light *li
 MSSM_API mssm_moments6 mssm_map_moments(const mssm_map *map, float x, float y, float half_x,
                                         float half_y);
 
-// For shading without an mssm_gl (mssm_glsl_shader): a level of the map as a texture, 2D array with
-// a layer a light.
+// A level of the map as a texture, a 2D array with a layer a light, for mssm_glsl_shader.
 typedef struct mssm_texels {
     int levels, side; // mip levels of the texture; texels across and up of this one
     unsigned internal_format, format, type; // as glTexImage3D takes them
@@ -562,8 +559,7 @@ MSSM_API const char *mssm_glsl_shading(void);
 // is active and not paused GL forbids our programs: MSSM_ERROR_ORDER. Not between
 // glBeginConditionalRender and its end: GL would leave out what a pass draws, and cannot be asked.
 // Not seen either: conservative rasterization, shading rates and sample locations of vendors'
-// extensions. A program or framebuffer that was deleted while it was bound cannot be bound again: 0
-// is, without an error.
+// extensions. For programs and framebuffers that were deleted while bound, 0 is bound in the end.
 
 typedef void (*mssm_gl_function)(void);
 typedef mssm_gl_function (*mssm_gl_loader)(const char *name); // glfwGetProcAddress and the like
@@ -591,10 +587,9 @@ typedef struct mssm_gl_desc { // zero means default everywhere
 typedef struct mssm_gl mssm_gl;
 
 // Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 25
-// bytes and a third more, and a depth target of side^2 * samples * 4 a layer: N + 1 layers, of these
-// at most 16 and 32 MiB, but always two. Filtered: N * side^2 * 8 (12 with 6 moments) and a third
-// more, and to work in side^2 * (4 * samples + 79). On failure *gl is untouched, nothing is left
-// behind, and the log has said why.
+// bytes and a third more, and a depth target of side^2 * samples * 4 a layer: N + 1 layers, at most
+// 16 and 32 MiB, but always two. Filtered: N * side^2 * 8 (12 with 6 moments) and a third more, and
+// side^2 * (4 * samples + 79) to work in. On failure *gl is untouched, all freed, the log told.
 MSSM_API mssm_result mssm_gl_create(mssm_gl **gl, const mssm_gl_desc *desc);
 
 // Bytes of its textures and buffers, if the driver gives the samples asked for. Needs no context.
@@ -698,11 +693,10 @@ MSSM_API mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what);
 // GLSL 4.50 text to put after #version: float mssm_visibility(int light, vec3 world_position), and
 // float mssm_visibility_at(int light, vec3 shadow) from shadow-space x, y and depth; with a name of
 // your own NAME and NAME_at. Filtered: float mssm_filtered_visibility(int light, vec3
-// world_position, vec3 ddx, vec3 ddy), the latter the derivatives of the position (dFdx and dFdy in
-// a forward pass, zero for a point), and mssm_bounds mssm_filtered_bounds of the same, or NAME and
-// NAME_bounds. 1 where there is no such light. Lives as long as gl. One shader may have the texts
-// of several mssm_gl, with names, units and bindings of their own, in any order and beside all
-// other texts of this header.
+// world_position, vec3 ddx, vec3 ddy), derivatives of the position (dFdx and dFdy in a forward
+// pass, zero for a point), and mssm_bounds mssm_filtered_bounds of the same, or NAME and
+// NAME_bounds. 1 where there is no such light. Lives as long as gl. A shader may have those of
+// several mssm_gl of other names, units and bindings, and all texts of this header, in any order.
 MSSM_API const char *mssm_gl_shader(const mssm_gl *gl);
 
 // The same for contexts without an mssm_gl (docs/integration.md, 9): GLSL from 330 and 300 es on,
@@ -711,8 +705,7 @@ MSSM_API const char *mssm_gl_shader(const mssm_gl *gl);
 // textures of mssm_map_texels, and of the uniform block mssm_view_block for the views of
 // mssm_map_view, one for each of desc.lights, at most 585 (16 KiB hold 146). With desc.name NAME:
 // mssm_NAME_table0 ... Of desc lights, moments, settings, name and log count; not filtered. Returns
-// the bytes of the text with its final 0, and writes it if there are as many; 0, with a word in the
-// log, if refused.
+// the bytes of the text with its final 0, and writes it if there are as many; 0: see the log.
 MSSM_API size_t mssm_glsl_shader(const mssm_gl_desc *desc, char *text, size_t bytes);
 
 // The tables, for tools and tests: integer 2D arrays with a layer a light and the levels as mip
@@ -726,10 +719,9 @@ MSSM_API unsigned mssm_gl_texture(const mssm_gl *gl, int which);
 #ifndef MSSM_NO_FILTERED
 // Filtered hard shadows have the same life cycle, and translucent casters where wanted: after a
 // light's mssm_gl_end_depth, before the next begin or the build. Between these the application
-// blends them, from far to near, into the moments of the light just drawn: its fragment shader
-// calls mssm_translucent (mssm_glsl_translucent). Blending is its own to set, for both targets:
-// glEnable(GL_BLEND); glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA). The depth test keeps out
-// what lies behind opaque casters.
+// blends them, but what opaque ones hide, from far to near, into the moments of the light just
+// drawn: its fragment shader calls mssm_translucent (mssm_glsl_translucent), and blending of both
+// targets is its to set: glEnable(GL_BLEND); glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA).
 MSSM_API mssm_result mssm_gl_begin_translucent(mssm_gl *gl);
 MSSM_API mssm_result mssm_gl_end_translucent(mssm_gl *gl);
 
@@ -779,9 +771,8 @@ MSSM_API mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned textur
 extern "C" {
 #endif
 
-// What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and
-// is quoted by `make glsl` at the end (>>generated). No pointers, casts or preprocessor
-// lines.
+// What stands between the [glsl] markers is in the subset that C99 and GLSL 4.50 share, and quoted
+// by `make glsl` at the end (>>generated). No pointers, casts or preprocessor lines.
 #if defined __GNUC__
 #define MSSM_SHARED static inline __attribute__((always_inline))
 #else
@@ -813,7 +804,6 @@ MSSM_SHARED float mssm_whole(float x)
     return (float)(int)x;
 }
 
-// The bits of a float as an integer.
 MSSM_SHARED int mssm_bits(float x)
 {
     int bits;
@@ -825,8 +815,7 @@ MSSM_SHARED int mssm_bits(float x)
 
 // ---- Moments and their storage ---- >>math
 
-// Of functions whose first four results need no more than four moments the one for four is that for
-// six: what the compiler finds unused goes.
+// Four moments by way of six where these have the same first four: compilers drop the rest.
 MSSM_SHARED mssm_moments6 mssm_six(mssm_moments4 m)
 {
     mssm_moments6 r;
@@ -1293,9 +1282,8 @@ MSSM_SHARED struct mssm_deflated mssm_divide(float b, float c, float d, float ro
 }
 
 // Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection
-// point, which is simple unless all three coincide. Newton's method finds it fast from outside, no
-// further than reach from that point, and deflation by it is stable (after Kahan, "To solve a real
-// cubic equation", 1986).
+// point, simple unless all three coincide. Newton's method finds it fast from outside, no further
+// than reach from that point, and deflation by it is stable (after Kahan 1986).
 MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float reach)
 {
     float x = b * (-1.0f / 3.0f);
@@ -1345,8 +1333,7 @@ MSSM_SHARED float mssm_reach(float b, float c, float d)
     return spread > 0.0f ? 1.324718f * mssm_max(cube, root) : cube;
 }
 
-// All three roots of a cubic that is known to have only real ones; the single one is the lowest or
-// the highest.
+// All three roots of a cubic with real ones only; the single one is the lowest or the highest.
 MSSM_SHARED mssm_roots3 mssm_sort3(float single, struct mssm_pair p)
 {
     mssm_roots3 r;
@@ -1423,8 +1410,7 @@ MSSM_SHARED mssm_roots3 mssm_solve_monic(float b, float c, float d)
     float unit = pair < 0.01f * size && pair > 1e-37f ? pair : size;
     float s = unit / size;
     b = b / size;
-    // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of
-    // size, which leaves the range of float.
+    // The clamps never act: they keep GLSL and -ffast-math from powers of size beyond float.
     c = mssm_clamp(c / size, -3e38f, 3e38f) / unit;
     d = mssm_clamp(mssm_clamp(d / unit, -3e38f, 3e38f) / unit, -3e38f, 3e38f) / size;
     struct mssm_deflated left = mssm_deflate(b, c * s, d * s * s, mssm_reach(b, c * s, d * s * s));
@@ -1553,8 +1539,7 @@ mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)
 // t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2
 // make the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16.
 // Skipping the conversion to powers skips its rounding, which the safe bias would have to pay for
-// (4e-6 instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197, floors as
-// above.
+// (4e-6 instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197; same floors.
 
 MSSM_SHARED struct mssm_pivots mssm_factorise_stored4(mssm_moments4 t, float alpha)
 {
@@ -1696,8 +1681,7 @@ static int mssm__normalise(double a[3])
 // gap of .05 instead doubles the error of scenes with one layer, .2 gains nothing).
 #define MSSM_FAR_CASTER 0.8f
 
-// The light's frame: rows u, v, direction, right-handed (u x v = direction). 0 where a number is none
-// or the direction is zero.
+// The light's frame: rows u, v, direction, right-handed (u x v = direction). 0 where there is none.
 static int mssm__frame(const float direction[3], const float axis_u[3], double frame[3][3])
 {
     double *u = frame[0], *v = frame[1], *w = frame[2];
@@ -1726,8 +1710,7 @@ static void mssm__set_row(float m[16], int row, const double axis[3], double sca
     m[12 + row] = (float)offset;
 }
 
-// Middle and half size of the box in the frame. A flat box, or a point, still needs a frustum with
-// an inside. Returns 0 where the box is none.
+// Middle and half size of the box in the frame, not flat: a frustum needs an inside. 0: no box.
 static int mssm__box_in_frame(double frame[3][3], const float box_min[3], const float box_max[3],
                               double centre[3], double half[3])
 {
@@ -1761,8 +1744,7 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
     }
     mssm_light r;
     memset(&r, 0, sizeof r);
-    // A rim without casters, two texels of 256: maps take what they hold there for what lies
-    // beyond.
+    // A rim without casters, two texels of 256: maps take it for what lies beyond.
     for (int a = 0; a < 2; a++) half[a] *= 1 + 1.0 / 64;
     // Casters get depths from -1 + 0.01 to MSSM_FAR_CASTER: see there.
     double range = 2 * half[2] / (MSSM_FAR_CASTER + 0.99); // world units per unit of depth
@@ -1855,8 +1837,7 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
         high = fmax(high, z[i]);
         away = fmax(away, z[i] + side[i] / 3); // wider frusta spend their texels on the rim
     }
-    // Casters get depths as from a directional light; a flat box has some, too, and more than
-    // rounding.
+    // Depths as from a directional light; a flat box has some, too, and more than rounding.
     const double least = fmax(1e-3 * distance, fmax(1e-4 * largest, 1e-6));
     const double range = fmax(high - low, least) / (MSSM_FAR_CASTER + 0.99);
     away = fmax(away, high + 0.02 * range);
@@ -1892,8 +1873,7 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
     return 1;
 }
 
-// Of a receiver's coordinates, those above this part of the largest have a share in its visibility,
-// so that one direction in eighteen asks two faces.
+// Coordinates above this part of the largest have a share: one direction in eighteen asks two faces.
 #define MSSM_FACE_BAND 0.95f
 
 mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
@@ -2222,7 +2202,6 @@ static void mssm__fill_level(mssm_map *map, int level, const float *front, const
     }
 }
 
-// From level 0 the others.
 static void mssm__coarsen_depths(mssm_map *map)
 {
     for (int level = 1; level < map->depths; level++) {
@@ -2372,8 +2351,7 @@ MSSM_SHARED int mssm_depth_level(float half_size, int levels)
     return level < levels - 1 ? level : levels - 1;
 }
 
-// First and last texel of least depth on one axis, as they are before the fraction is cut off; scale
-// is one over their width.
+// First and last texel of least depth on one axis, with fractions; scale is one over their width.
 MSSM_SHARED struct mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)
 {
     struct mssm_span r;
@@ -3278,7 +3256,6 @@ struct mssm_filtered {
     float *work, *rows; // side^2 texels each and 8 floats more; what a moment lacks to 1
 };
 
-// The view and receiver are those of mssm_map_visibility.
 static mssm_settings mssm__filter_settings(const mssm_filter *filter, int moments)
 {
     static const mssm_filter defaults = {0, 0, 0};
@@ -3303,7 +3280,6 @@ MSSM_SHARED float mssm_texel_at(mssm_view v, struct mssm_receiver r)
     return v.perspective != 0 ? -v.texel / r.blur_depth : v.texel;
 }
 
-// Whether a receiver lies beside the map, where all is lit.
 MSSM_SHARED int mssm_beside(mssm_view v, struct mssm_receiver r)
 {
     float middle = 0.5f * v.side;
@@ -3347,9 +3323,8 @@ size_t mssm_filtered_bytes(int side, int moments)
     return bytes <= SIZE_MAX ? (size_t)bytes : 0;
 }
 
-// to[i] = sum of weight[t] * from[i + t * step], t held between low and high. Eight sums at a time
-// become vectors; up to 7 floats too many are read and written, which what comes after them
-// overwrites.
+// to[i] = sum of weight[t] * from[i + t * step], t held between low and high. Eight at a time
+// become vectors: up to 7 floats more are read, and written, which what comes after overwrites.
 static void mssm__blur(const float *from, float *to, size_t count, ptrdiff_t step, int low,
                        int high, int radius, const float *weight)
 {
@@ -3408,8 +3383,7 @@ static void mssm__halve(mssm_filtered *map, int from, int size)
     }
 }
 
-// Blurs what is in `work` and makes all levels of it, which are rounded eight numbers at a time
-// too.
+// Blurs what is in `work` and makes all levels of it, rounded eight numbers at a time too.
 static void mssm__filter(mssm_filtered *map, int radius)
 {
     map->radius = radius;
@@ -3819,8 +3793,7 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
     MSSM__GLSL_CONSTANT(MSSM_KERNEL) \
     MSSM__GLSL_CONSTANT(MSSM_FAR_CASTER) MSSM__GLSL_CONSTANT(MSSM_FAR_AWAY)
 
-// Once for each type of map MSSM_MAP the functions that ask it, overloaded. Without one it is int,
-// for a pipeline of the user's own.
+// Once for each type of map MSSM_MAP the functions that ask it, overloaded; without one for int.
 #define MSSM__ESTIMATE_BEGIN                                                                               \
     "#if !defined MSSM_MAP && !defined MSSM_GLSL_ESTIMATE && !defined MSSM_NO_ESTIMATE\n"                  \
     "#define MSSM_GLSL_ESTIMATE\n"                                                                         \
@@ -3850,7 +3823,6 @@ mssm_result mssm_scattering_init(mssm_scattering *s, const mssm_light *light, co
 
 #ifndef MSSM_NO_GL
 
-// What mssm.h alone calls.
 #define MSSM__GL_OWN(X)                                                                 \
     X(void, GetFloati_v, (mssm__glenum, unsigned, float *))                             \
     X(void, GetDoublei_v, (mssm__glenum, unsigned, double *))                           \
@@ -4065,9 +4037,8 @@ enum {
 
 // [plumbing end]
 
-// Programs: of soft shadows up to MSSM__RESOLVE, of filtered ones from there to MSSM__COPY; the rest
-// when first needed. The last are those of given depth maps: for each target, without and with back
-// faces.
+// Programs: of soft shadows to MSSM__RESOLVE, of filtered ones from there to MSSM__COPY; the rest
+// when needed, last those of given depth maps: each target without and with back faces.
 enum {
     MSSM__ROWS,
     MSSM__HALVE,
@@ -4114,7 +4085,6 @@ typedef struct mssm__gl_state {
     double depth_range[2];
 } mssm__gl_state;
 
-// Program, textures, samplers and images that our own programs displace.
 typedef struct mssm__gl_bindings {
     int program, array, active, buffer, texture[2][6], sampler[2], image[4][6];
 } mssm__gl_bindings;
@@ -4180,8 +4150,7 @@ static void mssm__filtered_build(mssm_gl *gl, int instead);
 
 static const char mssm__glsl_version[] = "#version 450 core\n";
 
-// Around a text of shading: one line for what cannot work, and errors in the user's lines by their
-// own numbers.
+// Around a text of shading: one line for what cannot work; the user's lines keep their numbers.
 static const char mssm__glsl_needs[] = "#if __VERSION__ < 430\n"
                                        "#error mssm.h needs #version 430 or higher above its text\n"
                                        "#endif\n";
@@ -4345,8 +4314,7 @@ static const char mssm__glsl_least[] =
     "    if (max(p.x, p.y) < 2) imageStore(eighth, ivec3(2 * group + p, layer), least.xyxy);\n"
     "}\n";
 
-// What the table passes share: the level in hand, and the lights of a batch. Channels 5 and 6 are
-// there for 6 moments only.
+// What the table passes share: the level in hand, and the lights of a batch.
 static const char mssm__glsl_tables[] =
     "layout(binding = 0, rgba32i) uniform iimage2DArray table0;\n"
     "layout(binding = 1, rg32i) uniform iimage2DArray table1; // of six moments\n"
@@ -4524,8 +4492,7 @@ static const char mssm__glsl_strips[] =
     "}\n"
     "#endif\n";
 
-// What shading reads, of an mssm_gl and without one; where there is no such light, one without
-// texels, that is lit.
+// What shading reads, of an mssm_gl and without one; a light that is not there has no texels: lit.
 static const char mssm__glsl_bound[] =
     "layout(binding = MSSM_UNIT) uniform isampler2DArray $table0;\n"
     "#if MSSM_MOMENTS == 6\n"
@@ -4557,8 +4524,7 @@ static const char mssm__glsl_unbound[] =
     "                     k.x, k.y, k.z, k.w, s.x, good ? s.y : 0.0, s.z, last.w, flags.x, flags.y);\n"
     "}\n";
 
-// Shading: the tables as the estimators read them. Entries are inclusive sums; left of the first
-// texel they are 0.
+// Shading: the tables as the estimators read them: inclusive sums, 0 left of the first texel.
 static const char mssm__glsl_entry[] =
     "int $side = 1, $levels = 1; // of the light at hand: read once, not for every query\n"
     "mssm_moments6 mssm_query($map map, int moments, float x, float y, float half_x, float half_y)\n"
@@ -4583,7 +4549,6 @@ static const char mssm__glsl_entry[] =
     "    return mssm_moments6(float[6](low.x, low.y, low.z, low.w, high.x, high.y));\n"
     "}\n";
 
-// What is called, and the least depth.
 static const char mssm__glsl_called[] =
     "mssm_view $view_of(int light)\n"
     "{\n"
@@ -4640,7 +4605,6 @@ static const char mssm__glsl_place[] =
     "    gl_Position = vec4(place * 2.0 - 1.0, 0.0, 1.0);\n"
     "}\n";
 
-// To look at a map.
 static const char mssm__glsl_show[] =
     "#ifdef MSSM_FILTERED\n"
     "layout(binding = MSSM_UNIT) uniform sampler2DArray map;\n"
@@ -4672,8 +4636,7 @@ static const char mssm__glsl_show[] =
 
 #ifndef MSSM_NO_FILTERED
 // Depth of one sample for translucent casters: the farthest, or an edge of an opaque caster would
-// cut a rim out of the smoke before it. Multisampled depth blits are where drivers fail, and take
-// any sample.
+// cut a rim out of the smoke before it. Depth blits take any, and are where drivers fail.
 static const char mssm__glsl_copy[] =
     "layout(binding = MSSM_UNIT) uniform sampler2DMSArray front;\n"
     "layout(location = 0) uniform int samples;\n"
@@ -4746,8 +4709,7 @@ static const char mssm__glsl_filter[] =
     "#endif\n"
     "}\n";
 
-// Shading. The longer axis of the footprint is covered by taps of our own: moments are linear, and
-// llvmpipe hangs with anisotropic samplers.
+// Taps of our own along the footprint's longer axis: llvmpipe hangs with anisotropic samplers.
 static const char mssm__glsl_filtered_entry[] =
     "layout(binding = MSSM_UNIT) uniform sampler2DArray $map0;\n"
     "#if MSSM_MOMENTS == 6\n"
@@ -5367,7 +5329,6 @@ static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
                         "transform feedback must be paused or ended before %s", call);
 }
 
-// One of our units, from 0.
 static void mssm__activate(const mssm_gl *gl, int unit)
 {
     gl->f.ActiveTexture((mssm__glenum)(MSSM__GL_TEXTURE0 + gl->desc.first_texture_unit + unit));
@@ -5439,8 +5400,7 @@ static void mssm__restore_bindings(const mssm_gl *gl)
     gl->f.UseProgram(mssm__living(b->program, gl->f.IsProgram));
 }
 
-// Also where the sampler is none: a filter for colours would make integer textures incomplete. The
-// unit stays active.
+// The sampler also where it is 0: with another integer textures are incomplete. Unit stays active.
 static void mssm__bind_texture(const mssm_gl *gl, int unit, mssm__glenum target, unsigned texture,
                                unsigned sampler)
 {
@@ -5456,7 +5416,6 @@ static void mssm__bind_image(const mssm_gl *gl, int unit, int table, int level)
                            mssm__tables[table].format[gl->filtered]);
 }
 
-// All moments.
 static void mssm__bind_level(const mssm_gl *gl, int first_unit, int level)
 {
     mssm__bind_image(gl, first_unit, 0, level);
@@ -5476,8 +5435,7 @@ static void mssm__describe(const mssm_gl *gl, int index, int layer, int hyperbol
     to[4] = mssm_bits(light->z_far);
 }
 
-// Depth that is bound, of some lights, as moments: into their maps, or into the work of filtered
-// ones. The program has its job.
+// Depth that is bound, of some lights, as moments into their maps, or the work of filtered ones.
 static void mssm__take_depth(mssm_gl *gl, unsigned program, int count)
 {
     const mssm__gl_functions *f = &gl->f;
@@ -5651,8 +5609,7 @@ static void mssm__upload_views(mssm_gl *gl)
     gl->last_changed = -1;
 }
 
-// Least depths of coarser levels, three at a time; those beyond the last are written where it is,
-// before it.
+// Least depths of coarser levels, three at a time; any beyond the last are written to it before it.
 static void mssm__build_depths(mssm_gl *gl, int count)
 {
     const mssm__gl_functions *f = &gl->f;
@@ -5697,7 +5654,6 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
     }
 }
 
-// That follow from the description.
 static void mssm__find_sizes(mssm_gl *gl)
 {
     const mssm_gl_desc *d = &gl->desc;
@@ -5886,7 +5842,6 @@ mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
     return MSSM_OK;
 }
 
-// Saves the caller's state and sets that of a pass over a map.
 static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, int back_faces)
 {
     mssm__gl_state s;
@@ -6051,7 +6006,6 @@ static int mssm__is_whole(const mssm_gl *gl, mssm__glenum target, mssm__glenum i
     return base <= last;
 }
 
-// Asks GL about the texture that is bound for it.
 static mssm_result mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s, const mssm_gl_depth *d)
 {
     static const char *const names[2][2] = {{"mssm_gl_depth: x", "mssm_gl_depth: width"},
@@ -6120,8 +6074,7 @@ static mssm_result mssm__bind_given(const mssm_gl *gl, int unit, int kind, unsig
                         mssm__targets[kind].name);
 }
 
-// Binds a depth map to a unit, asks GL about it where that has not been done before, and makes it
-// readable.
+// Binds a depth map to a unit, asks GL about it if not done before, and makes it readable.
 static mssm_result mssm__bind_depth(mssm_gl *gl, mssm__gl_source *s, int i, const mssm_gl_depth *d,
                                     int kind)
 {
@@ -6183,7 +6136,6 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
     mssm__take_depth(gl, program, 1);
 }
 
-// Both must be read in the same way.
 static mssm_result mssm__check_alike(const mssm_gl *gl, const mssm__gl_source *a,
                                      const mssm__gl_source *b)
 {
@@ -6497,8 +6449,7 @@ static void mssm__filter_level(const mssm_gl *gl, int which, unsigned source, in
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
 }
 
-// Gaussian and mip chain of the light just drawn, if there is one; not if that is given other
-// depth.
+// Gaussian and mip chain of the light just drawn, unless it is the one that is given other depth.
 static void mssm__filtered_build(mssm_gl *gl, int instead)
 {
     if (gl->ready < 0 || gl->ready == instead) return;
@@ -6652,8 +6603,7 @@ const char *mssm_glsl_math(void)
     "\n"
     "// ---- Moments and their storage ---- >>math\n"
     "\n"
-    "// Of functions whose first four results need no more than four moments the one for four is that for\n"
-    "// six: what the compiler finds unused goes.\n"
+    "// Four moments by way of six where these have the same first four: compilers drop the rest.\n"
     "MSSM_SHARED mssm_moments6 mssm_six(mssm_moments4 m)\n"
     "{\n"
     "    mssm_moments6 r;\n"
@@ -7120,9 +7070,8 @@ const char *mssm_glsl_math(void)
     "}\n"
     "\n"
     "// Divides x^3 + b x^2 + c x + d by its simplest real root: the one furthest from the inflection\n"
-    "// point, which is simple unless all three coincide. Newton's method finds it fast from outside, no\n"
-    "// further than reach from that point, and deflation by it is stable (after Kahan, \"To solve a real\n"
-    "// cubic equation\", 1986).\n"
+    "// point, simple unless all three coincide. Newton's method finds it fast from outside, no further\n"
+    "// than reach from that point, and deflation by it is stable (after Kahan 1986).\n"
     "MSSM_SHARED mssm_deflated mssm_deflate(float b, float c, float d, float reach)\n"
     "{\n"
     "    float x = b * (-1.0f / 3.0f);\n"
@@ -7172,8 +7121,7 @@ const char *mssm_glsl_math(void)
     "    return spread > 0.0f ? 1.324718f * mssm_max(cube, root) : cube;\n"
     "}\n"
     "\n"
-    "// All three roots of a cubic that is known to have only real ones; the single one is the lowest or\n"
-    "// the highest.\n"
+    "// All three roots of a cubic with real ones only; the single one is the lowest or the highest.\n"
     "MSSM_SHARED mssm_roots3 mssm_sort3(float single, mssm_pair p)\n"
     "{\n"
     "    mssm_roots3 r;\n"
@@ -7250,8 +7198,7 @@ const char *mssm_glsl_math(void)
     "    float unit = pair < 0.01f * size && pair > 1e-37f ? pair : size;\n"
     "    float s = unit / size;\n"
     "    b = b / size;\n"
-    "    // The clamps never act: they keep GLSL and -ffast-math from dividing by the square or cube of\n"
-    "    // size, which leaves the range of float.\n"
+    "    // The clamps never act: they keep GLSL and -ffast-math from powers of size beyond float.\n"
     "    c = mssm_clamp(c / size, -3e38f, 3e38f) / unit;\n"
     "    d = mssm_clamp(mssm_clamp(d / unit, -3e38f, 3e38f) / unit, -3e38f, 3e38f) / size;\n"
     "    mssm_deflated left = mssm_deflate(b, c * s, d * s * s, mssm_reach(b, c * s, d * s * s));\n"
@@ -7380,8 +7327,7 @@ const char *mssm_glsl_math(void)
     "// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2\n"
     "// make the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16.\n"
     "// Skipping the conversion to powers skips its rounding, which the safe bias would have to pay for\n"
-    "// (4e-6 instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197, floors as\n"
-    "// above.\n"
+    "// (4e-6 instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197; same floors.\n"
     "\n"
     "MSSM_SHARED mssm_pivots mssm_factorise_stored4(mssm_moments4 t, float alpha)\n"
     "{\n"
@@ -7500,8 +7446,7 @@ const char *mssm_glsl_shading(void)
     "    return level < levels - 1 ? level : levels - 1;\n"
     "}\n"
     "\n"
-    "// First and last texel of least depth on one axis, as they are before the fraction is cut off; scale\n"
-    "// is one over their width.\n"
+    "// First and last texel of least depth on one axis, with fractions; scale is one over their width.\n"
     "MSSM_SHARED mssm_span mssm_cut_depths(float x, float half_size, float scale, float size)\n"
     "{\n"
     "    mssm_span r;\n"
@@ -8196,7 +8141,6 @@ static const char *mssm__glsl_filtered(void)
     "    return v.perspective != 0 ? -v.texel / r.blur_depth : v.texel;\n"
     "}\n"
     "\n"
-    "// Whether a receiver lies beside the map, where all is lit.\n"
     "MSSM_SHARED int mssm_beside(mssm_view v, mssm_receiver r)\n"
     "{\n"
     "    float middle = 0.5f * v.side;\n"
