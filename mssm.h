@@ -3258,19 +3258,16 @@ struct mssm_filtered {
 
 static mssm_settings mssm__filter_settings(const mssm_filter *filter, int moments)
 {
-    static const mssm_filter defaults = {0, 0, 0};
-    const mssm_filter *f = filter ? filter : &defaults;
     const float alpha = moments == 6 ? MSSM_BIAS6_UNORM16_FILTERED : MSSM_BIAS4_UNORM16_FILTERED;
-    mssm_settings s = {moments, MSSM_LAYERED, 0, f->depth_bias, 0, 0};
-    s.moment_bias = mssm__or_default(f->moment_bias, alpha);
+    const float bias = mssm__or_default(filter->moment_bias, alpha);
+    const mssm_settings s = {moments, MSSM_LAYERED, bias, filter->depth_bias, 0, 0};
     return s;
 }
 
 // What occlusion may lack to count as all.
 static float mssm__filter_lack(const mssm_filter *filter)
 {
-    const float full = filter ? mssm__or_default(filter->full_shadow, 0.98f) : 0.98f;
-    return 1.0f - mssm_clamp(full, 0.5f, 1.0f - 1e-7f);
+    return 1.0f - mssm_clamp(mssm__or_default(filter->full_shadow, 0.98f), 0.5f, 1.0f - 1e-7f);
 }
 
 // [glsl begin filtered]
@@ -3530,8 +3527,10 @@ mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y, 
 mssm_bounds mssm_filtered_bounds(const mssm_filtered *map, const mssm_light *light,
                                  const mssm_filter *filter, const float point[3], float width)
 {
+    static const mssm_filter defaults = {0, 0, 0};
     const mssm_bounds lit = {1, 1};
     if (!map || !light || !mssm__all_finite(point, 3)) return lit;
+    if (!filter) filter = &defaults;
     const mssm_settings s = mssm__filter_settings(filter, map->moments);
     const mssm_view v = mssm__view(light, &s, map->side, map->levels, 1);
     const struct mssm_options o = mssm__options(&s, map->moments);
@@ -4039,20 +4038,13 @@ enum {
 
 // Programs: of soft shadows to MSSM__RESOLVE, of filtered ones from there to MSSM__COPY; the rest
 // when needed, last those of given depth maps: each target without and with back faces.
+// clang-format off
 enum {
-    MSSM__ROWS,
-    MSSM__HALVE,
-    MSSM__COLUMNS,
-    MSSM__LEAST,
-    MSSM__AVERAGE,
-    MSSM__RESOLVE,
-    MSSM__FILTER,
-    MSSM__COPY,
-    MSSM__STORE,
-    MSSM__SHOW,
-    MSSM__GIVEN,
+    MSSM__ROWS, MSSM__HALVE, MSSM__COLUMNS, MSSM__LEAST, MSSM__AVERAGE, MSSM__RESOLVE,
+    MSSM__FILTER, MSSM__COPY, MSSM__STORE, MSSM__SHOW, MSSM__GIVEN,
     MSSM__PROGRAMS = MSSM__GIVEN + 12
 };
+// clang-format on
 
 // Textures of an mssm_gl after the three that shading reads, and the framebuffer after that of
 // depth passes: of filtered maps, to work in.
@@ -4141,8 +4133,10 @@ struct mssm_gl {
 
 #ifndef MSSM_NO_FILTERED
 static const char *mssm__glsl_filtered(void);
+static mssm_result mssm__filtered_targets(mssm_gl *gl);
 static void mssm__filtered_build(mssm_gl *gl, int instead);
 #else
+#define mssm__filtered_targets(gl) MSSM_OK
 #define mssm__filtered_build(gl, instead) // nothing
 #endif
 
@@ -5272,25 +5266,6 @@ static mssm_result mssm__create_views(mssm_gl *gl)
     return MSSM_OK;
 }
 
-#ifndef MSSM_NO_FILTERED
-static mssm_result mssm__filtered_targets(mssm_gl *gl)
-{
-    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
-                                            MSSM__GL_COLOR_ATTACHMENT0 + 1};
-    const mssm__gl_functions *f = &gl->f;
-    unsigned *target = &gl->framebuffer[MSSM__TRANSLUCENT];
-    f->CreateFramebuffers(1, target);
-    if (!*target) return MSSM_ERROR_GL;
-    for (int i = 0; i < 2; i++)
-        f->NamedFramebufferTextureLayer(*target, buffers[i], gl->table[MSSM__WORK], 0, i);
-    f->NamedFramebufferTextureLayer(*target, MSSM__GL_DEPTH_ATTACHMENT, gl->table[MSSM__FARTHEST],
-                                    0, 0);
-    f->NamedFramebufferDrawBuffers(*target, 2, buffers);
-    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, *target, -1, "mssm translucent casters");
-    return mssm__is_complete(gl, *target) ? MSSM_OK : MSSM_ERROR_GL;
-}
-#endif
-
 static mssm_result mssm__create_storage(mssm_gl *gl)
 {
     const size_t count = (size_t)gl->desc.lights;
@@ -5302,9 +5277,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     mssm_result r = mssm__create_depth(gl);
     if (!r) r = mssm__create_arrays(gl);
     if (!r) r = mssm__create_views(gl);
-#ifndef MSSM_NO_FILTERED
     if (!r && gl->filtered) r = mssm__filtered_targets(gl);
-#endif
     const mssm__glenum error = mssm__take_error(gl);
     if (error || r) {
         return mssm__report(gl, MSSM_ERROR_GL, "no storage for the moment maps: %s",
@@ -5318,9 +5291,12 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
 
 // ---- State that is put back ---- >>state
 
-// Between glBeginTransformFeedback and its end GL allows no other program. Says so.
-static mssm_result mssm__check_feedback(const mssm_gl *gl, const char *call)
+// Whether a call comes at a wrong time, which may also be one of transform feedback: until that ends GL
+// allows no other program.
+static mssm_result mssm__check_order(const mssm_gl *gl, int wrong, const char *call,
+                                     const char *why)
 {
+    if (wrong) return mssm__report(gl, MSSM_ERROR_ORDER, "%s %s", call, why);
     if (gl->framing || !mssm__get(gl, MSSM__GL_TRANSFORM_FEEDBACK_ACTIVE) ||
         mssm__get(gl, MSSM__GL_TRANSFORM_FEEDBACK_PAUSED)) {
         return MSSM_OK;
@@ -5572,17 +5548,16 @@ static void mssm__make_view(const mssm_gl *gl, mssm__gl_light *l, mssm_view *v)
     l->changed = 0;
     l->widest = 0;
     if (!l->filled || !(l->light.z_far > l->light.z_near)) return;
-    *v = mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
+    mssm_view made =
+        mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
     // For receivers down to depth 17, eight times as deep as all casters: further ones see
     // wider kernels than the tables hold, and get the widest.
-    const float kernel = v->kernel_u > v->kernel_v ? v->kernel_u : v->kernel_v;
-    l->widest = 2.0f * kernel * (mssm_blur_depth(*v, 17.0f) - mssm_blur_depth(*v, -1.0f));
-    if (l->built == 0) {
-        memset(v, 0, sizeof *v); // drawn, but not built
-        return;
-    }
+    const float kernel = mssm_max(made.kernel_u, made.kernel_v);
+    l->widest = 2.0f * kernel * (mssm_blur_depth(made, 17.0f) - mssm_blur_depth(made, -1.0f));
+    if (l->built == 0) return; // drawn, but without tables
     const float limit = 0.5f * MSSM_KERNEL * (float)(1 << (l->built - 1));
-    if (l->built < gl->levels && v->max_half > limit) v->max_half = limit;
+    if (l->built < gl->levels) made.max_half = mssm_min(limit, made.max_half);
+    *v = made;
 }
 
 // Views of the lights that have changed; returns the levels that the widest of all kernels needs.
@@ -5868,9 +5843,8 @@ static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, 
 mssm_result mssm_gl_begin_frame(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0 || gl->framing)
-        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_begin_frame within a frame or a pass");
-    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_frame");
+    const mssm_result r = mssm__check_order(gl, gl->drawing >= 0 || gl->framing,
+                                            "mssm_gl_begin_frame", "within a frame or a pass");
     if (r) return r;
     mssm__save_bindings(gl);
     mssm__pass_state(gl, gl->framebuffer[0], 1, 0);
@@ -5896,13 +5870,11 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
         return MSSM_ERROR_ARGUMENT;
     if (back_faces && gl->filtered)
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "filtered maps have no back faces");
-    if (gl->drawing >= 0)
-        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_begin_depth before mssm_gl_end_depth");
-    // Back faces are averaged with the front faces of the same light, which must have come before.
-    if (back_faces && gl->front_of != index)
+    if (back_faces && gl->drawing < 0 && gl->front_of != index)
         return mssm__report(gl, MSSM_ERROR_ORDER,
                             "back faces must follow the front faces of their light");
-    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_depth");
+    const mssm_result r =
+        mssm__check_order(gl, gl->drawing >= 0, "mssm_gl_begin_depth", "before mssm_gl_end_depth");
     if (r) return r;
     const float farthest = 1;
     if (!back_faces) mssm__forget(gl, index);
@@ -5920,9 +5892,8 @@ mssm_result mssm_gl_begin_depth(mssm_gl *gl, int index, int back_faces)
 mssm_result mssm_gl_end_depth(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing < 0 || gl->translucent)
-        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_end_depth without mssm_gl_begin_depth");
-    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_depth");
+    const mssm_result r = mssm__check_order(gl, gl->drawing < 0 || gl->translucent,
+                                            "mssm_gl_end_depth", "without mssm_gl_begin_depth");
     if (r) return r;
     mssm__restore_state(gl);
     mssm__filled(gl, gl->drawing, gl->back);
@@ -6158,9 +6129,8 @@ mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_depth *front
     if (!front) return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_set_depth: front is null");
     if (!(light->light.z_far > light->light.z_near))
         return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_set_depth before mssm_gl_set_light");
-    if (gl->drawing >= 0)
-        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_set_depth before mssm_gl_end_depth");
-    mssm_result r = mssm__check_feedback(gl, "mssm_gl_set_depth");
+    mssm_result r =
+        mssm__check_order(gl, gl->drawing >= 0, "mssm_gl_set_depth", "before mssm_gl_end_depth");
     if (r) return r;
     const mssm_gl_depth *const maps[2] = {front, back};
     const int count = back ? 2 : 1;
@@ -6211,10 +6181,9 @@ static void mssm__build_tables(mssm_gl *gl, int levels)
 mssm_result mssm_gl_build(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0)
-        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_build before mssm_gl_end_depth");
-    if (!gl->stale) return MSSM_OK;
-    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_build");
+    if (gl->drawing < 0 && !gl->stale) return MSSM_OK;
+    const mssm_result r =
+        mssm__check_order(gl, gl->drawing >= 0, "mssm_gl_build", "before mssm_gl_end_depth");
     if (r) return r;
     if (gl->filtered) {
         mssm__filtered_build(gl, -1);
@@ -6336,11 +6305,9 @@ mssm_result mssm_gl_show(mssm_gl *gl, int index, mssm_show what)
         !mssm__in_range(gl, "mssm_gl_show: what", (int)what, 0, gl->filtered ? 0 : 1)) {
         return MSSM_ERROR_ARGUMENT;
     }
-    if (gl->drawing >= 0 || gl->framing || !gl->lights[index].built)
-        return mssm__report(
-            gl, MSSM_ERROR_ORDER,
-            "mssm_gl_show within a frame or a pass, or before the light's mssm_gl_build");
-    mssm_result r = mssm__check_feedback(gl, "mssm_gl_show");
+    mssm_result r = mssm__check_order(
+        gl, gl->drawing >= 0 || gl->framing || !gl->lights[index].built, "mssm_gl_show",
+        "within a frame or a pass, or before the light's mssm_gl_build");
     if (!r) r = mssm__make_program(gl, MSSM__SHOW);
     if (r) return r;
     const int show[3] = {index, (int)what, gl->desc.side};
@@ -6387,6 +6354,23 @@ const char *mssm_glsl_translucent(void)
            "#line 1\n";
 }
 
+static mssm_result mssm__filtered_targets(mssm_gl *gl)
+{
+    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
+                                            MSSM__GL_COLOR_ATTACHMENT0 + 1};
+    const mssm__gl_functions *f = &gl->f;
+    unsigned *target = &gl->framebuffer[MSSM__TRANSLUCENT];
+    f->CreateFramebuffers(1, target);
+    if (!*target) return MSSM_ERROR_GL;
+    for (int i = 0; i < 2; i++)
+        f->NamedFramebufferTextureLayer(*target, buffers[i], gl->table[MSSM__WORK], 0, i);
+    f->NamedFramebufferTextureLayer(*target, MSSM__GL_DEPTH_ATTACHMENT, gl->table[MSSM__FARTHEST],
+                                    0, 0);
+    f->NamedFramebufferDrawBuffers(*target, 2, buffers);
+    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, *target, -1, "mssm translucent casters");
+    return mssm__is_complete(gl, *target) ? MSSM_OK : MSSM_ERROR_GL;
+}
+
 // Into the target whose pass has begun.
 static void mssm__copy_depth(mssm_gl *gl)
 {
@@ -6413,7 +6397,7 @@ mssm_result mssm_gl_begin_translucent(mssm_gl *gl)
         return mssm__report(
             gl, MSSM_ERROR_ORDER,
             "translucent casters must follow the depth pass of their light, of a filtered mssm_gl");
-    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_begin_translucent");
+    const mssm_result r = mssm__check_order(gl, 0, "mssm_gl_begin_translucent", "");
     if (r) return r;
     mssm__pass_state(gl, gl->framebuffer[MSSM__TRANSLUCENT], 0, 0);
     mssm__copy_depth(gl);
@@ -6425,10 +6409,8 @@ mssm_result mssm_gl_begin_translucent(mssm_gl *gl)
 mssm_result mssm_gl_end_translucent(mssm_gl *gl)
 {
     if (!gl) return MSSM_ERROR_ARGUMENT;
-    if (!gl->translucent)
-        return mssm__report(gl, MSSM_ERROR_ORDER,
-                            "mssm_gl_end_translucent without mssm_gl_begin_translucent");
-    const mssm_result r = mssm__check_feedback(gl, "mssm_gl_end_translucent");
+    const mssm_result r = mssm__check_order(gl, !gl->translucent, "mssm_gl_end_translucent",
+                                            "without mssm_gl_begin_translucent");
     if (r) return r;
     mssm__restore_state(gl);
     gl->translucent = 0;
@@ -6499,9 +6481,8 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
 {
     if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
         return MSSM_ERROR_ARGUMENT;
-    if (gl->drawing >= 0)
-        return mssm__report(gl, MSSM_ERROR_ORDER, "mssm_gl_set_moments before mssm_gl_end_depth");
-    mssm_result r = mssm__check_feedback(gl, "mssm_gl_set_moments");
+    mssm_result r =
+        mssm__check_order(gl, gl->drawing >= 0, "mssm_gl_set_moments", "before mssm_gl_end_depth");
     if (r) return r;
     if (gl->filtered)
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_set_moments is for soft shadows");
