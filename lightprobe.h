@@ -4145,8 +4145,8 @@ enum {
     // their properties
     LIGHTPROBE__GL_TEXTURE_BASE_LEVEL = 0x813C, LIGHTPROBE__GL_TEXTURE_WIDTH = 0x1000,
     LIGHTPROBE__GL_TEXTURE_MIN_FILTER = 0x2801, LIGHTPROBE__GL_TEXTURE_MAG_FILTER = 0x2800,
-    LIGHTPROBE__GL_NEAREST = 0x2600, LIGHTPROBE__GL_NEAREST_MIPMAP_NEAREST = 0x2700,
-    LIGHTPROBE__GL_LINEAR = 0x2601, LIGHTPROBE__GL_LINEAR_MIPMAP_LINEAR = 0x2703,
+    LIGHTPROBE__GL_NEAREST = 0x2600, LIGHTPROBE__GL_NEAREST_MIPMAP_NEAREST = 0x2700, LIGHTPROBE__GL_LINEAR = 0x2601,
+    LIGHTPROBE__GL_LINEAR_MIPMAP_LINEAR = 0x2703,
     // access
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER = 0x90D2,
     // shaders
@@ -5497,12 +5497,8 @@ static int lightprobe__get(const lightprobe_gl *gl, lightprobe__glenum name)
 // The first error since the last call. Bounded: a lost context reports one forever.
 static lightprobe__glenum lightprobe__take_error(const lightprobe_gl *gl)
 {
-    lightprobe__glenum first = 0;
-    for (int i = 0; i < 16; i++) {
-        const lightprobe__glenum e = gl->f.GetError();
-        if (!e) break;
-        if (!first) first = e;
-    }
+    const lightprobe__glenum first = gl->f.GetError();
+    for (int i = 1; first && i < 16 && gl->f.GetError(); i++) continue;
     return first;
 }
 
@@ -5558,21 +5554,20 @@ static lightprobe_result lightprobe__report_build(const lightprobe_gl *gl, unsig
 static lightprobe_result lightprobe__add_shader(lightprobe_gl *gl, int which, lightprobe__glenum type,
                                     const char *const *text, int count)
 {
-    const lightprobe__gl_functions *f = &gl->f;
     int good = 0;
-    const unsigned shader = f->CreateShader(type);
-    if (!gl->program[which]) gl->program[which] = f->CreateProgram();
+    const unsigned shader = gl->f.CreateShader(type);
+    if (!gl->program[which]) gl->program[which] = gl->f.CreateProgram();
     if (!shader || !gl->program[which]) {
-        f->DeleteShader(shader); // GL passes over 0
+        gl->f.DeleteShader(shader); // GL passes over 0
         return lightprobe__report(gl, LIGHTPROBE_ERROR_GL, "no shader or program object for %s",
                             lightprobe__program_name(which));
     }
-    f->ShaderSource(shader, count, text, NULL);
-    f->CompileShader(shader);
-    f->GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
+    gl->f.ShaderSource(shader, count, text, NULL);
+    gl->f.CompileShader(shader);
+    gl->f.GetShaderiv(shader, LIGHTPROBE__GL_COMPILE_STATUS, &good);
     const lightprobe_result r = good ? LIGHTPROBE_OK : lightprobe__report_build(gl, shader, 0, which);
-    if (good) f->AttachShader(gl->program[which], shader);
-    f->DeleteShader(shader);
+    if (good) gl->f.AttachShader(gl->program[which], shader);
+    gl->f.DeleteShader(shader);
     return r;
 }
 

@@ -1749,9 +1749,8 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
     // Casters get depths from -1 + 0.01 to MSSM_FAR_CASTER: see there.
     double range = 2 * half[2] / (MSSM_FAR_CASTER + 0.99); // world units per unit of depth
     double nearest = centre[2] + half[2] + 0.01 * range;
-    for (int a = 0; a < 2; a++) {
+    for (int a = 0; a < 2; a++)
         mssm__set_row(r.world_to_shadow, a, frame[a], 1 / half[a], -centre[a] / half[a]);
-    }
     mssm__set_row(r.world_to_shadow, 2, frame[2], -1 / range, nearest / range - 1);
     r.world_to_shadow[15] = 1;
     r.half_u = tan_half_u;
@@ -1760,9 +1759,8 @@ mssm_result mssm_light_directional(mssm_light *light, const float direction[3],
     r.extent_v = (float)half[1];
     r.z_far = (float)(2 * range);
     const float size[3] = {r.extent_u, r.extent_v, r.z_far};
-    if (!mssm__all_finite(r.world_to_shadow, 16) || !mssm__all_finite(size, 3)) {
+    if (!mssm__all_finite(r.world_to_shadow, 16) || !mssm__all_finite(size, 3))
         return MSSM_ERROR_ARGUMENT;
-    }
     *light = r;
     return MSSM_OK;
 }
@@ -1859,9 +1857,8 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
 {
     const float *m = light->world_to_shadow;
     float c[4];
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 4; i++)
         c[i] = m[i] * point[0] + m[4 + i] * point[1] + m[8 + i] * point[2] + m[12 + i];
-    }
     if (light->perspective) {
         if (!(c[3] > 0)) return 0;
         c[0] /= c[3];
@@ -1936,9 +1933,8 @@ mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest)
         r.z_near = (float)n;
         r.z_far = (float)f;
     }
-    if (!mssm__all_finite(m, 16) || !mssm__is_finite(r.z_far) || !(r.z_far > r.z_near)) {
+    if (!mssm__all_finite(m, 16) || !mssm__is_finite(r.z_far) || !(r.z_far > r.z_near))
         return MSSM_ERROR_ARGUMENT;
-    }
     *light = r;
     return MSSM_OK;
 }
@@ -2166,9 +2162,8 @@ static void mssm__halve_values(const mssm_map *map, int finer, int x, int y, int
         const int32_t times = 4 / ((x1 - x0) * (y1 - 2 * y));
         const uint32_t *a = low + x0 * moments, *b = low + x1 * moments;
         const uint32_t *c = high + x0 * moments, *d = high + x1 * moments;
-        for (int k = 0; k < moments; k++) {
+        for (int k = 0; k < moments; k++)
             value[k][i] = ((int32_t)(d[k] - c[k] - b[k] + a[k]) * times + 2) >> 2;
-        }
     }
 }
 
@@ -2246,9 +2241,8 @@ static void mssm__fill_depths(mssm_map *map, const float *front, const float *ba
 
 static void mssm__fill(mssm_map *map, const float *front, const float *back, int samples)
 {
-    for (int level = 0; level < map->levels; level++) {
+    for (int level = 0; level < map->levels; level++)
         mssm__fill_level(map, level, front, back, samples);
-    }
     mssm__fill_depths(map, front, back, samples);
 }
 
@@ -3427,9 +3421,8 @@ mssm_result mssm_filtered_init(mssm_filtered **map, void *memory, size_t bytes, 
 
 mssm_result mssm_filtered_update(mssm_filtered *map, const float *depth, int samples, int radius)
 {
-    if (!map || !depth || samples < 1 || samples > 64 || radius < 0 || radius > MSSM__RADIUS) {
+    if (!map || !depth || samples < 1 || samples > 64 || radius < 0 || radius > MSSM__RADIUS)
         return MSSM_ERROR_ARGUMENT;
-    }
     const size_t texels = (size_t)map->side * (size_t)map->side;
     const float scale = 0.5f / (float)samples;
     float *to = map->work;
@@ -3911,13 +3904,12 @@ enum {
     // their properties
     MSSM__GL_TEXTURE_SAMPLES = 0x9106, MSSM__GL_TEXTURE_HEIGHT = 0x1001,
     MSSM__GL_TEXTURE_MAX_LEVEL = 0x813D, MSSM__GL_TEXTURE_IMMUTABLE_FORMAT = 0x912F,
-    MSSM__GL_TEXTURE_INTERNAL_FORMAT = 0x1003,
-    MSSM__GL_TEXTURE_DEPTH = 0x8071, MSSM__GL_TEXTURE_DEPTH_SIZE = 0x884A,
-    MSSM__GL_TEXTURE_RED_TYPE = 0x8C10, MSSM__GL_FLOAT = 0x1406,
-    MSSM__GL_UNSIGNED_NORMALIZED = 0x8C17, MSSM__GL_SIGNED_NORMALIZED = 0x8F9C,
-    MSSM__GL_DEPTH_STENCIL_TEXTURE_MODE = 0x90EA, MSSM__GL_DEPTH_COMPONENT = 0x1902,
-    MSSM__GL_DEPTH_TEXTURE_MODE = 0x884B, MSSM__GL_TEXTURE_SWIZZLE_R = 0x8E42,
-    MSSM__GL_RED = 0x1903, MSSM__GL_TEXTURE_WRAP_S = 0x2802,
+    MSSM__GL_TEXTURE_INTERNAL_FORMAT = 0x1003, MSSM__GL_TEXTURE_DEPTH = 0x8071,
+    MSSM__GL_TEXTURE_DEPTH_SIZE = 0x884A, MSSM__GL_TEXTURE_RED_TYPE = 0x8C10,
+    MSSM__GL_FLOAT = 0x1406, MSSM__GL_UNSIGNED_NORMALIZED = 0x8C17,
+    MSSM__GL_SIGNED_NORMALIZED = 0x8F9C, MSSM__GL_DEPTH_STENCIL_TEXTURE_MODE = 0x90EA,
+    MSSM__GL_DEPTH_COMPONENT = 0x1902, MSSM__GL_DEPTH_TEXTURE_MODE = 0x884B,
+    MSSM__GL_TEXTURE_SWIZZLE_R = 0x8E42, MSSM__GL_RED = 0x1903, MSSM__GL_TEXTURE_WRAP_S = 0x2802,
     MSSM__GL_TEXTURE_WRAP_T = 0x2803, MSSM__GL_CLAMP_TO_EDGE = 0x812F,
     // formats
     MSSM__GL_RGBA32I = 0x8D82, MSSM__GL_RG32I = 0x823B, MSSM__GL_RG32F = 0x8230,
@@ -4021,8 +4013,8 @@ enum {
     // their properties
     MSSM__GL_TEXTURE_BASE_LEVEL = 0x813C, MSSM__GL_TEXTURE_WIDTH = 0x1000,
     MSSM__GL_TEXTURE_MIN_FILTER = 0x2801, MSSM__GL_TEXTURE_MAG_FILTER = 0x2800,
-    MSSM__GL_NEAREST = 0x2600, MSSM__GL_NEAREST_MIPMAP_NEAREST = 0x2700,
-    MSSM__GL_LINEAR = 0x2601, MSSM__GL_LINEAR_MIPMAP_LINEAR = 0x2703,
+    MSSM__GL_NEAREST = 0x2600, MSSM__GL_NEAREST_MIPMAP_NEAREST = 0x2700, MSSM__GL_LINEAR = 0x2601,
+    MSSM__GL_LINEAR_MIPMAP_LINEAR = 0x2703,
     // access
     MSSM__GL_SHADER_STORAGE_BUFFER = 0x90D2,
     // shaders
@@ -4835,12 +4827,8 @@ static int mssm__get(const mssm_gl *gl, mssm__glenum name)
 // The first error since the last call. Bounded: a lost context reports one forever.
 static mssm__glenum mssm__take_error(const mssm_gl *gl)
 {
-    mssm__glenum first = 0;
-    for (int i = 0; i < 16; i++) {
-        const mssm__glenum e = gl->f.GetError();
-        if (!e) break;
-        if (!first) first = e;
-    }
+    const mssm__glenum first = gl->f.GetError();
+    for (int i = 1; first && i < 16 && gl->f.GetError(); i++) continue;
     return first;
 }
 
@@ -4896,21 +4884,20 @@ static mssm_result mssm__report_build(const mssm_gl *gl, unsigned name, int prog
 static mssm_result mssm__add_shader(mssm_gl *gl, int which, mssm__glenum type,
                                     const char *const *text, int count)
 {
-    const mssm__gl_functions *f = &gl->f;
     int good = 0;
-    const unsigned shader = f->CreateShader(type);
-    if (!gl->program[which]) gl->program[which] = f->CreateProgram();
+    const unsigned shader = gl->f.CreateShader(type);
+    if (!gl->program[which]) gl->program[which] = gl->f.CreateProgram();
     if (!shader || !gl->program[which]) {
-        f->DeleteShader(shader); // GL passes over 0
+        gl->f.DeleteShader(shader); // GL passes over 0
         return mssm__report(gl, MSSM_ERROR_GL, "no shader or program object for %s",
                             mssm__program_name(which));
     }
-    f->ShaderSource(shader, count, text, NULL);
-    f->CompileShader(shader);
-    f->GetShaderiv(shader, MSSM__GL_COMPILE_STATUS, &good);
+    gl->f.ShaderSource(shader, count, text, NULL);
+    gl->f.CompileShader(shader);
+    gl->f.GetShaderiv(shader, MSSM__GL_COMPILE_STATUS, &good);
     const mssm_result r = good ? MSSM_OK : mssm__report_build(gl, shader, 0, which);
-    if (good) f->AttachShader(gl->program[which], shader);
-    f->DeleteShader(shader);
+    if (good) gl->f.AttachShader(gl->program[which], shader);
+    gl->f.DeleteShader(shader);
     return r;
 }
 
@@ -4962,9 +4949,8 @@ static void mssm__find_capabilities(mssm_gl *gl)
     gl->compatible = !(mssm__get(gl, MSSM__GL_CONTEXT_PROFILE_MASK) & 1);
     memcpy(gl->capability, names, sizeof names);
     gl->capabilities = gl->compatible ? 14 : 12; // the last two are of the compatibility profile
-    for (unsigned i = 0; i < 8; i++) {
+    for (unsigned i = 0; i < 8; i++)
         gl->capability[gl->capabilities++] = MSSM__GL_CLIP_DISTANCE0 + i;
-    }
     const int extensions = mssm__get(gl, MSSM__GL_NUM_EXTENSIONS);
     for (int i = 0; i < extensions && i < 2000; i++) {
         const char *name = (const char *)gl->f.GetStringi(MSSM__GL_EXTENSIONS, (unsigned)i);
@@ -5172,23 +5158,22 @@ static int mssm__is_complete(const mssm_gl *gl, unsigned framebuffer)
 
 static mssm_result mssm__create_depth(mssm_gl *gl)
 {
-    const mssm__gl_functions *f = &gl->f;
     const mssm__glenum target = MSSM__GL_TEXTURE_2D_MULTISAMPLE_ARRAY;
     unsigned *framebuffer = &gl->framebuffer[0];
-    f->CreateTextures(target, 1, &gl->depth);
-    f->CreateFramebuffers(1, framebuffer);
+    gl->f.CreateTextures(target, 1, &gl->depth);
+    gl->f.CreateFramebuffers(1, framebuffer);
     if (!gl->depth || !*framebuffer) return MSSM_ERROR_GL;
-    f->TextureStorage3DMultisample(gl->depth, gl->desc.samples, MSSM__GL_DEPTH_COMPONENT32F,
-                                   gl->desc.side, gl->desc.side, gl->layers, 1);
+    gl->f.TextureStorage3DMultisample(gl->depth, gl->desc.samples, MSSM__GL_DEPTH_COMPONENT32F,
+                                      gl->desc.side, gl->desc.side, gl->layers, 1);
     const int bound = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY);
-    f->BindTexture(target, gl->depth);
+    gl->f.BindTexture(target, gl->depth);
     gl->samples = mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_SAMPLES);
-    f->BindTexture(target, (unsigned)bound);
-    f->ObjectLabel(MSSM__GL_TEXTURE, gl->depth, -1, "mssm depth");
-    f->NamedFramebufferTextureLayer(*framebuffer, MSSM__GL_DEPTH_ATTACHMENT, gl->depth, 0, 0);
-    f->NamedFramebufferDrawBuffer(*framebuffer, 0);
-    f->NamedFramebufferReadBuffer(*framebuffer, 0);
-    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, *framebuffer, -1, "mssm depth");
+    gl->f.BindTexture(target, (unsigned)bound);
+    gl->f.ObjectLabel(MSSM__GL_TEXTURE, gl->depth, -1, "mssm depth");
+    gl->f.NamedFramebufferTextureLayer(*framebuffer, MSSM__GL_DEPTH_ATTACHMENT, gl->depth, 0, 0);
+    gl->f.NamedFramebufferDrawBuffer(*framebuffer, 0);
+    gl->f.NamedFramebufferReadBuffer(*framebuffer, 0);
+    gl->f.ObjectLabel(MSSM__GL_FRAMEBUFFER, *framebuffer, -1, "mssm depth");
     return mssm__is_complete(gl, *framebuffer) ? MSSM_OK : MSSM_ERROR_GL;
 }
 
@@ -5232,37 +5217,36 @@ static mssm_result mssm__create_arrays(mssm_gl *gl)
 
 static mssm_result mssm__check_limits(mssm_gl *gl)
 {
+    const mssm_gl_desc *d = &gl->desc;
     const int units = mssm__get(gl, MSSM__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS);
     const int bindings = mssm__get(gl, MSSM__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS);
     const int layers = mssm__get(gl, MSSM__GL_MAX_ARRAY_TEXTURE_LAYERS);
     const int texels = mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE);
     const int samples = mssm__get(gl, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES);
     const int own = gl->filtered ? 2 : 3;
-    if (!mssm__in_range(gl, "first_texture_unit", gl->desc.first_texture_unit, 0,
-                        units < own ? -1 : units - own) ||
-        !mssm__in_range(gl, "first_buffer_binding", gl->desc.first_buffer_binding, 0,
-                        bindings < 1 ? -1 : bindings - 1) ||
-        !mssm__in_range(gl, "this driver: lights", gl->desc.lights, 1, layers)) {
+    if (!mssm__in_range(gl, "first_texture_unit", d->first_texture_unit, 0, units - own) ||
+        !mssm__in_range(gl, "first_buffer_binding", d->first_buffer_binding, 0, bindings - 1) ||
+        !mssm__in_range(gl, "this driver: lights", d->lights, 1, layers)) {
         return MSSM_ERROR_ARGUMENT;
     }
-    return mssm__in_range(gl, "this driver: side", gl->padded, 1, texels) &&
-                   mssm__in_range(gl, "this driver: samples", gl->desc.samples, 1, samples)
-               ? MSSM_OK
-               : MSSM_ERROR_GL;
+    if (!mssm__in_range(gl, "this driver: side", gl->padded, 1, texels) ||
+        !mssm__in_range(gl, "this driver: samples", d->samples, 1, samples)) {
+        return MSSM_ERROR_GL;
+    }
+    return MSSM_OK;
 }
 
 static mssm_result mssm__create_views(mssm_gl *gl)
 {
-    const mssm__gl_functions *f = &gl->f;
     const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
-    f->CreateBuffers(1, &gl->views);
+    gl->f.CreateBuffers(1, &gl->views);
     if (!gl->views) return MSSM_ERROR_GL;
-    f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
-    f->BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER,
-                     (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view), gl->view,
-                     MSSM__GL_DYNAMIC_STORAGE_BIT);
-    f->BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
-    f->ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
+    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, gl->views);
+    gl->f.BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER,
+                        (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view), gl->view,
+                        MSSM__GL_DYNAMIC_STORAGE_BIT);
+    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+    gl->f.ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
     return MSSM_OK;
 }
 
@@ -5414,21 +5398,20 @@ static void mssm__describe(const mssm_gl *gl, int index, int layer, int hyperbol
 // Depth that is bound, of some lights, as moments into their maps, or the work of filtered ones.
 static void mssm__take_depth(mssm_gl *gl, unsigned program, int count)
 {
-    const mssm__gl_functions *f = &gl->f;
     // All of the least depths too, which are filled up to a power of two.
     const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
     const unsigned side = padded > all ? padded : all;
-    f->UseProgram(program);
+    gl->f.UseProgram(program);
     if (gl->filtered) {
         mssm__bind_image(gl, 0, MSSM__WORK, 0);
     } else {
         mssm__bind_level(gl, 0, 0);
         mssm__bind_image(gl, 2, MSSM__LEAST_DEPTHS, 0);
         // After shading, or an earlier resolve of these layers; what follows has the build's.
-        (f->MemoryBarrier)(MSSM__GL_BARRIERS);
+        (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
     }
-    f->DispatchCompute((side + 31) / 32, (side + 1) / 2, (unsigned)count);
-    if (gl->filtered) (f->MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+    gl->f.DispatchCompute((side + 31) / 32, (side + 1) / 2, (unsigned)count);
+    if (gl->filtered) (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
 }
 
 // Depth of all passes that wait: of lights with front faces only, then of those with back faces.
@@ -5489,49 +5472,44 @@ static void mssm__filled(mssm_gl *gl, int index, int averaged)
 static void mssm__save_state(mssm_gl *gl)
 {
     mssm__gl_state *s = &gl->saved;
-    const mssm__gl_functions *f = &gl->f;
     s->framebuffer = mssm__get(gl, MSSM__GL_DRAW_FRAMEBUFFER_BINDING);
     s->depth_func = mssm__get(gl, MSSM__GL_DEPTH_FUNC);
     s->depth_mask = mssm__get(gl, MSSM__GL_DEPTH_WRITEMASK);
     s->cull_mode = mssm__get(gl, MSSM__GL_CULL_FACE_MODE);
     s->clip_origin = mssm__get(gl, MSSM__GL_CLIP_ORIGIN);
     s->clip_depth = mssm__get(gl, MSSM__GL_CLIP_DEPTH_MODE);
-    f->GetIntegerv(MSSM__GL_POLYGON_MODE, s->polygon_mode);
-    for (int i = 0; i < gl->capabilities; i++) s->enabled[i] = f->IsEnabled(gl->capability[i]);
-    s->scissor = f->IsEnabledi(MSSM__GL_SCISSOR_TEST, 0);
-    for (unsigned i = 0; i < 2; i++) f->GetBooleani_v(MSSM__GL_COLOR_WRITEMASK, i, s->mask[i]);
-    f->GetFloati_v(MSSM__GL_VIEWPORT, 0, s->viewport);
-    f->GetDoublei_v(MSSM__GL_DEPTH_RANGE, 0, s->depth_range);
+    gl->f.GetIntegerv(MSSM__GL_POLYGON_MODE, s->polygon_mode);
+    for (int i = 0; i < gl->capabilities; i++) s->enabled[i] = gl->f.IsEnabled(gl->capability[i]);
+    s->scissor = gl->f.IsEnabledi(MSSM__GL_SCISSOR_TEST, 0);
+    for (unsigned i = 0; i < 2; i++) gl->f.GetBooleani_v(MSSM__GL_COLOR_WRITEMASK, i, s->mask[i]);
+    gl->f.GetFloati_v(MSSM__GL_VIEWPORT, 0, s->viewport);
+    gl->f.GetDoublei_v(MSSM__GL_DEPTH_RANGE, 0, s->depth_range);
 }
 
 // Of this, within a frame, only what drawing casters is likely to change: the pass's own.
 static void mssm__set_pass(const mssm_gl *gl, const mssm__gl_state *s, int capabilities)
 {
-    const mssm__gl_functions *f = &gl->f;
-    f->BindFramebuffer(MSSM__GL_DRAW_FRAMEBUFFER, (unsigned)s->framebuffer);
-    f->DepthFunc((mssm__glenum)s->depth_func);
-    f->DepthMask((mssm__glboolean)s->depth_mask);
-    f->CullFace((mssm__glenum)s->cull_mode);
-    for (int i = 0; i < capabilities; i++) {
-        (s->enabled[i] ? f->Enable : f->Disable)(gl->capability[i]);
-    }
-    (s->scissor ? f->Enablei : f->Disablei)(MSSM__GL_SCISSOR_TEST, 0);
-    f->ViewportIndexedf(0, s->viewport[0], s->viewport[1], s->viewport[2], s->viewport[3]);
+    gl->f.BindFramebuffer(MSSM__GL_DRAW_FRAMEBUFFER, (unsigned)s->framebuffer);
+    gl->f.DepthFunc((mssm__glenum)s->depth_func);
+    gl->f.DepthMask((mssm__glboolean)s->depth_mask);
+    gl->f.CullFace((mssm__glenum)s->cull_mode);
+    for (int i = 0; i < capabilities; i++)
+        (s->enabled[i] ? gl->f.Enable : gl->f.Disable)(gl->capability[i]);
+    (s->scissor ? gl->f.Enablei : gl->f.Disablei)(MSSM__GL_SCISSOR_TEST, 0);
+    gl->f.ViewportIndexedf(0, s->viewport[0], s->viewport[1], s->viewport[2], s->viewport[3]);
 }
 
 static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
 {
-    const mssm__gl_functions *f = &gl->f;
     const int one_mode = !gl->compatible || s->polygon_mode[0] == s->polygon_mode[1];
     mssm__set_pass(gl, s, gl->capabilities);
-    f->ClipControl((mssm__glenum)s->clip_origin, (mssm__glenum)s->clip_depth);
-    f->PolygonMode(one_mode ? MSSM__GL_FRONT_AND_BACK : MSSM__GL_FRONT,
-                   (mssm__glenum)s->polygon_mode[0]);
-    if (!one_mode) f->PolygonMode(MSSM__GL_BACK, (mssm__glenum)s->polygon_mode[1]);
-    for (unsigned i = 0; i < 2; i++) {
-        f->ColorMaski(i, s->mask[i][0], s->mask[i][1], s->mask[i][2], s->mask[i][3]);
-    }
-    f->DepthRangeIndexed(0, s->depth_range[0], s->depth_range[1]);
+    gl->f.ClipControl((mssm__glenum)s->clip_origin, (mssm__glenum)s->clip_depth);
+    gl->f.PolygonMode(one_mode ? MSSM__GL_FRONT_AND_BACK : MSSM__GL_FRONT,
+                      (mssm__glenum)s->polygon_mode[0]);
+    if (!one_mode) gl->f.PolygonMode(MSSM__GL_BACK, (mssm__glenum)s->polygon_mode[1]);
+    for (unsigned i = 0; i < 2; i++)
+        gl->f.ColorMaski(i, s->mask[i][0], s->mask[i][1], s->mask[i][2], s->mask[i][3]);
+    gl->f.DepthRangeIndexed(0, s->depth_range[0], s->depth_range[1]);
 }
 
 static void mssm__restore_state(mssm_gl *gl)
@@ -5587,27 +5565,24 @@ static void mssm__upload_views(mssm_gl *gl)
 // Least depths of coarser levels, three at a time; any beyond the last are written to it before it.
 static void mssm__build_depths(mssm_gl *gl, int count)
 {
-    const mssm__gl_functions *f = &gl->f;
-    f->UseProgram(gl->program[MSSM__LEAST]);
+    gl->f.UseProgram(gl->program[MSSM__LEAST]);
     for (int level = 0; level + 1 < gl->depth_levels; level += 3) {
         const unsigned size = 1u << (gl->depth_levels - level - 2);
         for (int i = 0; i < 4; i++) {
             const int at = level + i < gl->depth_levels ? level + i : level;
-            f->BindImageTexture((unsigned)i, at > level || !i ? gl->table[2] : 0, at, 1, 0,
-                                MSSM__GL_READ_WRITE, MSSM__GL_RG32F);
+            gl->f.BindImageTexture((unsigned)i, at > level || !i ? gl->table[2] : 0, at, 1, 0,
+                                   MSSM__GL_READ_WRITE, MSSM__GL_RG32F);
         }
-        f->ProgramUniform1i(gl->program[MSSM__LEAST], MSSM__BATCH, level > 0 ? 2 : 1);
-        f->DispatchCompute((size + 7) / 8, (size + 7) / 8, (unsigned)count);
-        (f->MemoryBarrier)(MSSM__GL_BARRIERS);
+        gl->f.ProgramUniform1i(gl->program[MSSM__LEAST], MSSM__BATCH, level > 0 ? 2 : 1);
+        gl->f.DispatchCompute((size + 7) / 8, (size + 7) / 8, (unsigned)count);
+        (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
     }
 }
 
 static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int first, int levels)
 {
-    const mssm__gl_functions *f = &gl->f;
-    for (int i = MSSM__ROWS; i <= MSSM__LEAST; i++) {
-        f->ProgramUniform1iv(gl->program[i], 0, count, layers);
-    }
+    for (int i = MSSM__ROWS; i <= MSSM__LEAST; i++)
+        gl->f.ProgramUniform1iv(gl->program[i], 0, count, layers);
     if (first == 0) mssm__build_depths(gl, count);
     for (int level = first; level < levels; level++) {
         const unsigned size = (unsigned)(gl->padded >> level);
@@ -5617,15 +5592,15 @@ static void mssm__build_batch(mssm_gl *gl, const int *layers, int count, int fir
         if (level > 0) {
             mssm__bind_level(gl, 2, level - 1);
             const int grain = (1 << (level - 1)) - 1;
-            f->ProgramUniform1i(gl->program[MSSM__HALVE], MSSM__BATCH,
-                                (gl->desc.side + grain) >> (level - 1));
+            gl->f.ProgramUniform1i(gl->program[MSSM__HALVE], MSSM__BATCH,
+                                   (gl->desc.side + grain) >> (level - 1));
         }
-        f->UseProgram(gl->program[level > 0 ? MSSM__HALVE : MSSM__ROWS]);
-        f->DispatchCompute(1, (size * threads + 63) / 64, (unsigned)count);
-        (f->MemoryBarrier)(MSSM__GL_BARRIERS);
-        f->UseProgram(gl->program[MSSM__COLUMNS]);
-        f->DispatchCompute((size + 63) / 64, 1, (unsigned)count);
-        (f->MemoryBarrier)(MSSM__GL_BARRIERS);
+        gl->f.UseProgram(gl->program[level > 0 ? MSSM__HALVE : MSSM__ROWS]);
+        gl->f.DispatchCompute(1, (size * threads + 63) / 64, (unsigned)count);
+        (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
+        gl->f.UseProgram(gl->program[MSSM__COLUMNS]);
+        gl->f.DispatchCompute((size + 63) / 64, 1, (unsigned)count);
+        (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
     }
 }
 
@@ -5795,9 +5770,8 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
         mssm__delete_storage(&fresh);
         return r;
     }
-    for (int i = 0; i < gl->desc.lights && i < fresh.desc.lights; i++) {
+    for (int i = 0; i < gl->desc.lights && i < fresh.desc.lights; i++)
         fresh.lights[i].light = gl->lights[i].light;
-    }
     mssm__delete_storage(gl);
     *gl = fresh;
     return MSSM_OK;
@@ -5805,9 +5779,8 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
 
 mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
 {
-    if (!gl || !light || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1)) {
+    if (!gl || !light || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
         return MSSM_ERROR_ARGUMENT;
-    }
     if (!mssm__is_light(light))
         return mssm__report(gl, MSSM_ERROR_ARGUMENT,
                             "a light needs z_near < z_far and a finite world_to_shadow");
@@ -6267,8 +6240,7 @@ int mssm_gl_stale(const mssm_gl *gl, int index)
 
 static void mssm__draw_show(mssm_gl *gl, const int show[3])
 {
-    const mssm__gl_functions *f = &gl->f;
-    const int blend = f->IsEnabledi(MSSM__GL_BLEND, 0);
+    const int blend = gl->f.IsEnabledi(MSSM__GL_BLEND, 0);
     const int buffers = mssm__get(gl, MSSM__GL_MAX_DRAW_BUFFERS);
     mssm__glboolean mask[16][4] = {{0}};
     mssm__gl_state s = gl->saved;
@@ -6278,23 +6250,23 @@ static void mssm__draw_show(mssm_gl *gl, const int show[3])
     memset(s.mask[0], 1, sizeof s.mask[0]);
     memset(s.mask[1], 0, sizeof s.mask[1]); // the shader has no colour for other draw buffers
     for (unsigned i = 2; i < 16 && (int)i < buffers; i++) {
-        f->GetBooleani_v(MSSM__GL_COLOR_WRITEMASK, i, mask[i]);
-        f->ColorMaski(i, 0, 0, 0, 0);
+        gl->f.GetBooleani_v(MSSM__GL_COLOR_WRITEMASK, i, mask[i]);
+        gl->f.ColorMaski(i, 0, 0, 0, 0);
     }
     s.enabled[2] = 1;
     s.depth_mask = 0;
     s.polygon_mode[0] = s.polygon_mode[1] = MSSM__GL_FILL;
     mssm__set_state(gl, &s);
-    f->Disablei(MSSM__GL_BLEND, 0);
+    gl->f.Disablei(MSSM__GL_BLEND, 0);
     mssm__bind_texture(gl, 0, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[0], 0);
     mssm__bind_texture(gl, 1, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[2], 0);
-    f->ProgramUniform1iv(gl->program[MSSM__SHOW], 0, 3, show);
-    f->UseProgram(gl->program[MSSM__SHOW]);
-    f->BindVertexArray(gl->array);
-    f->DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
-    if (blend) f->Enablei(MSSM__GL_BLEND, 0);
+    gl->f.ProgramUniform1iv(gl->program[MSSM__SHOW], 0, 3, show);
+    gl->f.UseProgram(gl->program[MSSM__SHOW]);
+    gl->f.BindVertexArray(gl->array);
+    gl->f.DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
+    if (blend) gl->f.Enablei(MSSM__GL_BLEND, 0);
     for (unsigned i = 2; i < 16 && (int)i < buffers; i++)
-        f->ColorMaski(i, mask[i][0], mask[i][1], mask[i][2], mask[i][3]);
+        gl->f.ColorMaski(i, mask[i][0], mask[i][1], mask[i][2], mask[i][3]);
     mssm__set_state(gl, &gl->saved);
     mssm__restore_bindings(gl);
 }
@@ -6358,35 +6330,33 @@ static mssm_result mssm__filtered_targets(mssm_gl *gl)
 {
     static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
                                             MSSM__GL_COLOR_ATTACHMENT0 + 1};
-    const mssm__gl_functions *f = &gl->f;
     unsigned *target = &gl->framebuffer[MSSM__TRANSLUCENT];
-    f->CreateFramebuffers(1, target);
+    gl->f.CreateFramebuffers(1, target);
     if (!*target) return MSSM_ERROR_GL;
     for (int i = 0; i < 2; i++)
-        f->NamedFramebufferTextureLayer(*target, buffers[i], gl->table[MSSM__WORK], 0, i);
-    f->NamedFramebufferTextureLayer(*target, MSSM__GL_DEPTH_ATTACHMENT, gl->table[MSSM__FARTHEST],
-                                    0, 0);
-    f->NamedFramebufferDrawBuffers(*target, 2, buffers);
-    f->ObjectLabel(MSSM__GL_FRAMEBUFFER, *target, -1, "mssm translucent casters");
+        gl->f.NamedFramebufferTextureLayer(*target, buffers[i], gl->table[MSSM__WORK], 0, i);
+    gl->f.NamedFramebufferTextureLayer(*target, MSSM__GL_DEPTH_ATTACHMENT,
+                                       gl->table[MSSM__FARTHEST], 0, 0);
+    gl->f.NamedFramebufferDrawBuffers(*target, 2, buffers);
+    gl->f.ObjectLabel(MSSM__GL_FRAMEBUFFER, *target, -1, "mssm translucent casters");
     return mssm__is_complete(gl, *target) ? MSSM_OK : MSSM_ERROR_GL;
 }
 
 // Into the target whose pass has begun.
 static void mssm__copy_depth(mssm_gl *gl)
 {
-    const mssm__gl_functions *f = &gl->f;
     mssm__save_bindings(gl);
     mssm__bind_texture(gl, 0, mssm__targets[0].target, gl->depth, 0);
-    f->ProgramUniform1i(gl->program[MSSM__COPY], 0, gl->samples);
-    f->UseProgram(gl->program[MSSM__COPY]);
-    f->BindVertexArray(gl->array);
-    f->DepthFunc(MSSM__GL_ALWAYS);
-    f->DepthMask(1);
-    for (unsigned i = 0; i < 2; i++) f->ColorMaski(i, 0, 0, 0, 0);
-    f->DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
-    for (unsigned i = 0; i < 2; i++) f->ColorMaski(i, 1, 1, 1, 1);
-    f->DepthMask(0);
-    f->DepthFunc(MSSM__GL_LESS);
+    gl->f.ProgramUniform1i(gl->program[MSSM__COPY], 0, gl->samples);
+    gl->f.UseProgram(gl->program[MSSM__COPY]);
+    gl->f.BindVertexArray(gl->array);
+    gl->f.DepthFunc(MSSM__GL_ALWAYS);
+    gl->f.DepthMask(1);
+    for (unsigned i = 0; i < 2; i++) gl->f.ColorMaski(i, 0, 0, 0, 0);
+    gl->f.DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
+    for (unsigned i = 0; i < 2; i++) gl->f.ColorMaski(i, 1, 1, 1, 1);
+    gl->f.DepthMask(0);
+    gl->f.DepthFunc(MSSM__GL_LESS);
     mssm__restore_bindings(gl);
 }
 
@@ -6446,9 +6416,8 @@ static void mssm__filtered_build(mssm_gl *gl, int instead)
     gl->f.UseProgram(gl->program[MSSM__FILTER]);
     mssm__filter_level(gl, MSSM__FILTER, work, 0, MSSM__BLURRED_ROWS, 0, rows);
     mssm__filter_level(gl, MSSM__FILTER, gl->table[MSSM__BLURRED_ROWS], 0, MSSM__WORK, 0, columns);
-    for (int i = 1; i < gl->levels; i++, halve[6] = (halve[6] + 1) / 2) {
+    for (int i = 1; i < gl->levels; i++, halve[6] = (halve[6] + 1) / 2)
         mssm__filter_level(gl, MSSM__FILTER, work, i - 1, MSSM__WORK, i, halve);
-    }
     mssm__restore_bindings(gl);
     light->filled = light->averaged = 1;
     light->built = gl->levels;
