@@ -962,10 +962,9 @@ mssm_moments4 mssm_moments4_decode(mssm_moments4 q)
 // the receiver. The share of any depth x is 1/K(x,x) (Christoffel number).
 
 // Floors: pivots below half of alpha times those of the bias vector (D1 = b2, D2 = b4 - b2^2, D3 =
-// b6 - b4^2/b2) do not come from rounding of safely biased moments, for the smaller of the two
-// biases that fit a function. The moments are then those of no distribution, and the longest valid
-// part of them is used: 6, 4 or 2, and for none a single surface of the variance D1's floor. That
-// cuts false shadows 90 times where a user's bias is too small.
+// b6 - b4^2/b2), for the smaller of a function's two biases, are not from rounding of safely biased
+// moments. The longest valid part of such moments is used: 6, 4, 2, or a single surface of the
+// variance D1's floor. That cuts false shadows 90 times where a user's bias is too small.
 
 // Factorised moment matrix (L D L^T): pivots d and the entries c of L that the polynomials need. d2
 // or d3 is 0 where the moments are valid only up to there; d1 is never below its floor.
@@ -1303,9 +1302,8 @@ MSSM_SHARED struct mssm_deflated mssm_deflate(float b, float c, float d, float r
     return mssm_divide(b, c, d, x);
 }
 
-// The same for a cubic that is known to have only real roots: the cosine of a third of an angle,
-// whose cosine is h, as a polynomial of h (error 2e-4 of the roots' spread), and one step of
-// Newton's method (after it nothing is left but rounding).
+// The same for a cubic of real roots only: the cosine of a third of an angle as a polynomial of its
+// cosine h (error 2e-4 of the roots' spread), and a step of Newton's method, to mere rounding.
 MSSM_SHARED struct mssm_deflated mssm_deflate_real(float b, float c, float d)
 {
     float middle = b * (-1.0f / 3.0f);
@@ -1381,10 +1379,9 @@ MSSM_SHARED mssm_roots3 mssm_solve_quadratic(float c0, float c1, float c2)
     return r;
 }
 
-// Whether the two roots that s x^3 + b x^2 + c x + d has beside left.root / s are real. A complex pair counts
-// as a double root where rounding of the coefficients can have made it: where the cubic at its real part
-// m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which it is next to a triple root,
-// where m is the root itself.
+// Whether the two roots that s x^3 + b x^2 + c x + d has beside left.root / s are real. A complex
+// pair is a double root where rounding of the coefficients can have made it: where the cubic at its
+// real part m is noise, disc * (m - root), or next to a triple root, where m is that, |disc|^(3/2).
 MSSM_SHARED int mssm_pair_is_real(struct mssm_deflated left, float s, float b, float c, float d)
 {
     float m = -0.5f * left.b;
@@ -3665,8 +3662,7 @@ static void mssm__incline(const double p[3], const double q[3], double range[2])
     }
 }
 
-// Angles to the axis, and around it from the azimuth of the picture's middle, between which the
-// picture with these corners lies, all in the light's frame.
+// The picture's angles to the axis, and around it from its middle's azimuth, in the light's frame.
 static void mssm__picture_angles(double c[4][3], const double middle[3], double along, double aside,
                                  double range[2], double turn[2])
 {
@@ -4038,8 +4034,7 @@ enum {
 };
 // clang-format on
 
-// Textures of an mssm_gl after the three that shading reads, and the framebuffer after that of
-// depth passes: of filtered maps, to work in.
+// Of filtered maps, to work in: textures after the three that shading reads, and a framebuffer.
 enum { MSSM__LEAST_DEPTHS = 2, MSSM__WORK, MSSM__BLURRED_ROWS, MSSM__FARTHEST, MSSM__TABLES };
 enum { MSSM__TRANSLUCENT = 1, MSSM__FRAMEBUFFERS };
 static const struct {
@@ -4200,9 +4195,8 @@ static const char mssm__glsl_given[] =
     "}\n";
 
 // Depth to Chebyshev moments, one thread a texel, as integers; of filtered maps encoded, 1 to 3 in
-// one layer, 4 to 6 in the other, so that alpha is free for blending. `precise` keeps the compiler from
-// fusing what the C code does not fuse: tables of directional lights are equal bit for bit; linear
-// depth has quotients, which GPUs may round their own way.
+// one layer, 4 to 6 in the other: alpha is free for blending. `precise` keeps compilers from fusing
+// what C does not: tables of directional lights are equal bit for bit; linear depth has quotients.
 static const char mssm__glsl_resolve[] =
     "layout(local_size_x = 32, local_size_y = 2) in;\n"
     "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
@@ -4324,9 +4318,8 @@ static const char mssm__glsl_tables[] =
     "}\n";
 
 // Prefix sums along rows: eight texels a thread in registers, a scan of the threads' sums in shared
-// memory, a carry from block to block. A work group takes as many rows as it has threads for.
-// MSSM_HALVE makes the texels of a coarser level on the way: each is the mean of four of the level
-// below, one difference of that level's finished table.
+// memory, a carry from block to block; as many rows as there are threads for. With MSSM_HALVE
+// texels are means of four of the level below, each one difference of its finished table.
 static const char mssm__glsl_rows[] =
     "layout(local_size_x = 64) in;\n"
     "#ifdef MSSM_HALVE\n"
@@ -4402,8 +4395,7 @@ static const char mssm__glsl_rows[] =
     "    }\n"
     "}\n";
 
-// Prefix sums along columns, one thread a column: neighbours read neighbouring texels. Eight rows
-// at a time, so that a thread waits for memory once for eight.
+// Prefix sums along columns, a thread each: neighbours read neighbours, eight rows at a time.
 static const char mssm__glsl_columns[] =
     "layout(local_size_x = 64) in;\n"
     "void main()\n"
@@ -4635,8 +4627,7 @@ static const char mssm__glsl_copy[] =
     "    gl_FragDepth = farthest;\n"
     "}\n";
 
-// Rows, columns and halves as in mssm__filter; each level is rounded into the map, from floats. The
-// outermost texels go on in the texels beyond.
+// Rows, columns and halves as in mssm__filter; each level is rounded into the map, from floats.
 // With MSSM_STORE: encoded moments into the first level of the tables of mssm_gl.
 static const char mssm__glsl_filter[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
@@ -5080,8 +5071,7 @@ static size_t mssm__print_shader(const mssm_gl *gl, char *to)
     return length;
 }
 
-// Of a compute shader, or of the fragments of a triangle, which takes a vertex array without
-// attributes; made when first needed. On failure none is left.
+// Of a compute shader, or of a triangle's fragments, which takes a vertex array without attributes.
 static mssm_result mssm__make_program(mssm_gl *gl, int which)
 {
     const mssm__program *p = mssm__program_of(which);
@@ -5275,8 +5265,7 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
 
 // ---- State that is put back ---- >>state
 
-// Whether a call comes at a wrong time, which may also be one of transform feedback: until that ends GL
-// allows no other program.
+// Whether a call comes at a wrong time; under transform feedback GL allows no other program.
 static mssm_result mssm__check_order(const mssm_gl *gl, int wrong, const char *call,
                                      const char *why)
 {
@@ -5528,8 +5517,7 @@ static void mssm__make_view(const mssm_gl *gl, mssm__gl_light *l, mssm_view *v)
     if (!l->filled || !(l->light.z_far > l->light.z_near)) return;
     mssm_view made =
         mssm__view(&l->light, &gl->desc.settings, gl->desc.side, l->built, l->averaged);
-    // For receivers down to depth 17, eight times as deep as all casters: further ones see
-    // wider kernels than the tables hold, and get the widest.
+    // For receivers down to depth 17, eight times as deep as all casters; others get the widest.
     const float kernel = mssm_max(made.kernel_u, made.kernel_v);
     l->widest = 2.0f * kernel * (mssm_blur_depth(made, 17.0f) - mssm_blur_depth(made, -1.0f));
     if (l->built == 0) return; // drawn, but without tables
@@ -6700,10 +6688,9 @@ const char *mssm_glsl_math(void)
     "// the receiver. The share of any depth x is 1/K(x,x) (Christoffel number).\n"
     "\n"
     "// Floors: pivots below half of alpha times those of the bias vector (D1 = b2, D2 = b4 - b2^2, D3 =\n"
-    "// b6 - b4^2/b2) do not come from rounding of safely biased moments, for the smaller of the two\n"
-    "// biases that fit a function. The moments are then those of no distribution, and the longest valid\n"
-    "// part of them is used: 6, 4 or 2, and for none a single surface of the variance D1's floor. That\n"
-    "// cuts false shadows 90 times where a user's bias is too small.\n"
+    "// b6 - b4^2/b2), for the smaller of a function's two biases, are not from rounding of safely biased\n"
+    "// moments. The longest valid part of such moments is used: 6, 4, 2, or a single surface of the\n"
+    "// variance D1's floor. That cuts false shadows 90 times where a user's bias is too small.\n"
     "\n"
     "// Factorised moment matrix (L D L^T): pivots d and the entries c of L that the polynomials need. d2\n"
     "// or d3 is 0 where the moments are valid only up to there; d1 is never below its floor.\n"
@@ -7041,9 +7028,8 @@ const char *mssm_glsl_math(void)
     "    return mssm_divide(b, c, d, x);\n"
     "}\n"
     "\n"
-    "// The same for a cubic that is known to have only real roots: the cosine of a third of an angle,\n"
-    "// whose cosine is h, as a polynomial of h (error 2e-4 of the roots' spread), and one step of\n"
-    "// Newton's method (after it nothing is left but rounding).\n"
+    "// The same for a cubic of real roots only: the cosine of a third of an angle as a polynomial of its\n"
+    "// cosine h (error 2e-4 of the roots' spread), and a step of Newton's method, to mere rounding.\n"
     "MSSM_SHARED mssm_deflated mssm_deflate_real(float b, float c, float d)\n"
     "{\n"
     "    float middle = b * (-1.0f / 3.0f);\n"
@@ -7119,10 +7105,9 @@ const char *mssm_glsl_math(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "// Whether the two roots that s x^3 + b x^2 + c x + d has beside left.root / s are real. A complex pair counts\n"
-    "// as a double root where rounding of the coefficients can have made it: where the cubic at its real part\n"
-    "// m, disc * (m - root), is noise. The larger of that and |disc|^(3/2), which it is next to a triple root,\n"
-    "// where m is the root itself.\n"
+    "// Whether the two roots that s x^3 + b x^2 + c x + d has beside left.root / s are real. A complex\n"
+    "// pair is a double root where rounding of the coefficients can have made it: where the cubic at its\n"
+    "// real part m is noise, disc * (m - root), or next to a triple root, where m is that, |disc|^(3/2).\n"
     "MSSM_SHARED int mssm_pair_is_real(mssm_deflated left, float s, float b, float c, float d)\n"
     "{\n"
     "    float m = -0.5f * left.b;\n"
