@@ -1653,6 +1653,11 @@ static int mssm__all_finite(const float *x, int count)
     return x != NULL;
 }
 
+static int mssm__is_light(const mssm_light *light)
+{
+    return light->z_far > light->z_near && mssm__all_finite(light->world_to_shadow, 16);
+}
+
 static double mssm__dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -1930,8 +1935,7 @@ mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest)
         r.z_near = (float)n;
         r.z_far = (float)f;
     }
-    if (!mssm__all_finite(m, 16) || !mssm__is_finite(r.z_far) || !(r.z_far > r.z_near))
-        return MSSM_ERROR_ARGUMENT;
+    if (!mssm__is_light(&r) || !mssm__is_finite(r.z_far)) return MSSM_ERROR_ARGUMENT;
     *light = r;
     return MSSM_OK;
 }
@@ -3205,11 +3209,6 @@ mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texe
 
 typedef char
     mssm__view_fits[sizeof(mssm_view) <= 28 * sizeof(int) ? 1 : -1]; // mssm_map_view, $view in GLSL
-
-static int mssm__is_light(const mssm_light *light)
-{
-    return light->z_far > light->z_near && mssm__all_finite(light->world_to_shadow, 16);
-}
 
 mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light,
                           const mssm_settings *settings, int view[28])
@@ -5373,23 +5372,13 @@ static void mssm__bind_level(const mssm_gl *gl, int first_unit, int level)
 
 // ---- Passes and calls ---- >>passes
 
-// What kernels are told of a light whose depth they take.
-static void mssm__describe(const mssm_gl *gl, int index, int layer, int hyperbolic, int to[5])
-{
-    const mssm_light *light = &gl->lights[index].drawn;
-    to[0] = index;
-    to[1] = layer;
-    to[2] = hyperbolic;
-    to[3] = mssm_bits(light->z_near);
-    to[4] = mssm_bits(light->z_far);
-}
-
 // Depth that is bound, of some lights, as moments into their maps, or the work of filtered ones.
-static void mssm__take_depth(mssm_gl *gl, unsigned program, int count)
+static void mssm__take_depth(mssm_gl *gl, unsigned program, int count, const int *job, int numbers)
 {
     // All of the least depths too, which are filled up to a power of two.
     const unsigned all = 1u << gl->depth_levels, padded = (unsigned)gl->padded;
     const unsigned side = padded > all ? padded : all;
+    gl->f.ProgramUniform1iv(program, 0, numbers, job);
     gl->f.UseProgram(program);
     if (gl->filtered) {
         mssm__bind_image(gl, 0, MSSM__WORK, 0);
@@ -5414,13 +5403,13 @@ static void mssm__resolve(mssm_gl *gl)
         for (int i = 0; i < gl->used; i++) {
             const int index = gl->waiting[i];
             if (index < 0 || (gl->lights[index].averaged && !gl->filtered) != average) continue;
-            mssm__describe(gl, index, i, gl->lights[index].drawn.perspective, job + 2 + 5 * count);
-            count++;
+            const mssm_light *light = &gl->lights[index].drawn;
+            const int one[5] = {index, i, light->perspective, mssm_bits(light->z_near),
+                                mssm_bits(light->z_far)};
+            memcpy(job + 2 + 5 * count++, one, sizeof one);
         }
-        if (!count) continue;
         const unsigned program = gl->program[average ? MSSM__AVERAGE : MSSM__RESOLVE];
-        gl->f.ProgramUniform1iv(program, 0, 2 + 5 * count, job);
-        mssm__take_depth(gl, program, count);
+        if (count) mssm__take_depth(gl, program, count, job, 2 + 5 * count);
     }
     mssm__restore_bindings(gl);
     gl->used = 0;
@@ -6051,21 +6040,21 @@ static void mssm__take_given(mssm_gl *gl, int index, const mssm__gl_source s[2],
     const int radial = d->stored == MSSM_STORED_RADIAL;
     const float one = d->reversed ? 1.0f : -1.0f, ratio = low / high;
     const float straight = !ours || radial || (d->reversed && hyperbolic) ? 0.0f : -one;
-    const float sizes[2] = {radial ? light->extent_u : 0.0f, radial ? light->extent_v : 0.0f};
-    // As in the text: nearness and half-sizes, the law of distance, straight.
-    const float flat[12] = {one, 0.5f - 0.5f * one, sizes[0], sizes[1], high, low - high, 1,
-                            0,   straight};
-    const float steep[12] = {one,   0.5f - 0.5f * one, sizes[0], sizes[1], low, 0,
-                             ratio, 1 - ratio,         straight};
+    const float laws[2][4] = {{high, low - high, 1, 0}, {low, 0, ratio, 1 - ratio}};
+    const float *law = laws[hyperbolic];
+    const float u = radial ? light->extent_u : 0.0f, v = radial ? light->extent_v : 0.0f;
+    // As the texts of linear and of given depth have them.
+    const float given[12] = {one,    0.5f - 0.5f * one, u, v, law[0], law[1], law[2],
+                             law[3], straight};
     const int from[9] = {s->across, s->up,     s->each,   d->x,         d->y,
                          d->layer,  s[1].is.x, s[1].is.y, s[1].is.layer};
-    int job[16] = {s->across * s->up * s->each, gl->desc.side};
-    gl->f.ProgramUniform4fv(program, MSSM__GIVEN_UNIFORM, 3, hyperbolic ? steep : flat);
-    mssm__filled(gl, index, back);
-    mssm__describe(gl, index, 0, hyperbolic, job + 2);
+    int job[16] = {s->across * s->up * s->each, gl->desc.side, index, 0, hyperbolic};
+    job[5] = mssm_bits(light->z_near);
+    job[6] = mssm_bits(light->z_far);
     memcpy(job + 7, from, sizeof from);
-    gl->f.ProgramUniform1iv(program, 0, 16, job);
-    mssm__take_depth(gl, program, 1);
+    gl->f.ProgramUniform4fv(program, MSSM__GIVEN_UNIFORM, 3, given);
+    mssm__filled(gl, index, back);
+    mssm__take_depth(gl, program, 1, job, 16);
 }
 
 static mssm_result mssm__check_alike(const mssm_gl *gl, const mssm__gl_source *a,
