@@ -5464,23 +5464,19 @@ static void mssm__save_state(mssm_gl *gl)
     gl->f.GetDoublei_v(MSSM__GL_DEPTH_RANGE, 0, s->depth_range);
 }
 
-// Of this, within a frame, only what drawing casters is likely to change: the pass's own.
-static void mssm__set_pass(const mssm_gl *gl, const mssm__gl_state *s, int capabilities)
+// Within a frame only what drawing casters is likely to change.
+static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
 {
+    const int one_mode = !gl->compatible || s->polygon_mode[0] == s->polygon_mode[1];
     gl->f.BindFramebuffer(MSSM__GL_DRAW_FRAMEBUFFER, (unsigned)s->framebuffer);
     gl->f.DepthFunc((mssm__glenum)s->depth_func);
     gl->f.DepthMask((mssm__glboolean)s->depth_mask);
     gl->f.CullFace((mssm__glenum)s->cull_mode);
-    for (int i = 0; i < capabilities; i++)
+    for (int i = 0; i < (gl->framing ? 2 : gl->capabilities); i++)
         (s->enabled[i] ? gl->f.Enable : gl->f.Disable)(gl->capability[i]);
     (s->scissor ? gl->f.Enablei : gl->f.Disablei)(MSSM__GL_SCISSOR_TEST, 0);
     gl->f.ViewportIndexedf(0, s->viewport[0], s->viewport[1], s->viewport[2], s->viewport[3]);
-}
-
-static void mssm__set_state(const mssm_gl *gl, const mssm__gl_state *s)
-{
-    const int one_mode = !gl->compatible || s->polygon_mode[0] == s->polygon_mode[1];
-    mssm__set_pass(gl, s, gl->capabilities);
+    if (gl->framing) return;
     gl->f.ClipControl((mssm__glenum)s->clip_origin, (mssm__glenum)s->clip_depth);
     gl->f.PolygonMode(one_mode ? MSSM__GL_FRONT_AND_BACK : MSSM__GL_FRONT,
                       (mssm__glenum)s->polygon_mode[0]);
@@ -5784,10 +5780,7 @@ static void mssm__pass_state(mssm_gl *gl, unsigned framebuffer, int depth_mask, 
     memset(s.mask, 1, sizeof s.mask);
     s.viewport[2] = s.viewport[3] = (float)gl->desc.side;
     s.depth_range[1] = 1;
-    if (gl->framing)
-        mssm__set_pass(gl, &s, 2);
-    else
-        mssm__set_state(gl, &s);
+    mssm__set_state(gl, &s);
 }
 
 mssm_result mssm_gl_begin_frame(mssm_gl *gl)
@@ -5867,10 +5860,6 @@ static int mssm__depth_ends(const mssm_light *light, const mssm_gl_depth *d, flo
 static mssm_result mssm__check_depth(const mssm_gl *gl, const mssm_light *light,
                                      const mssm_gl_depth *d, int *kind)
 {
-    static const char *const names[6] = {"mssm_gl_depth: stored", "mssm_gl_depth: layer",
-                                         "mssm_gl_depth: x",      "mssm_gl_depth: y",
-                                         "mssm_gl_depth: width",  "mssm_gl_depth: height"};
-    const int numbers[6] = {(int)d->stored, d->layer, d->x, d->y, d->width, d->height};
     const unsigned target = d->target ? d->target : (unsigned)MSSM__GL_TEXTURE_2D;
     const int hyperbolic = light->perspective && d->stored == MSSM_STORED_WINDOW;
     *kind = 5;
@@ -5879,10 +5868,8 @@ static mssm_result mssm__check_depth(const mssm_gl *gl, const mssm_light *light,
         return mssm__report(gl, MSSM_ERROR_ARGUMENT,
                             "mssm_gl_depth: target 0x%04X: a 2D, cube map or multisampled texture",
                             target);
-    for (int i = 0; i < 6; i++) {
-        const int most = i ? INT32_MAX : light->perspective ? 2 : 1;
-        if (!mssm__in_range(gl, names[i], numbers[i], 0, most)) return MSSM_ERROR_ARGUMENT;
-    }
+    if (!mssm__in_range(gl, "mssm_gl_depth: stored", (int)d->stored, 0, light->perspective ? 2 : 1))
+        return MSSM_ERROR_ARGUMENT;
     float low, high;
     mssm__depth_ends(light, d, &low, &high); // NaN fails all of these
     if (low >= (hyperbolic ? FLT_MIN : -FLT_MAX) && high > low && (high <= FLT_MAX || hyperbolic))
