@@ -3207,8 +3207,7 @@ mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texe
     return MSSM_OK;
 }
 
-typedef char
-    mssm__view_fits[sizeof(mssm_view) <= 28 * sizeof(int) ? 1 : -1]; // mssm_map_view, $view in GLSL
+typedef char mssm__view_fits[sizeof(mssm_view) <= 28 * sizeof(int) ? 1 : -1]; // mssm_map_view
 
 mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light,
                           const mssm_settings *settings, int view[28])
@@ -4193,12 +4192,16 @@ static const char mssm__glsl_given[] =
     "    return nearness > 0.0 ? z : 1.0;\n"
     "}\n";
 
-// Depth to Chebyshev moments, one thread a texel, as integers; of filtered maps encoded, 1 to 3 in
-// one layer, 4 to 6 in the other: alpha is free for blending. `precise` keeps compilers from fusing
-// what C does not: tables of directional lights are equal bit for bit; linear depth has quotients.
+// Depth, or with MSSM_STORE encoded moments, to Chebyshev moments as integers, one thread a texel;
+// for filtered maps encoded, 1 to 3 in a layer, 4 to 6 in another: alpha is free for blending.
+// `precise`: tables of directional lights are those of C bit for bit; linear depth has quotients.
 static const char mssm__glsl_resolve[] =
     "layout(local_size_x = 32, local_size_y = 2) in;\n"
+    "#ifdef MSSM_STORE\n"
+    "layout(binding = 3, rgba32f) readonly uniform image2DArray source;\n"
+    "#else\n"
     "layout(binding = MSSM_UNIT) uniform MSSM_SAMPLER front;\n"
+    "#endif\n"
     "#ifdef MSSM_AVERAGE\n"
     "layout(binding = MSSM_NEXT_UNIT) uniform MSSM_SAMPLER back;\n"
     "#endif\n"
@@ -4223,6 +4226,13 @@ static const char mssm__glsl_resolve[] =
     "    vec2 least = vec2(1.0);\n"
     "    precise vec4 sum = vec4(0.0);\n"
     "    precise vec4 more = vec4(0.0);\n"
+    "#ifdef MSSM_STORE\n"
+    "    vec4 low = inside ? imageLoad(source, ivec3(p, 0)) : vec4(1.0);\n"
+    "    vec4 high = inside ? imageLoad(source, ivec3(p, 1)) : vec4(1.0);\n"
+    "    sum = 2.0 * clamp(vec4(low.xyz, high.x), 0.0, 1.0) - 1.0;\n"
+    "    more.xy = 2.0 * clamp(high.yz, 0.0, 1.0) - 1.0;\n"
+    "    least = vec2(low.x < MSSM_EMPTY ? -1.0 : 1.0, -1.0); // as near as depth goes\n"
+    "#else\n"
     "    int s = 0, samples = gl_NumWorkGroups.x == 0u ? 1 : job[0];\n"
     "    do {\n"
     "        float z = inside ? MSSM_DEPTH(front, 0, p, s) : 1.0;\n"
@@ -4234,6 +4244,7 @@ static const char mssm__glsl_resolve[] =
     "        sum += vec4(t.b[0], t.b[1], t.b[2], t.b[3]);\n"
     "        more += vec4(t.b[4], t.b[5], 0.0, 0.0);\n"
     "    } while (++s < samples);\n"
+    "#endif\n"
     "#ifdef MSSM_FILTERED\n"
     "    if (!inside) return;\n"
     "    imageStore(work, ivec3(p, 0), vec4(0.5 + 0.5 * sum.xyz / float(job[0]), 1.0));\n"
@@ -4627,40 +4638,17 @@ static const char mssm__glsl_copy[] =
     "}\n";
 
 // Rows, columns and halves as in mssm__filter; each level is rounded into the map, from floats.
-// With MSSM_STORE: encoded moments into the first level of the tables of mssm_gl.
 static const char mssm__glsl_filter[] =
     "layout(local_size_x = 8, local_size_y = 8) in;\n"
     "layout(binding = 2, rgba32f) readonly uniform image2DArray source;\n"
-    "#ifdef MSSM_STORE\n"
-    "layout(binding = 0, rgba32i) writeonly uniform iimage2DArray map0;\n"
-    "layout(binding = 1, rg32i) writeonly uniform iimage2DArray map1;\n"
-    "layout(binding = 3, rg32f) writeonly uniform image2DArray depths;\n"
-    "ivec4 stored(vec4 q)\n"
-    "{\n"
-    "    float one = float(MSSM_SCALE);\n"
-    "    precise vec4 scaled = (2.0 * clamp(q, 0.0, 1.0) - 1.0) * one + (one + 1.5);\n"
-    "    return ivec4(scaled) - (MSSM_SCALE + 1);\n"
-    "}\n"
-    "#else\n"
     "layout(binding = 3, rgba32f) writeonly uniform image2DArray target;\n"
     "layout(binding = 0, rgba16) writeonly uniform image2DArray map0;\n"
     "layout(binding = 1, rg16) writeonly uniform image2DArray map1;\n"
-    "#define stored(q) q\n"
-    "#endif\n"
     "// left, low, right, high, scale, layer of the map, side of the source\n"
     "layout(location = 0) uniform int job[7];\n"
     "void main()\n"
     "{\n"
     "    ivec2 p = ivec2(gl_GlobalInvocationID.xy);\n"
-    "#ifdef MSSM_STORE\n"
-    "    // Least depth of two by two texels: where anything is, it may be as near as depth goes.\n"
-    "    bool empty = true;\n"
-    "    for (int i = 0; i < 4; i++) {\n"
-    "        ivec2 q = 2 * p + ivec2(i & 1, i >> 1);\n"
-    "        if (all(lessThan(q, ivec2(job[6]))) && imageLoad(source, ivec3(q, 0)).x < MSSM_EMPTY) empty = false;\n"
-    "    }\n"
-    "    imageStore(depths, ivec3(p, job[5]), vec4(empty ? 1.0 : -1.0, -1.0, 0.0, 0.0));\n"
-    "#endif\n"
     "    if (any(greaterThanEqual(p, imageSize(map0).xy))) return;\n"
     "    ivec2 last = ivec2(job[6] - 1), at = min(p, last / job[4]) * job[4];\n"
     "    vec4 low = vec4(0.0), high = vec4(0.0);\n"
@@ -4675,13 +4663,11 @@ static const char mssm__glsl_filter[] =
     "    }\n"
     "    high /= low.w;  // the sum of weights\n"
     "    low /= low.w;\n"
-    "#ifndef MSSM_STORE\n"
     "    imageStore(target, ivec3(p, 0), low);\n"
     "    imageStore(target, ivec3(p, 1), high);\n"
-    "#endif\n"
-    "    imageStore(map0, ivec3(p, job[5]), stored(vec4(low.xyz, high.x)));\n"
+    "    imageStore(map0, ivec3(p, job[5]), vec4(low.xyz, high.x));\n"
     "#if MSSM_MOMENTS == 6\n"
-    "    imageStore(map1, ivec3(p, job[5]), stored(vec4(high.yz, 1.0, 1.0)));\n"
+    "    imageStore(map1, ivec3(p, job[5]), vec4(high.yz, 1.0, 1.0));\n"
     "#endif\n"
     "}\n";
 
@@ -4774,7 +4760,7 @@ static const mssm__program mssm__programs[] = {
     {"mssm resolve", "", mssm__glsl_drawn, mssm__glsl_resolve},
     {"mssm filter", "", "", mssm__glsl_filter},
     {"mssm copy", "", "", mssm__glsl_copy},
-    {"mssm store", "#define MSSM_STORE\n" MSSM__GLSL_CONSTANT(MSSM_EMPTY), "", mssm__glsl_filter},
+    {"mssm store", "#define MSSM_STORE\n" MSSM__GLSL_CONSTANT(MSSM_EMPTY), "", mssm__glsl_resolve},
     {"mssm show", "", "", mssm__glsl_show},
     {"mssm given depth", "", mssm__glsl_given, mssm__glsl_resolve},
     {"mssm given depth", "#define MSSM_AVERAGE\n", mssm__glsl_given, mssm__glsl_resolve}};
@@ -5076,7 +5062,7 @@ static mssm_result mssm__make_program(mssm_gl *gl, int which)
     const mssm__program *p = mssm__program_of(which);
     const int triangle = which == MSSM__COPY || which == MSSM__SHOW;
     const int given = which - MSSM__GIVEN;
-    const int depth = given >= 0 || which == MSSM__AVERAGE || which == MSSM__RESOLVE;
+    const int depth = p->body == mssm__glsl_resolve;
     const char *const math = depth ? mssm_glsl_math() : "";
     const char *const linear = depth ? mssm__glsl_linear_depth : "";
     const char *const target = given < 0 ? "" : mssm__targets[given / 2].text;
@@ -5730,10 +5716,9 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
     fresh.desc.side = side;
     mssm_result r = mssm__check_desc(&fresh);
     if (r) return r;
-    fresh.depth = 0;
     memset(fresh.framebuffer, 0, sizeof fresh.framebuffer);
     memset(fresh.table, 0, sizeof fresh.table);
-    fresh.views = 0;
+    fresh.depth = fresh.views = 0;
     fresh.lights = NULL;
     fresh.view = NULL;
     mssm__drop_errors(gl, "mssm_gl_resize");
@@ -6352,15 +6337,15 @@ mssm_result mssm_gl_end_translucent(mssm_gl *gl)
     return MSSM_OK;
 }
 
-// One dispatch of the program in use: from a level of source into one of target and of the maps.
-static void mssm__filter_level(const mssm_gl *gl, int which, unsigned source, int source_level,
-                               int target, int level, const int job[7])
+// One dispatch: from a level of source into one of target and of the maps.
+static void mssm__filter_level(const mssm_gl *gl, int source, int source_level, int target,
+                               int level, const int job[7])
 {
     const unsigned groups = ((unsigned)(gl->padded >> level) + 7) / 8;
     mssm__bind_level(gl, 0, level);
-    gl->f.BindImageTexture(2, source, source_level, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
+    mssm__bind_image(gl, 2, source, source_level);
     mssm__bind_image(gl, 3, target, level);
-    gl->f.ProgramUniform1iv(gl->program[which], 0, 7, job);
+    gl->f.ProgramUniform1iv(gl->program[MSSM__FILTER], 0, 7, job);
     gl->f.DispatchCompute(groups, groups, 1);
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
 }
@@ -6373,15 +6358,14 @@ static void mssm__filtered_build(mssm_gl *gl, int instead)
     const int side = gl->desc.side, rows[7] = {-r, 0, r, 0, 1, index, side};
     const int columns[7] = {0, -r, 0, r, 1, index, side};
     int halve[7] = {0, 0, 1, 1, 2, index, side};
-    const unsigned work = gl->table[MSSM__WORK];
     mssm__gl_light *light = &gl->lights[index];
     (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
     mssm__save_bindings(gl);
     gl->f.UseProgram(gl->program[MSSM__FILTER]);
-    mssm__filter_level(gl, MSSM__FILTER, work, 0, MSSM__BLURRED_ROWS, 0, rows);
-    mssm__filter_level(gl, MSSM__FILTER, gl->table[MSSM__BLURRED_ROWS], 0, MSSM__WORK, 0, columns);
+    mssm__filter_level(gl, MSSM__WORK, 0, MSSM__BLURRED_ROWS, 0, rows);
+    mssm__filter_level(gl, MSSM__BLURRED_ROWS, 0, MSSM__WORK, 0, columns);
     for (int i = 1; i < gl->levels; i++, halve[6] = (halve[6] + 1) / 2)
-        mssm__filter_level(gl, MSSM__FILTER, work, i - 1, MSSM__WORK, i, halve);
+        mssm__filter_level(gl, MSSM__WORK, i - 1, MSSM__WORK, i, halve);
     mssm__restore_bindings(gl);
     light->filled = light->averaged = 1;
     light->built = gl->levels;
@@ -6422,11 +6406,10 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     r = mssm__check_moments(gl, texture);
     if (!r) r = mssm__make_program(gl, MSSM__STORE);
     if (r) return r;
-    const int job[7] = {0, 0, 0, 0, 1, index, gl->desc.side};
-    (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
+    const int job[3] = {1, gl->desc.side, index};
     mssm__save_bindings(gl);
-    gl->f.UseProgram(gl->program[MSSM__STORE]);
-    mssm__filter_level(gl, MSSM__STORE, texture, 0, MSSM__LEAST_DEPTHS, 0, job);
+    gl->f.BindImageTexture(3, texture, 0, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
+    mssm__take_depth(gl, gl->program[MSSM__STORE], 1, job, 3);
     mssm__restore_bindings(gl);
     mssm__filled(gl, index, 0);
     mssm__forget(gl, index);
