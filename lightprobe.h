@@ -3592,33 +3592,109 @@ const char *lightprobe_result_string(lightprobe_result result)
 
 // ---- GLSL texts: what stands around the quotes of >>generated ---- >>texts
 
-#define LIGHTPROBE__GLSL_BEGIN                                             \
-    "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n" \
-    "#define LIGHTPROBE_SHARED\n"                                          \
-    "#define sqrtf sqrt\n"                                                 \
-    "#define fabsf abs\n"
-#define LIGHTPROBE__GLSL_END     \
-    "#undef LIGHTPROBE_SHARED\n" \
-    "#undef sqrtf\n"             \
-    "#undef fabsf\n"
-
-#define LIGHTPROBE__SPECULAR_BEGIN                                                             \
-    "struct lightprobe_lobe {\n    vec3 normal, view, away, f0;\n"                             \
-    "    float along, across, shear, width, whole, fresnel;\n};\n"                             \
-    "#define LIGHTPROBE_SHARED\n#define LIGHTPROBE_INOUT inout\n#define LIGHTPROBE_OUT out\n"  \
-    "#define lightprobe_vec3 vec3\n#define lightprobe_vec4 vec4\n#define lightprobe_dot dot\n" \
+// clang-format off
+// Names that stand for what C and GLSL call differently (>>math).
+#define LIGHTPROBE__C_NAMES \
+    "#define LIGHTPROBE_SHARED\n#define LIGHTPROBE_INOUT inout\n#define LIGHTPROBE_OUT out\n" \
+    "#define lightprobe_vec3 vec3\n#define lightprobe_vec4 vec4\n" \
     "#define sqrtf sqrt\n#define fabsf abs\n"
-#define LIGHTPROBE__SPECULAR_END                                                  \
-    "#undef LIGHTPROBE_SHARED\n#undef LIGHTPROBE_INOUT\n#undef LIGHTPROBE_OUT\n"  \
-    "#undef lightprobe_vec3\n#undef lightprobe_vec4\n#undef lightprobe_dot\n"     \
-    "#undef sqrtf\n#undef fabsf\n"                                                \
-    "// Radiance to the viewer from one light, nothing standing in between.\n"    \
+#define LIGHTPROBE__NO_C_NAMES \
+    "#undef LIGHTPROBE_SHARED\n#undef LIGHTPROBE_INOUT\n#undef LIGHTPROBE_OUT\n" \
+    "#undef lightprobe_vec3\n#undef lightprobe_vec4\n#undef sqrtf\n#undef fabsf\n"
+
+#define LIGHTPROBE__MATH_BEGIN \
+    "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n" LIGHTPROBE__C_NAMES
+
+// The lights as shading reads them; our own shaders read the previous ones by it. Uniforms keep no
+// state; both layouts are the same. Texts of mssm.h before it have defined what they take.
+#define LIGHTPROBE__TAKEN(n) " || (LIGHTPROBE_BINDING == " #n " && defined MSSM_BINDING_" #n ")"
+#define LIGHTPROBE__LIGHTS_BEGIN \
+    "#if __VERSION__ < 430 && !defined LIGHTPROBE_UNIFORMS\n" \
+    "#error lightprobe.h needs #version 430 or higher, or LIGHTPROBE_UNIFORMS, above its text\n" \
+    "#endif\n" \
+    "#ifndef LIGHTPROBE_BINDING\n" \
+    "#define LIGHTPROBE_BINDING 0\n" \
+    "#endif\n" \
+    "#ifdef LIGHTPROBE_UNIFORMS\n" \
+    "#elif 0" \
+    LIGHTPROBE__TAKEN(0) LIGHTPROBE__TAKEN(1) LIGHTPROBE__TAKEN(2) LIGHTPROBE__TAKEN(3) \
+    LIGHTPROBE__TAKEN(4) LIGHTPROBE__TAKEN(5) LIGHTPROBE__TAKEN(6) LIGHTPROBE__TAKEN(7) \
+    LIGHTPROBE__TAKEN(8) LIGHTPROBE__TAKEN(9) LIGHTPROBE__TAKEN(10) LIGHTPROBE__TAKEN(11) \
+    LIGHTPROBE__TAKEN(12) LIGHTPROBE__TAKEN(13) LIGHTPROBE__TAKEN(14) LIGHTPROBE__TAKEN(15) "\n" \
+    "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n" \
+    "#endif\n" \
+    "struct lightprobe_light {\n" \
+    "    vec3 direction; float cos_alpha;\n" \
+    "    vec3 axis_u; float tan_half_u;\n" \
+    "    vec3 axis_v; float tan_half_v;\n" \
+    "    vec3 irradiance; float solid_angle;\n" \
+    "    int id; float distance, slope_u, slope_v;\n" \
+    "#ifndef LIGHTPROBE_UNIFORMS\n" \
+    "    float state[18];\n" \
+    "#endif\n" \
+    "};\n" \
+    "#ifdef LIGHTPROBE_UNIFORMS\n" \
+    "#define LIGHTPROBE_ROOM LIGHTPROBE_UNIFORMS\n" \
+    "layout(std140) uniform lightprobe_buffer {\n" \
+    "#else\n" \
+    "#define LIGHTPROBE_ROOM\n" \
+    "layout(std430, binding = LIGHTPROBE_BINDING) readonly buffer lightprobe_buffer {\n" \
+    "#endif\n" \
+    "    int lightprobe_count;\n" \
+    "    int lightprobe_repaired_texels;\n" \
+    "    float lightprobe_error;\n" \
+    "    vec4 lightprobe_total; // RGB\n" \
+    "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n" \
+    "    lightprobe_light lightprobe_lights[LIGHTPROBE_ROOM];\n" \
+    "};\n" \
+    "\n" \
+    "#ifndef LIGHTPROBE_LIGHTS_ONLY\n" \
+    LIGHTPROBE__C_NAMES
+#define LIGHTPROBE__LIGHTS_END \
+    LIGHTPROBE__NO_C_NAMES \
+    "// Irradiance of a surface with this normal from one light, nothing standing in between.\n" \
+    "vec3 lightprobe_irradiance(int light, vec3 normal)\n" \
+    "{\n" \
+    "    lightprobe_light l = lightprobe_lights[light];\n" \
+    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n" \
+    "}\n" \
+    "// The same at an offset from the probe's centre, from a light that is not infinitely far.\n" \
+    "vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)\n" \
+    "{\n" \
+    "    lightprobe_light l = lightprobe_light_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n" \
+    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n" \
+    "}\n" \
+    "// The same from an emitter that shines to all sides, lightprobe_sphere_at.\n" \
+    "vec3 lightprobe_sphere_irradiance(int light, vec3 offset, vec3 normal)\n" \
+    "{\n" \
+    "    lightprobe_light l = lightprobe_sphere_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n" \
+    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n" \
+    "}\n" \
+    "// From what the lights do not carry, in no shadow.\n" \
+    "vec3 lightprobe_residual_irradiance(vec3 normal)\n" \
+    "{\n" \
+    "    vec3 sum = vec3(0.0);\n" \
+    "    for (int i = 0; i < 9; i++)\n" \
+    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, normal.z);\n" \
+    "    return max(sum, vec3(0.0));\n" \
+    "}\n" \
+    "#endif\n" \
+    "#line 1\n"
+
+#define LIGHTPROBE__SPECULAR_BEGIN \
+    "struct lightprobe_lobe {\n    vec3 normal, view, away, f0;\n" \
+    "    float along, across, shear, width, whole, fresnel;\n};\n" \
+    LIGHTPROBE__C_NAMES "#define lightprobe_dot dot\n"
+#define LIGHTPROBE__SPECULAR_END \
+    LIGHTPROBE__NO_C_NAMES "#undef lightprobe_dot\n" \
+    "// Radiance to the viewer from one light, nothing standing in between.\n" \
     "vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)\n{\n" \
-    "    lightprobe_light l = lightprobe_lights[light];\n    vec3 rgb;\n"         \
-    "    lightprobe_specular(l, lobe, offset.x, offset.y, offset.z, rgb);\n"      \
-    "    return rgb;\n}\n"                                                        \
-    "vec3 lightprobe_specular(int light, lightprobe_lobe lobe)\n{\n"              \
+    "    lightprobe_light l = lightprobe_lights[light];\n    vec3 rgb;\n" \
+    "    lightprobe_specular(l, lobe, offset.x, offset.y, offset.z, rgb);\n" \
+    "    return rgb;\n}\n" \
+    "vec3 lightprobe_specular(int light, lightprobe_lobe lobe)\n{\n" \
     "    return lightprobe_specular(light, vec3(0.0), lobe);\n}\n#line 1\n"
+// clang-format on
 
 // ---- Pictures of probes ---- >>pictures
 
@@ -4230,185 +4306,7 @@ static const char *lightprobe__quote_moving(void);
 static const char *lightprobe__quote_splits(void);
 static const char *lightprobe__quote_lights(void);
 
-// The public text: the lights as shading reads them. Our own shaders read the previous ones by it.
-// Texts of mssm.h before it have defined what they take.
-#define LIGHTPROBE__TAKEN(n) " || (LIGHTPROBE_BINDING == " #n " && defined MSSM_BINDING_" #n ")"
 // clang-format off
-static const char lightprobe__glsl_lights[] =
-    "#if __VERSION__ < 430 && !defined LIGHTPROBE_UNIFORMS\n"
-    "#error lightprobe.h needs #version 430 or higher, or LIGHTPROBE_UNIFORMS, above its text\n"
-    "#endif\n"
-    "#ifndef LIGHTPROBE_BINDING\n"
-    "#define LIGHTPROBE_BINDING 0\n"
-    "#endif\n"
-    "#ifdef LIGHTPROBE_UNIFORMS\n"
-    "#elif 0"
-    LIGHTPROBE__TAKEN(0) LIGHTPROBE__TAKEN(1) LIGHTPROBE__TAKEN(2) LIGHTPROBE__TAKEN(3)
-    LIGHTPROBE__TAKEN(4) LIGHTPROBE__TAKEN(5) LIGHTPROBE__TAKEN(6) LIGHTPROBE__TAKEN(7)
-    LIGHTPROBE__TAKEN(8) LIGHTPROBE__TAKEN(9) LIGHTPROBE__TAKEN(10) LIGHTPROBE__TAKEN(11)
-    LIGHTPROBE__TAKEN(12) LIGHTPROBE__TAKEN(13) LIGHTPROBE__TAKEN(14) LIGHTPROBE__TAKEN(15) "\n"
-    "#error first_buffer_binding of mssm.h is LIGHTPROBE_BINDING: change one of them\n"
-    "#endif\n"
-    "struct lightprobe_light {\n"
-    "    vec3 direction; float cos_alpha;\n"
-    "    vec3 axis_u; float tan_half_u;\n"
-    "    vec3 axis_v; float tan_half_v;\n"
-    "    vec3 irradiance; float solid_angle;\n"
-    "    int id; float distance, slope_u, slope_v;\n"
-    "#ifndef LIGHTPROBE_UNIFORMS\n" // which keep no state
-    "    float state[18];\n"
-    "#endif\n"
-    "};\n"
-    "#ifdef LIGHTPROBE_UNIFORMS\n" // both lay it out the same way
-    "#define LIGHTPROBE_ROOM LIGHTPROBE_UNIFORMS\n"
-    "layout(std140) uniform lightprobe_buffer {\n"
-    "#else\n"
-    "#define LIGHTPROBE_ROOM\n"
-    "layout(std430, binding = LIGHTPROBE_BINDING) readonly buffer lightprobe_buffer {\n"
-    "#endif\n"
-    "    int lightprobe_count;\n"
-    "    int lightprobe_repaired_texels;\n"
-    "    float lightprobe_error;\n"
-    "    vec4 lightprobe_total; // RGB\n"
-    "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n"
-    "    lightprobe_light lightprobe_lights[LIGHTPROBE_ROOM];\n"
-    "};\n"
-    "\n"
-    "#ifndef LIGHTPROBE_LIGHTS_ONLY\n"
-    "#define sqrtf sqrt\n"
-    "#define fabsf abs\n"
-    "#define LIGHTPROBE_SHARED\n"
-    // [glsl text begin places] made by "make glsl", do not edit
-    "// Vector irradiance of a disc over pi * radiance * radius2, seen from height below its plane and aside\n"
-    "// from its axis: along the axis, and towards it per distance from it; its length.\n"
-    "struct lightprobe_disc {\n"
-    "    float facing, inward, size;\n"
-    "};\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_disc lightprobe_disc_from(float height, float aside2, float radius2)\n"
-    "{\n"
-    "    lightprobe_disc o;\n"
-    "    float beyond = height * height + aside2 - radius2;\n"
-    "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
-    "    o.facing = 2.0f * height * height / (root * (root + beyond));\n"
-    "    if (beyond <= 0.0f) o.facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
-    "    o.inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
-    "    o.size = sqrtf(o.facing * o.facing + o.inward * o.inward * aside2);\n"
-    "    return o;\n"
-    "}\n"
-    "\n"
-    "// What counts of a wide light just before its plane, or who crosses that would see it at once.\n"
-    "LIGHTPROBE_SHARED float lightprobe_fade_in(float height, float radius2)\n"
-    "{\n"
-    "    float whole = 0.1f * sqrtf(radius2 < 1.0f ? radius2 : 1.0f);\n"
-    "    return height < whole ? (height > 0.0f ? height / whole : 0.0f) : 1.0f;\n"
-    "}\n"
-    "\n"
-    "lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)\n"
-    "{\n"
-    "    lightprobe_light seen = light;\n"
-    "    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
-    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
-    "    // In units of the distance, from the disc's centre: along its axis, squared distance from it and\n"
-    "    // squared radius.\n"
-    "    float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;\n"
-    "    float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;\n"
-    "    float tilt2 = u * u + v * v, steep = tilt2 / (1.0f + sqrtf(1.0f + tilt2)), height = 0.0f;\n"
-    "    float first = (1.0f - c) * (1.0f + c), c2 = c * c, flatter = 1.0f, aside2 = 0.0f;\n"
-    "    if (steep * first > 0.875f * c2) { // some discs are too wide to be as steep\n"
-    "        steep = 0.875f * c2 / first;\n"
-    "        flatter = sqrtf(steep * (2.0f + steep) / tilt2);\n"
-    "        tilt2 = steep * (2.0f + steep);\n"
-    "    }\n"
-    "    // The one disc in this plane whose vector irradiance at the probe is the light's: turned away it is\n"
-    "    // larger, and further, since its nearer half looks larger than the other (docs/lightprobe.md).\n"
-    "    float slant = 1.0f + steep, gap = c2 - steep * first;\n"
-    "    float radius2 = first * (c2 + steep) / (gap * gap);\n"
-    "    float off = first / (slant * gap), up = 1.0f + off * tilt2;\n"
-    "    float axis[3], aside[3];\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        float tilt = flatter * (u * light.axis_u[i] + v * light.axis_v[i]);\n"
-    "        axis[i] = (light.direction[i] - tilt) / slant;\n"
-    "        aside[i] = up * light.direction[i] + off * tilt - scale * (i == 0 ? x : i == 1 ? y : z);\n"
-    "        height += aside[i] * axis[i];\n"
-    "    }\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        aside[i] -= height * axis[i];\n"
-    "        aside2 += aside[i] * aside[i];\n"
-    "    }\n"
-    "    lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);\n"
-    "    float sine2 = o.size * radius2;\n"
-    "    // 0: behind it, or too far.\n"
-    "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;\n"
-    "    bright *= lightprobe_fade_in(height, radius2);\n"
-    "    seen.cos_alpha =\n"
-    "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
-    "    float part = bright * (c2 + steep) / (gap * gap) * (1.0f + c) / (1.0f + seen.cos_alpha);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        float way = o.facing * axis[i] + o.inward * aside[i];\n"
-    "        if (bright > 0.0f) seen.direction[i] = way / o.size;\n"
-    "        seen.irradiance[i] = part * light.irradiance[i];\n"
-    "    }\n"
-    "    return seen;\n"
-    "}\n"
-    "\n"
-    "lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)\n"
-    "{\n"
-    "    lightprobe_light seen = light;\n"
-    "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
-    "    float scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
-    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
-    "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a\n"
-    "    // small one. In units of the centre's distance: the way there, its square, and the radius'\n"
-    "    // square.\n"
-    "    scale *= 1.0f - 0.6666667f * sqrtf(radius2);\n"
-    "    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;\n"
-    "    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;\n"
-    "    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;\n"
-    "    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);\n"
-    "    // Solid angle over solid angle; of a point the inverse square.\n"
-    "    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        float way = i == 0 ? a : i == 1 ? b : d;\n"
-    "        if (away > 0.0f) seen.direction[i] = way / away;\n"
-    "        seen.irradiance[i] = away > 0.0f ? part * light.irradiance[i] : 0.0f;\n"
-    "    }\n"
-    "    return seen;\n"
-    "}\n"
-    // [glsl text end]
-    "#undef sqrtf\n"
-    "#undef fabsf\n"
-    "#undef LIGHTPROBE_SHARED\n"
-    "// Irradiance of a surface with this normal from one light, nothing standing in between.\n"
-    "vec3 lightprobe_irradiance(int light, vec3 normal)\n"
-    "{\n"
-    "    lightprobe_light l = lightprobe_lights[light];\n"
-    "    float cos_theta = dot(l.direction, normal);\n"
-    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, cos_theta);\n"
-    "}\n"
-    "// The same at an offset from the probe's centre, from a light that is not infinitely far.\n"
-    "vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)\n"
-    "{\n"
-    "    lightprobe_light l = lightprobe_light_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
-    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
-    "}\n"
-    "// The same from an emitter that shines to all sides, lightprobe_sphere_at.\n"
-    "vec3 lightprobe_sphere_irradiance(int light, vec3 offset, vec3 normal)\n"
-    "{\n"
-    "    lightprobe_light l = lightprobe_sphere_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n"
-    "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n"
-    "}\n"
-    "// From what the lights do not carry, in no shadow.\n"
-    "vec3 lightprobe_residual_irradiance(vec3 normal)\n"
-    "{\n"
-    "    vec3 sum = vec3(0.0);\n"
-    "    for (int i = 0; i < 9; i++)\n"
-    "        sum += lightprobe_residual_sh[i].rgb * lightprobe_harmonic(i, normal.x, normal.y, normal.z);\n"
-    "    return max(sum, vec3(0.0));\n"
-    "}\n"
-    "#endif\n"
-    "#line 1\n";
-
 // What the C half goes by, too. `precise` keeps GLSL compilers from fusing and reordering.
 #define LIGHTPROBE__TEXT(x) LIGHTPROBE__TEXT_OF(x)
 #define LIGHTPROBE__TEXT_OF(x) #x
@@ -5455,11 +5353,6 @@ static const char lightprobe__glsl_write[] =
 #pragma GCC diagnostic pop
 #endif
 
-const char *lightprobe_glsl_lights(void)
-{
-    return lightprobe__glsl_lights;
-}
-
 // ---- Loader, log, programs ---- >>plumbing
 
 static const char *lightprobe__program_name(int which)
@@ -5609,7 +5502,7 @@ static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, c
     const char *const text[] = {"#version 450 core\n",
                                 defines,
                                 which == LIGHTPROBE__WRITE ? lightprobe_glsl_math() : "",
-                                lightprobe__glsl_lights,
+                                lightprobe_glsl_lights(),
                                 lightprobe__glsl_shared,
                                 lightprobe__quote_work(),
                                 lightprobe__glsl_work,
@@ -6219,7 +6112,7 @@ lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
 
 const char *lightprobe_glsl_math(void)
 {
-    return LIGHTPROBE__GLSL_BEGIN
+    return LIGHTPROBE__MATH_BEGIN
     // [glsl text begin] made by "make glsl", do not edit
     "// The angle of the point (x, y) with y >= 0 to the x axis, in [0, pi], to 3e-7. Written out\n"
     "// (Hastings' polynomial) since GLSL allows its own atan 4096 units in the last place.\n"
@@ -6301,10 +6194,114 @@ const char *lightprobe_glsl_math(void)
     "    return weight * lightprobe_harmonic(i, x, y, z);\n"
     "}\n"
     // [glsl text end]
-    LIGHTPROBE__GLSL_END;
+    LIGHTPROBE__NO_C_NAMES;
 }
 
 #ifndef LIGHTPROBE_NO_GL
+const char *lightprobe_glsl_lights(void)
+{
+    return LIGHTPROBE__LIGHTS_BEGIN
+    // [glsl text begin places] made by "make glsl", do not edit
+    "// Vector irradiance of a disc over pi * radiance * radius2, seen from height below its plane and aside\n"
+    "// from its axis: along the axis, and towards it per distance from it; its length.\n"
+    "struct lightprobe_disc {\n"
+    "    float facing, inward, size;\n"
+    "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_disc lightprobe_disc_from(float height, float aside2, float radius2)\n"
+    "{\n"
+    "    lightprobe_disc o;\n"
+    "    float beyond = height * height + aside2 - radius2;\n"
+    "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
+    "    o.facing = 2.0f * height * height / (root * (root + beyond));\n"
+    "    if (beyond <= 0.0f) o.facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
+    "    o.inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
+    "    o.size = sqrtf(o.facing * o.facing + o.inward * o.inward * aside2);\n"
+    "    return o;\n"
+    "}\n"
+    "\n"
+    "// What counts of a wide light just before its plane, or who crosses that would see it at once.\n"
+    "LIGHTPROBE_SHARED float lightprobe_fade_in(float height, float radius2)\n"
+    "{\n"
+    "    float whole = 0.1f * sqrtf(radius2 < 1.0f ? radius2 : 1.0f);\n"
+    "    return height < whole ? (height > 0.0f ? height / whole : 0.0f) : 1.0f;\n"
+    "}\n"
+    "\n"
+    "lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, float z)\n"
+    "{\n"
+    "    lightprobe_light seen = light;\n"
+    "    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
+    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
+    "    // In units of the distance, from the disc's centre: along its axis, squared distance from it and\n"
+    "    // squared radius.\n"
+    "    float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;\n"
+    "    float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;\n"
+    "    float tilt2 = u * u + v * v, steep = tilt2 / (1.0f + sqrtf(1.0f + tilt2)), height = 0.0f;\n"
+    "    float first = (1.0f - c) * (1.0f + c), c2 = c * c, flatter = 1.0f, aside2 = 0.0f;\n"
+    "    if (steep * first > 0.875f * c2) { // some discs are too wide to be as steep\n"
+    "        steep = 0.875f * c2 / first;\n"
+    "        flatter = sqrtf(steep * (2.0f + steep) / tilt2);\n"
+    "        tilt2 = steep * (2.0f + steep);\n"
+    "    }\n"
+    "    // The one disc in this plane whose vector irradiance at the probe is the light's: turned away it is\n"
+    "    // larger, and further, since its nearer half looks larger than the other (docs/lightprobe.md).\n"
+    "    float slant = 1.0f + steep, gap = c2 - steep * first;\n"
+    "    float radius2 = first * (c2 + steep) / (gap * gap);\n"
+    "    float off = first / (slant * gap), up = 1.0f + off * tilt2;\n"
+    "    float axis[3], aside[3];\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float tilt = flatter * (u * light.axis_u[i] + v * light.axis_v[i]);\n"
+    "        axis[i] = (light.direction[i] - tilt) / slant;\n"
+    "        aside[i] = up * light.direction[i] + off * tilt - scale * (i == 0 ? x : i == 1 ? y : z);\n"
+    "        height += aside[i] * axis[i];\n"
+    "    }\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        aside[i] -= height * axis[i];\n"
+    "        aside2 += aside[i] * aside[i];\n"
+    "    }\n"
+    "    lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);\n"
+    "    float sine2 = o.size * radius2;\n"
+    "    // 0: behind it, or too far.\n"
+    "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;\n"
+    "    bright *= lightprobe_fade_in(height, radius2);\n"
+    "    seen.cos_alpha =\n"
+    "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
+    "    float part = bright * (c2 + steep) / (gap * gap) * (1.0f + c) / (1.0f + seen.cos_alpha);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float way = o.facing * axis[i] + o.inward * aside[i];\n"
+    "        if (bright > 0.0f) seen.direction[i] = way / o.size;\n"
+    "        seen.irradiance[i] = part * light.irradiance[i];\n"
+    "    }\n"
+    "    return seen;\n"
+    "}\n"
+    "\n"
+    "lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, float z)\n"
+    "{\n"
+    "    lightprobe_light seen = light;\n"
+    "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
+    "    float scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
+    "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
+    "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a\n"
+    "    // small one. In units of the centre's distance: the way there, its square, and the radius'\n"
+    "    // square.\n"
+    "    scale *= 1.0f - 0.6666667f * sqrtf(radius2);\n"
+    "    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;\n"
+    "    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;\n"
+    "    float away = away2 < 1e30f ? sqrtf(away2) : 0.0f, outside = radius2 < away2 ? away2 : radius2;\n"
+    "    seen.cos_alpha = sqrtf(1.0f - radius2 / outside);\n"
+    "    // Solid angle over solid angle; of a point the inverse square.\n"
+    "    float part = (1.0f + c) / ((1.0f + seen.cos_alpha) * outside);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float way = i == 0 ? a : i == 1 ? b : d;\n"
+    "        if (away > 0.0f) seen.direction[i] = way / away;\n"
+    "        seen.irradiance[i] = away > 0.0f ? part * light.irradiance[i] : 0.0f;\n"
+    "    }\n"
+    "    return seen;\n"
+    "}\n"
+    // [glsl text end]
+    LIGHTPROBE__LIGHTS_END;
+}
+
 const char *lightprobe_glsl_specular(void)
 {
     return LIGHTPROBE__SPECULAR_BEGIN
