@@ -1703,9 +1703,14 @@ LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)
 // resultant: of the cell, in the world's axes. Of a black cell the direction is null.
 LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
                                                      const lightprobe_vec3 resultant, float mean,
-                                                     float reach)
+                                                     float reach, int face, int level, int x, int y)
 {
     lightprobe_leaf leaf;
+    leaf.face = face;
+    leaf.level = level;
+    leaf.x = x;
+    leaf.y = y;
+    leaf.cluster = 0;
     for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];
     for (int i = 0; i < 3; i++) leaf.direction[i] = resultant[i];
     leaf.solid_angle = cell.flux[3];
@@ -1740,12 +1745,7 @@ static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int l
     lightprobe_leaf *leaf = w->leaves + index;
     float v[3];
     lightprobe__to_world(face, cell.resultant[0], cell.resultant[1], cell.resultant[2], v);
-    *leaf = lightprobe_leaf_of(cell, v, w->mean, w->reach);
-    leaf->face = face;
-    leaf->level = level;
-    leaf->x = x;
-    leaf->y = y;
-    leaf->cluster = 0;
+    *leaf = lightprobe_leaf_of(cell, v, w->mean, w->reach, face, level, x, y);
     if (!(leaf->strength > 0)) // black, but it must belong somewhere
         lightprobe_texel_direction(face, lightprobe_cell_middle(w->side, level, x),
                                    lightprobe_cell_middle(w->side, level, y), leaf->direction);
@@ -4493,6 +4493,22 @@ static const char lightprobe__glsl_cells[] =
     "    if (DISTANCES == 2) rgb.a = lightprobe_whole_distance(rgb.rgb, rgb.a);\n"
     "    bad += all(bvec3(uvec3(good) | uvec3(minus_0))) ? 0 : 1;\n"
     "    return rgb;\n"
+    "}\n"
+    "lightprobe_cell small_cell(int face, int level, int cx, int cy)\n"
+    "{\n"
+    "    int size = 1 << level, bad = 0;\n"
+    "    precise lightprobe_cell sum = lightprobe_cell(vec4(0.0), vec4(0.0));\n"
+    "    for (int i = 0; i < rolled(size * size); i++) {\n"
+    "        int x = size * cx + i % size, y = size * cy + i / size;\n"
+    "        if (x >= SIDE || y >= SIDE) continue;\n"
+    "        vec2 w = weights_of(x, y);\n"
+    "        float s = lightprobe_centre(SIDE, x), t = lightprobe_centre(SIDE, y);\n"
+    "        vec4 rgb = read_texel(face, x, y, bad);\n"
+    "        lightprobe_cell texel = lightprobe_texel_cell(rgb, w.x, w.y, s, t);\n"
+    "        sum.flux += texel.flux;\n"
+    "        sum.resultant += texel.resultant;\n"
+    "    }\n"
+    "    return sum;\n"
     "}\n";
 
 // lightprobe__sum_tiles, one thread a tile, and three levels of cells above.
@@ -4538,12 +4554,8 @@ static const char lightprobe__glsl_tiles[] =
     "        }\n"
     "        if (y < SIDE) add_omegas(p.x, y, omega);\n"
     "    }\n"
-    "    for (int i = 0; i < rolled(min(DISTANCES, 1) * 16); i++) {\n"
-    "        int x = 4 * p.x + i % 4, y = 4 * p.y + i / 4, counted = 0;\n"
-    "        if (x >= SIDE || y >= SIDE) continue;\n"
-    "        vec4 rgb = read_texel(p.z, x, y, counted);\n"
-    "        inverse += lightprobe_over_distance(rgb.rgb, weights_of(x, y).x, rgb.a);\n"
-    "    }\n"
+    "    if (DISTANCES != 0)\n"
+    "        inverse = small_cell(p.z, LIGHTPROBE_TILE_LEVEL, p.x, p.y).resultant.w;\n"
     "    float t0 = lightprobe_centre(SIDE, 4 * p.y + (flip ? -1 : 4));\n"
     "    float t1 = lightprobe_centre(SIDE, 4 * p.y + (flip ? 0 : 3));\n"
     "    precise vec3 flux = (f[0] + f[1]) + (f[2] + f[3]), v;\n"
@@ -4604,33 +4616,14 @@ static const char lightprobe__glsl_leaves[] =
     "    }\n"
     "    sync();\n"
     "}\n"
-    "lightprobe_cell cell_at(int face, int level, int cx, int cy)\n"
-    "{\n"
-    "    if (level >= LIGHTPROBE_TILE_LEVEL) return cells[cell_index(level, face, cx, cy)];\n"
-    "    int size = 1 << level, bad = 0;\n"
-    "    precise lightprobe_cell sum = lightprobe_cell(vec4(0.0), vec4(0.0));\n"
-    "    for (int i = 0; i < size * size; i++) {\n"
-    "        int x = size * cx + i % size, y = size * cy + i / size;\n"
-    "        if (x >= SIDE || y >= SIDE) continue;\n"
-    "        vec2 w = weights_of(x, y);\n"
-    "        float s = lightprobe_centre(SIDE, x), t = lightprobe_centre(SIDE, y);\n"
-    "        vec4 rgb = read_texel(face, x, y, bad);\n"
-    "        lightprobe_cell texel = lightprobe_texel_cell(rgb, w.x, w.y, s, t);\n"
-    "        sum.flux += texel.flux;\n"
-    "        sum.resultant += texel.resultant;\n"
-    "    }\n"
-    "    return sum;\n"
-    "}\n"
     "void set_leaf(int i, int face, int level, int x, int y)\n"
     "{\n"
-    "    lightprobe_cell cell = cell_at(face, level, x, y);\n"
+    "    lightprobe_cell cell;\n"
+    "    if (level < LIGHTPROBE_TILE_LEVEL) cell = small_cell(face, level, x, y);\n"
+    "    else cell = cells[cell_index(level, face, x, y)];\n"
     "    vec3 resultant = to_world(face, cell.resultant.x, cell.resultant.y, cell.resultant.z);\n"
-    "    lightprobe_leaf leaf = lightprobe_leaf_of(cell, resultant, mean, reach);\n"
-    "    leaf.face = face;\n"
-    "    leaf.level = level;\n"
-    "    leaf.x = x;\n"
-    "    leaf.y = y;\n"
-    "    leaf.cluster = 0;\n"
+    "    lightprobe_leaf leaf =\n"
+    "        lightprobe_leaf_of(cell, resultant, mean, reach, face, level, x, y);\n"
     "    if (!(leaf.strength > 0.0)) {\n"
     "        float s = lightprobe_cell_middle(SIDE, level, x);\n"
     "        float t = lightprobe_cell_middle(SIDE, level, y);\n"
@@ -4648,16 +4641,12 @@ static const char lightprobe__glsl_leaves[] =
     "    for (;;) {\n"
     "        if (place >= 0) set_leaf(place, face, level, x, y);\n"
     "        sync();\n"
-    "        float best = 0.0, top;\n"
+    "        float top;\n"
     "        int at = -1;\n"
-    "        for (int i = lane; i < count; i += GROUP) {\n"
-    "            float e = leaf_errors[i];\n"
-    "            if (e < 0.0 || (at >= 0 && e <= best)) continue;\n"
-    "            best = e;\n"
-    "            at = i;\n"
-    "        }\n"
-    "        at = largest(best, at, top);\n"
-    "        if (at < 0 || top <= 1e-7 * total || count + 3 > LEAVES) break;\n"
+    "        for (int i = lane; i < count; i += GROUP)\n"
+    "            if (at < 0 || leaf_errors[i] > leaf_errors[at]) at = i;\n"
+    "        at = largest(at < 0 ? 0.0 : leaf_errors[at], at, top);\n"
+    "        if (top <= 1e-7 * total || count + 3 > LEAVES) break;\n"
     "        if (count >= LEAVES - LIGHTPROBE_MORE_LEAVES && top < 0.9999 * last) break;\n"
     "        last = top;\n"
     "        face = leaves[at].face;\n"
@@ -5298,19 +5287,18 @@ static const char lightprobe__glsl_write[] =
     "}\n"
     "void write_lights()\n"
     "{\n"
-    "    int count = 0, next_id = 0;\n"
+    "    int count = 0, weak = 0, next_id = 0;\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) find_bright(k);\n"
     "    sync();\n"
     "    if (MIN_SHADOW > 0.0) leave_weak();\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) find_rank(k);\n"
     "    for (int k = 0; k < cluster_count; k++) {\n"
     "        count += bright[k] > 0.0 ? 1 : 0;\n"
+    "        weak += bright[k] < 0.0 ? 1 : 0;\n"
     "        if (clusters[k].id < 0x7fffffff - LIGHTPROBE_MAX_LIGHTS)\n"
     "            next_id = max(next_id, clusters[k].id + 1);\n"
     "    }\n"
     "    sync();\n"
-    "    int weak = 0;\n"
-    "    for (int k = 0; k < cluster_count; k++) weak += bright[k] < 0.0 ? 1 : 0;\n"
     "    for (int i = lane; i < LIGHTS; i += GROUP) {\n"
     "        if (i >= count && i < LIGHTS - weak) continue;\n"
     "        int k = rank[i], id = clusters[k].id, fresh = next_id;\n"
@@ -6807,9 +6795,14 @@ static const char *lightprobe__quote_cells(void)
     "// resultant: of the cell, in the world's axes. Of a black cell the direction is null.\n"
     "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,\n"
     "                                                     const lightprobe_vec3 resultant, float mean,\n"
-    "                                                     float reach)\n"
+    "                                                     float reach, int face, int level, int x, int y)\n"
     "{\n"
     "    lightprobe_leaf leaf;\n"
+    "    leaf.face = face;\n"
+    "    leaf.level = level;\n"
+    "    leaf.x = x;\n"
+    "    leaf.y = y;\n"
+    "    leaf.cluster = 0;\n"
     "    for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];\n"
     "    for (int i = 0; i < 3; i++) leaf.direction[i] = resultant[i];\n"
     "    leaf.solid_angle = cell.flux[3];\n"
