@@ -948,6 +948,19 @@ size_t lightprobe_scratch_bytes(int side, int max_lights)
 
 // ---- Small vector math ---- >>vectors
 
+static unsigned lightprobe__bits_of(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+// Finite. Looks at the bits: with -ffast-math a comparison need not see a NaN.
+static int lightprobe__is_number(float x)
+{
+    return (lightprobe__bits_of(x) & 0x7fffffffu) < 0x7f800000u;
+}
+
 // Rounded once: squares of float neither overflow nor underflow in double. GLSL has one of its own.
 static float lightprobe_length(const lightprobe_vec3 v)
 {
@@ -1220,19 +1233,6 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
 }
 // [glsl end]
 
-static unsigned lightprobe__bits_of(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
-
-// Finite. Looks at the bits: with -ffast-math a comparison need not see a NaN.
-static int lightprobe__is_number(float x)
-{
-    return (lightprobe__bits_of(x) & 0x7fffffffu) < 0x7f800000u;
-}
-
 // ---- Sums over tiles: the one pass over all texels ---- >>tiles
 
 // Four floats at a time. gcc 12 -O2 makes code that takes twice as long out of plain loops.
@@ -1297,12 +1297,6 @@ static inline lightprobe__four lightprobe__band4(const float *p)
 static inline void lightprobe__store4(float *p, lightprobe__four a)
 {
     memcpy(p, &a, sizeof a);
-}
-
-static inline lightprobe__four lightprobe__set4(float x)
-{
-    const float v[4] = {x, x, x, x};
-    return lightprobe__load4(v);
 }
 
 static inline lightprobe__bits lightprobe__bits4(lightprobe__four a)
@@ -1403,8 +1397,7 @@ static int lightprobe__read(const float *texel, float rgb[3])
 {
     int bad = 0;
     for (int i = 0; i < 3; i++) {
-        uint32_t bits;
-        memcpy(&bits, texel + i, sizeof bits);
+        const unsigned bits = lightprobe__bits_of(texel[i]);
         rgb[i] = bits < 0x7f800000u ? texel[i] : 0.0f;
         bad |= bits >= 0x7f800000u && bits != 0x80000000u; // -0 is fine
     }
@@ -1440,7 +1433,8 @@ static int lightprobe__gather(const lightprobe__work *w, int face, int tx, int t
 static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, const float *band,
                                        ptrdiff_t after, const float *s, float sums[24])
 {
-    const lightprobe__four zero = lightprobe__set4(0);
+    static const float none[4] = {0, 0, 0, 0};
+    const lightprobe__four zero = lightprobe__load4(none);
     lightprobe__four f0 = zero, f1 = zero, f2 = zero, m0 = zero, m1 = zero, m2 = zero;
     lightprobe__four n0 = zero, n1 = zero, n2 = zero;
     lightprobe__bits sign = lightprobe__bits4(zero);
@@ -3317,7 +3311,7 @@ static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings
 static void lightprobe__give(lightprobe__work *w, const lightprobe_leaf *leaf, int k, float part,
                              int second)
 {
-    const lightprobe_leaf given = part < 1 ? lightprobe_part_of(*leaf, part) : *leaf;
+    const lightprobe_leaf given = lightprobe_part_of(*leaf, part);
     lightprobe_region *r = w->regions + k;
     *r = second ? lightprobe_add_second(*r, given) : lightprobe_add_region(*r, given);
 }
@@ -3564,30 +3558,24 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
 
 const char *lightprobe_result_string(lightprobe_result result)
 {
-    switch (result) {
-    case LIGHTPROBE_OK: return "lightprobe: no error";
-    case LIGHTPROBE_ERROR_NULL: return "lightprobe: a pointer that must be given is null";
-    case LIGHTPROBE_ERROR_SIDE: return "lightprobe: the side of the cube's faces must be 1 to 8192";
-    case LIGHTPROBE_ERROR_CHANNELS: return "lightprobe: texels must have 3 or 4 channels";
-    case LIGHTPROBE_ERROR_LIGHTS:
-        return "lightprobe: max_lights and previous_count must be 0 to 4096, in OpenGL 0 to 1024";
-    case LIGHTPROBE_ERROR_SETTINGS:
-        return "lightprobe: tolerance, min_share and min_shadow must be 0 or more, mode one of "
-               "lightprobe_mode";
-    case LIGHTPROBE_ERROR_SCRATCH:
-        return "lightprobe: less scratch memory than lightprobe_scratch_bytes() asks for";
-    case LIGHTPROBE_ERROR_MEMORY: return "lightprobe: no memory";
-    case LIGHTPROBE_ERROR_GL_VERSION: return "lightprobe: OpenGL 4.5 is needed";
-    case LIGHTPROBE_ERROR_GL: return "lightprobe: the driver refused storage or a shader";
-    case LIGHTPROBE_ERROR_TEXTURE:
-        return "lightprobe: the texture is no whole cube map with a level of the side asked for";
-    case LIGHTPROBE_ERROR_IMAGE:
-        return "lightprobe: the picture has no texels, or its proportions fit no layout";
-    case LIGHTPROBE_ERROR_NOT_READY: return "lightprobe: the GPU has not finished any lights yet";
-    case LIGHTPROBE_ERROR_ORDER:
-        return "lightprobe: transform feedback must be paused or ended before lightprobe_gl_update";
-    }
-    return "lightprobe: unknown result";
+    static const char *const text[] = {
+        "lightprobe: no error",
+        "lightprobe: a pointer that must be given is null",
+        "lightprobe: the side of the cube's faces must be 1 to 8192",
+        "lightprobe: texels must have 3 or 4 channels",
+        "lightprobe: max_lights and previous_count must be 0 to 4096, in OpenGL 0 to 1024",
+        ("lightprobe: tolerance, min_share and min_shadow must be 0 or more, mode one of "
+         "lightprobe_mode"),
+        "lightprobe: less scratch memory than lightprobe_scratch_bytes() asks for",
+        "lightprobe: no memory",
+        "lightprobe: OpenGL 4.5 is needed",
+        "lightprobe: the driver refused storage or a shader",
+        "lightprobe: the texture is no whole cube map with a level of the side asked for",
+        "lightprobe: the GPU has not finished any lights yet",
+        "lightprobe: transform feedback must be paused or ended before lightprobe_gl_update",
+        "lightprobe: the picture has no texels, or its proportions fit no layout"};
+    const size_t i = (size_t)result; // below 0: very large
+    return i < sizeof text / sizeof *text ? text[i] : "lightprobe: unknown result";
 }
 
 // ---- GLSL texts: what stands around the quotes of >>generated ---- >>texts
@@ -3923,26 +3911,18 @@ static void lightprobe__panorama_texel(const lightprobe__picture *picture, int f
 
 // ---- From crosses and strips ---- >>crosses
 
-// The face's upper left corner in the picture, in faces.
-static void lightprobe__cell(int layout, int wide, int face, int at[2])
-{
-    static const int cross[6][2] = {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}};
-    at[0] = layout == LIGHTPROBE_CROSS ? cross[face][0] : wide ? face : 0;
-    at[1] = layout == LIGHTPROBE_CROSS ? cross[face][1] : wide ? 0 : face;
-    if (layout == LIGHTPROBE_CROSS && !wide && face == 5) at[0] = 1, at[1] = 3;
-}
-
 static void lightprobe__cell_texel(const lightprobe__picture *p, int layout, int n, int face,
                                    int side, int x, int y, float rgb[3])
 {
-    const int wide = p->image->width > p->image->height;
-    const int turned = layout == LIGHTPROBE_CROSS && !wide && face == 5;
+    static const int crosses[6][2] = {{2, 1}, {0, 1}, {1, 0}, {1, 2}, {1, 1}, {3, 1}};
+    const int wide = p->image->width > p->image->height, cross = layout == LIGHTPROBE_CROSS;
+    const int turned = cross && !wide && face == 5;
+    // The face's upper left corner in the picture.
+    const int left = n * (turned ? 1 : cross ? crosses[face][0] : wide ? face : 0);
+    const int top = n * (turned ? 3 : cross ? crosses[face][1] : wide ? 0 : face);
     const double cell = 2.0 / n, step = 2.0 / side;
     double sum[3] = {0, 0, 0}, all = 0;
-    int at[2];
-    lightprobe__cell(layout, wide, face, at);
-    // The texels of the picture that overlap this one, from its first to its last; in whole
-    // numbers.
+    // The pixels that overlap this texel, in whole numbers.
     const int x0 = (int)((int64_t)x * n / side), x1 = (int)((((int64_t)x + 1) * n - 1) / side);
     const int y0 = (int)((int64_t)y * n / side), y1 = (int)((((int64_t)y + 1) * n - 1) / side);
     for (int v = y0; v <= y1; v++) {
@@ -3951,8 +3931,8 @@ static void lightprobe__cell_texel(const lightprobe__picture *p, int layout, int
             const double omega = lightprobe__solid_angle(
                 fmax(u * cell, x * step) - 1, fmax(v * cell, y * step) - 1,
                 fmin((u + 1) * cell, (x + 1) * step) - 1, fmin((v + 1) * cell, (y + 1) * step) - 1);
-            lightprobe__pixel(p, at[0] * n + (turned ? n - 1 - u : u),
-                              at[1] * n + (turned ? n - 1 - v : v), one);
+            lightprobe__pixel(p, left + (turned ? n - 1 - u : u), top + (turned ? n - 1 - v : v),
+                              one);
             for (int c = 0; c < 3; c++) sum[c] += omega * one[c];
             all += omega;
         }
