@@ -3449,13 +3449,6 @@ static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *set
     return written;
 }
 
-static lightprobe_result lightprobe__fail(const lightprobe_settings *settings,
-                                          lightprobe_result result)
-{
-    if (settings->log) settings->log(settings->user, lightprobe_result_string(result));
-    return result;
-}
-
 typedef struct lightprobe__range {
     const char *name;
     double value, low, high;
@@ -3463,7 +3456,7 @@ typedef struct lightprobe__range {
 } lightprobe__range;
 
 // The first that is out of its range, by name and number.
-static lightprobe_result lightprobe__check_ranges(const lightprobe_settings *s,
+static lightprobe_result lightprobe__check_ranges(void (*log)(void *, const char *), void *user,
                                                   const lightprobe__range *r, int count)
 {
     char high[32] = " or more", line[160];
@@ -3472,14 +3465,15 @@ static lightprobe_result lightprobe__check_ranges(const lightprobe_settings *s,
             continue;
         if (r->high < (double)FLT_MAX) snprintf(high, sizeof high, " to %.9g", r->high);
         snprintf(line, sizeof line, "lightprobe: %s %.9g: %.9g%s", r->name, r->value, r->low, high);
-        if (s->log) s->log(s->user, line);
+        if (log) log(user, line);
         return r->otherwise;
     }
     return LIGHTPROBE_OK;
 }
 
-static lightprobe_result lightprobe__check(const lightprobe_cube *cube,
-                                           const lightprobe_settings *s, int most_lights)
+// Also fills in defaults.
+static lightprobe_result lightprobe__check(const lightprobe_cube *cube, lightprobe_settings *s,
+                                           int most_lights)
 {
     const lightprobe__range ranges[] = {
         {"side", (double)cube->side, 1, LIGHTPROBE_MAX_SIDE, LIGHTPROBE_ERROR_SIDE},
@@ -3495,7 +3489,14 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube,
         {"distances", (double)s->distances, 0, 2, LIGHTPROBE_ERROR_SETTINGS},
         {"channels of a cube with distances", (double)cube->channels, s->distances ? 4.0 : 3.0, 4,
          LIGHTPROBE_ERROR_CHANNELS}};
-    return lightprobe__check_ranges(s, ranges, (int)(sizeof ranges / sizeof *ranges));
+    const lightprobe_result r =
+        lightprobe__check_ranges(s->log, s->user, ranges, (int)(sizeof ranges / sizeof *ranges));
+    if (r) return r;
+    if (s->max_lights == 0 && !(s->tolerance > 0)) s->tolerance = LIGHTPROBE_DEFAULT_TOLERANCE;
+    if (s->max_lights == 0) s->max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
+    if (s->tolerance > 1) s->tolerance = 1;
+    if (s->min_share > 1) s->min_share = 1;
+    return LIGHTPROBE_OK;
 }
 
 static void lightprobe__fill_stats(const lightprobe__work *w, const lightprobe_light *lights,
@@ -3527,19 +3528,14 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     if (settings) s = *settings;
     int missing = !cube || !scratch || !lights || !light_count;
     for (int face = 0; face < 6 && !missing; face++) missing = !cube->face[face];
-    if (missing) return lightprobe__fail(&s, LIGHTPROBE_ERROR_NULL);
+    if (missing && s.log) s.log(s.user, lightprobe_result_string(LIGHTPROBE_ERROR_NULL));
+    if (missing) return LIGHTPROBE_ERROR_NULL;
     const lightprobe_result result = lightprobe__check(cube, &s, LIGHTPROBE_MAX_LIGHTS);
     if (result) return result;
-    if (s.max_lights == 0) {
-        s.max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
-        if (!(s.tolerance > 0)) s.tolerance = LIGHTPROBE_DEFAULT_TOLERANCE;
-    }
-    if (s.tolerance > 1) s.tolerance = 1;
-    if (s.min_share > 1) s.min_share = 1;
     const lightprobe__range bytes = {"scratch_bytes", (double)scratch_bytes,
                                      (double)lightprobe_scratch_bytes(cube->side, s.max_lights),
                                      1e300, LIGHTPROBE_ERROR_SCRATCH};
-    if (lightprobe__check_ranges(&s, &bytes, 1)) return LIGHTPROBE_ERROR_SCRATCH;
+    if (lightprobe__check_ranges(s.log, s.user, &bytes, 1)) return LIGHTPROBE_ERROR_SCRATCH;
     lightprobe__layout(&work, (char *)scratch + (15 & (0 - (uintptr_t)scratch)), cube->side,
                        s.max_lights);
     work.cube = cube;
@@ -4088,31 +4084,24 @@ lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
     X(void, Flush, (void))                                                                   \
     X(void, ObjectPtrLabel, (const void *, int, const char *))
 
+// clang-format off
 enum {
-    LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE,
-    LIGHTPROBE__GL_TEXTURE_MAX_LEVEL = 0x813D,
-    LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS = 0x82DF,
-    LIGHTPROBE__GL_TEXTURE_INTERNAL_FORMAT = 0x1003,
-    LIGHTPROBE__GL_TEXTURE_RED_TYPE = 0x8C10,
-    LIGHTPROBE__GL_TEXTURE_DEPTH_SIZE = 0x884A,
-    LIGHTPROBE__GL_INT = 0x1404,
-    LIGHTPROBE__GL_UNSIGNED_INT = 0x1405,
-    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START = 0x90D4,
-    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE = 0x90D5,
-    LIGHTPROBE__GL_COPY_WRITE_BUFFER = 0x8F37,
-    LIGHTPROBE__GL_DYNAMIC_STORAGE = 0x0100,
-    LIGHTPROBE__GL_CLIENT_STORAGE = 0x0200,
-    LIGHTPROBE__GL_MAP_READ = 0x0001 | 0x0040 | 0x0080, // persistent, coherent
-    LIGHTPROBE__GL_STORAGE_BARRIER = 0x2000,
-    LIGHTPROBE__GL_UPDATE_BARRIER = 0x0200,
-    LIGHTPROBE__GL_SYNC_COMPLETE = 0x9117,
-    LIGHTPROBE__GL_SYNC_FLUSH = 0x0001,
-    LIGHTPROBE__GL_ALREADY_SIGNALED = 0x911A,
-    LIGHTPROBE__GL_TIMEOUT_EXPIRED = 0x911B,
+    // limits, textures
+    LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE, LIGHTPROBE__GL_TEXTURE_MAX_LEVEL = 0x813D,
+    LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS = 0x82DF, LIGHTPROBE__GL_TEXTURE_INTERNAL_FORMAT = 0x1003,
+    LIGHTPROBE__GL_TEXTURE_RED_TYPE = 0x8C10, LIGHTPROBE__GL_TEXTURE_DEPTH_SIZE = 0x884A,
+    LIGHTPROBE__GL_INT = 0x1404, LIGHTPROBE__GL_UNSIGNED_INT = 0x1405,
+    // buffers; MAP_READ: persistent, coherent
+    LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START = 0x90D4, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE = 0x90D5,
+    LIGHTPROBE__GL_COPY_WRITE_BUFFER = 0x8F37, LIGHTPROBE__GL_DYNAMIC_STORAGE = 0x0100,
+    LIGHTPROBE__GL_CLIENT_STORAGE = 0x0200, LIGHTPROBE__GL_MAP_READ = 0x0001 | 0x0040 | 0x0080,
+    // order of work
+    LIGHTPROBE__GL_STORAGE_BARRIER = 0x2000, LIGHTPROBE__GL_UPDATE_BARRIER = 0x0200,
+    LIGHTPROBE__GL_SYNC_COMPLETE = 0x9117, LIGHTPROBE__GL_SYNC_FLUSH = 0x0001,
+    LIGHTPROBE__GL_ALREADY_SIGNALED = 0x911A, LIGHTPROBE__GL_TIMEOUT_EXPIRED = 0x911B,
     LIGHTPROBE__GL_CONDITION_SATISFIED = 0x911C
 };
 
-// clang-format off
 // [plumbing begin], which `make glsl` copies from mssm.h: edit it there
 
 #include <stdarg.h>
@@ -5323,12 +5312,25 @@ static const char lightprobe__glsl_write[] =
 
 // ---- Loader, log, programs ---- >>plumbing
 
+static const struct {
+    const char *name, *common, *body;
+    const char *(*quote)(void);
+} lightprobe__stages[] = {
+    {"lightprobe tiles", lightprobe__glsl_cells, lightprobe__glsl_tiles, lightprobe__quote_cells},
+    {"lightprobe leaves", lightprobe__glsl_cells, lightprobe__glsl_leaves, lightprobe__quote_cells},
+    {"lightprobe gather", lightprobe__glsl_moving, lightprobe__glsl_gather,
+     lightprobe__quote_moving},
+    {"lightprobe divide", lightprobe__glsl_plan, lightprobe__glsl_divide, lightprobe__quote_splits},
+    {"lightprobe reassign", lightprobe__glsl_plan, lightprobe__glsl_reassign,
+     lightprobe__quote_splits},
+    {"lightprobe settle", lightprobe__glsl_moving, lightprobe__glsl_settle,
+     lightprobe__quote_moving},
+    {"lightprobe write", lightprobe__glsl_moving, lightprobe__glsl_write,
+     lightprobe__quote_moving}};
+
 static const char *lightprobe__program_name(int which)
 {
-    static const char *const names[] = {
-        "lightprobe tiles",    "lightprobe leaves", "lightprobe gather", "lightprobe divide",
-        "lightprobe reassign", "lightprobe settle", "lightprobe write"};
-    return names[which];
+    return lightprobe__stages[which].name;
 }
 
 // clang-format off
@@ -5462,26 +5464,18 @@ static void lightprobe__delete_buffer(const lightprobe_gl *gl, unsigned buffer)
 
 static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, const char *defines)
 {
-    static const char *const bodies[] = {lightprobe__glsl_tiles,    lightprobe__glsl_leaves,
-                                         lightprobe__glsl_gather,   lightprobe__glsl_divide,
-                                         lightprobe__glsl_reassign, lightprobe__glsl_settle,
-                                         lightprobe__glsl_write};
-    const int plans = which == LIGHTPROBE__DIVIDE || which == LIGHTPROBE__REASSIGN;
+    const int write = which == LIGHTPROBE__WRITE;
     const char *const text[] = {"#version 450 core\n",
                                 defines,
-                                which == LIGHTPROBE__WRITE ? lightprobe_glsl_math() : "",
+                                write ? lightprobe_glsl_math() : "",
                                 lightprobe_glsl_lights(),
                                 lightprobe__glsl_shared,
                                 lightprobe__quote_work(),
                                 lightprobe__glsl_work,
-                                which <= LIGHTPROBE__DIVIDE_FACES ? lightprobe__quote_cells()
-                                : plans                           ? lightprobe__quote_splits()
-                                                                  : lightprobe__quote_moving(),
-                                which == LIGHTPROBE__WRITE ? lightprobe__quote_lights() : "",
-                                which <= LIGHTPROBE__DIVIDE_FACES ? lightprobe__glsl_cells
-                                : plans                           ? lightprobe__glsl_plan
-                                                                  : lightprobe__glsl_moving,
-                                bodies[which]};
+                                lightprobe__stages[which].quote(),
+                                write ? lightprobe__quote_lights() : "",
+                                lightprobe__stages[which].common,
+                                lightprobe__stages[which].body};
     const lightprobe_result r = lightprobe__add_shader(gl, which, LIGHTPROBE__GL_COMPUTE_SHADER,
                                                        text, (int)(sizeof text / sizeof *text));
     return r ? r : lightprobe__link(gl, which);
@@ -5539,9 +5533,7 @@ static int lightprobe__create_buffer(lightprobe_gl *gl, int which, size_t bytes,
 static lightprobe_result lightprobe__upload_weights(lightprobe_gl *gl)
 {
     lightprobe__work w;
-    memset(&w, 0, sizeof w);
-    w.side = gl->desc.side;
-    w.half = (w.side + 1) / 2;
+    lightprobe__layout(&w, NULL, gl->desc.side, gl->desc.max_lights);
     const size_t quarter = (size_t)w.half * (size_t)w.half;
     const size_t bytes = (1 + 2 * quarter) * sizeof(float);
     float *memory = (float *)LIGHTPROBE_MALLOC(bytes);
@@ -5610,28 +5602,22 @@ static lightprobe_result lightprobe__check_desc(lightprobe_gl *gl)
     memset(&s, 0, sizeof s);
     if (d->side == 0) d->side = 128;
     const lightprobe_cube cube = {{NULL, NULL, NULL, NULL, NULL, NULL}, d->side, 4};
-    s.tolerance = d->tolerance;
     s.max_lights = d->max_lights;
+    s.tolerance = d->tolerance;
     s.min_share = d->min_share;
     s.min_shadow = d->min_shadow;
     s.distances = d->distances;
     s.log = d->log;
     s.user = d->user;
     const lightprobe_result r = lightprobe__check(&cube, &s, LIGHTPROBE_GL_MAX_LIGHTS);
-    if (r) return r;
-    if (d->max_lights == 0 && !(s.tolerance > 0)) s.tolerance = LIGHTPROBE_DEFAULT_TOLERANCE;
-    if (d->max_lights == 0) d->max_lights = LIGHTPROBE_DEFAULT_LIGHTS;
-    d->tolerance = s.tolerance < 1 ? s.tolerance : 1;
-    d->min_share = s.min_share < 1 ? s.min_share : 1;
-    return LIGHTPROBE_OK;
+    d->max_lights = s.max_lights;
+    d->tolerance = s.tolerance;
+    d->min_share = s.min_share;
+    return r;
 }
 
 static lightprobe_result lightprobe__check_units(const lightprobe_gl *gl)
 {
-    lightprobe_settings s;
-    memset(&s, 0, sizeof s);
-    s.log = gl->desc.log;
-    s.user = gl->desc.user;
     const lightprobe__range ranges[] = {
         {"first_texture_unit", (double)gl->desc.first_texture_unit, 0,
          (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS) - 1,
@@ -5640,7 +5626,7 @@ static lightprobe_result lightprobe__check_units(const lightprobe_gl *gl)
          (double)lightprobe__get(gl, LIGHTPROBE__GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS) -
              (double)LIGHTPROBE__BINDINGS,
          LIGHTPROBE_ERROR_SETTINGS}};
-    return lightprobe__check_ranges(&s, ranges, 2);
+    return lightprobe__check_ranges(gl->desc.log, gl->desc.user, ranges, 2);
 }
 
 lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_desc *desc)
@@ -5657,14 +5643,16 @@ lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_d
     if (!g) return lightprobe__report(&start, LIGHTPROBE_ERROR_MEMORY, "no memory");
     *g = start;
     lightprobe__drop_errors(g, "lightprobe_gl_create");
-    for (g->top = LIGHTPROBE_TILE_LEVEL;; g->top++) {
-        const int n = lightprobe__level_side(g->desc.side, g->top);
-        g->first_cell[g->top] = g->cells;
+    lightprobe__work w;
+    lightprobe__layout(&w, NULL, g->desc.side, g->desc.max_lights);
+    g->top = w.top;
+    for (int level = LIGHTPROBE_TILE_LEVEL; level <= g->top; level++) {
+        const int n = lightprobe__level_side(g->desc.side, level);
+        g->first_cell[level] = g->cells;
         g->cells += 6 * n * n;
-        if (n == 1) break;
     }
     // A split takes three loops over the leaves of a cluster, all of them at worst.
-    g->leaves = LIGHTPROBE__LEAVES(g->desc.max_lights) + LIGHTPROBE_MORE_LEAVES;
+    g->leaves = w.max_leaves;
     g->splits = LIGHTPROBE__MAX_ROUNDS / (3 * g->leaves + 100);
     r = lightprobe__check_units(g);
     if (!r) r = lightprobe__build_programs(g);
