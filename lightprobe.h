@@ -3,20 +3,19 @@
 //
 // Turns an environment cube map into a few area lights: direction, rectangle, colour, and the
 // opening angle of a disc for shading. They are chosen for the shadows that they cast: a sun is
-// told from its haze with 8 lights. They hold all the energy of the probe, none is spent where the
-// scene does not need it, they do not care where the faces of the cube meet, and they follow a
-// moving probe without jumping. The header holds the extraction, the irradiance of a disc light
-// that is cut by the receiver's horizon, that same function as GLSL text, and the extraction in
-// OpenGL 4.5 compute shaders. No dependency but the C standard library.
+// told from its haze with 8 lights. They hold all the energy of the probe, do not care where the
+// faces of the cube meet, and follow a moving probe without jumping. On the CPU, and the same in
+// OpenGL 4.5 compute shaders; how surfaces reflect the lights is there in C and GLSL. No dependency
+// but the C standard library.
 //
 // QUICK START
 //
-// In ONE source file:
+// In ONE source file (in all others only the #include):
 //
 //     #define LIGHTPROBE_IMPLEMENTATION
 //     #include "lightprobe.h"
 //
-// In all others only the #include. At most 16 lights from six faces of 128 x 128 RGB floats:
+// At most 16 lights from six faces of 128 x 128 RGB floats:
 //
 //     int lights_of(const float *const faces[6], lightprobe_light lights[16])
 //     {
@@ -52,7 +51,7 @@
 //                                                     >>median cut >>extraction
 //   >>gl calls          the OpenGL 4.5 half           >>texts >>gl >>shaders >>plumbing >>state >>updates
 //   >>picture calls     panoramas, crosses, strips    >>pictures >>panoramas >>crosses >>without
-//   >>licence           references, changelog, licence
+//   >>licence           references, licence
 //   >>generated         quoted GLSL: nothing to read, nothing to edit
 //
 // GLSL TEXTS, after #version in this order
@@ -76,12 +75,8 @@
 //   LIGHTPROBE_IMPLEMENTATION   in one source file: compiles the functions
 //   LIGHTPROBE_STATIC           in the only file that uses it: the functions are static
 //   LIGHTPROBE_API              everywhere: what stands before each function, __declspec(dllexport) say
-//   LIGHTPROBE_NO_GL            there: leaves out the OpenGL half (which needs no GL header and no
-//                               library)
-//   LIGHTPROBE_MALLOC(bytes), LIGHTPROBE_FREE(memory)   there: memory of the OpenGL half, malloc
-//                               and free if not defined
-//
-// LIGHTPROBE_VERSION is defined here: 200 for 0.2.0.
+//   LIGHTPROBE_NO_GL            there: without the OpenGL half (which needs no GL header or library)
+//   LIGHTPROBE_MALLOC(bytes), LIGHTPROBE_FREE(memory)   there: memory of the OpenGL half, else malloc
 //
 // Threads: no global state; calls with different scratch memory may run in parallel.
 
@@ -90,7 +85,7 @@
 
 #include <stddef.h>
 
-#define LIGHTPROBE_VERSION 200 // 10000 * major + 100 * minor + patch
+#define LIGHTPROBE_VERSION 200 // 10000 * major + 100 * minor + patch: 0.2.0
 
 #ifndef LIGHTPROBE_API
 #ifndef LIGHTPROBE_STATIC
@@ -142,9 +137,8 @@ typedef struct lightprobe_cube {
 } lightprobe_cube;
 
 typedef struct lightprobe_light {
-    float direction[3]; // unit; that of the region's vector irradiance
-    float axis_u[3],
-        axis_v[3]; // unit, orthogonal to direction and each other; u is the longer side
+    float direction[3];         // unit; that of the region's vector irradiance
+    float axis_u[3], axis_v[3]; // unit, orthogonal to direction and each other; u: the longer side
     float tan_half_u, tan_half_v; // half-size of the rectangle at distance 1, at most 4
     float irradiance[3];          // integral of RGB radiance over the region's solid angle
     float solid_angle; // of the region, 0 of what fades out; they sum to 4 pi less what is black
@@ -176,9 +170,10 @@ typedef struct lightprobe_settings {
     float min_shadow;
     // All lights of the previous frame, for a probe that moves: the new ones go on from them, keep
     // order and ids, and change in number or region only where that pays. Changes fade over 32
-    // frames, or 8 degrees of the lights' own way where they move faster, unless the map's light changed
-    // by a tenth or min_share or min_shadow leave lights out: the tolerance may be met some frames late. May be the array that receives the new lights.
-    // NULL: start afresh, brightest light first. Ignored by LIGHTPROBE_MEDIAN_CUT.
+    // frames, or 8 degrees of the lights' own way where they move faster, unless the map's light
+    // changed by a tenth or min_share or min_shadow leave lights out: the tolerance may be met some
+    // frames late. May be the array that receives the new lights. NULL: start afresh, brightest
+    // first. Ignored by LIGHTPROBE_MEDIAN_CUT.
     const lightprobe_light *previous;
     int previous_count;
     void (*log)(void *user, const char *message); // told in one line why a call failed; or NULL
@@ -233,51 +228,49 @@ LIGHTPROBE_API float lightprobe_texel_solid_angle(int side, int x, int y);
 LIGHTPROBE_API void lightprobe_texel_direction(int face, float s, float t, float direction[3]);
 
 // Irradiance of a surface under a disc light of uniform radiance with half-angle alpha whose centre
-// is theta away from the surface's normal, per unit of lightprobe_light.irradiance (the integral of
-// radiance over the disc). Exact, also where the horizon cuts the disc and where the disc is wider
-// than a hemisphere; above the horizon it is cos(theta) cos^2(alpha/2), the paper's Eq. 18. In
-// [0,1], error below 1e-6. Arguments outside [-1,1] count as the nearest number inside.
+// is theta away from the surface's normal, per unit of lightprobe_light.irradiance. Exact, also
+// where the horizon cuts the disc or it is wider than a hemisphere; above the horizon the paper's
+// Eq. 18, cos(theta) cos^2(alpha/2). In [0,1], error below 1e-6. Arguments outside [-1,1] count as
+// the nearest inside.
 LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta);
 
 // A light at a finite distance for a receiver that stands (x, y, z) from the probe's centre: with
 // direction, irradiance and cos_alpha as seen from there, for lightprobe_disc_irradiance; the rest
-// stays. The emitter is taken for a disc with the light's slopes: its vector irradiance is exact, at
-// most pi times its radiance, and nothing comes from behind it. Slopes count as at most 4, of axes that
-// are unit and orthogonal, and as what so wide a disc can have (docs/lightprobe.md).
-// Lights at infinity (distances up to 1e-30 count as that) or of half-angles from 89.95 degrees on
-// stay as they are. Finite numbers give finite ones, at least 0, for cos_alpha in [-1,1].
+// stays. The emitter is taken for a disc with the light's slopes: its vector irradiance is exact,
+// at most pi times its radiance, and nothing comes from behind it. Slopes count as at most 4, of
+// axes that are unit and orthogonal, and as what so wide a disc can have (docs/lightprobe.md).
+// Lights at infinity (distances up to 1e-30) or of half-angles from 89.95 degrees on stay. Finite
+// numbers give finite ones, at least 0, for cos_alpha in [-1,1].
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y,
                                                     float z);
-// The same for emitters that shine to all sides alike, lamps without a shade say: the light is
-// taken for a sphere as wide as its disc. Which lights are of that kind only the caller knows;
-// their places tell.
+// The same for emitters that shine to all sides alike, lamps without a shade say, which only the
+// caller knows: the light is taken for a sphere as wide as its disc.
 LIGHTPROBE_API lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y,
                                                      float z);
 
 // How a surface reflects light towards a viewer without scattering it inside: GGX with
-// height-correlated Smith shadowing and Schlick's Fresnel term, a single bounce. One for all
-// lights, so made once a point.
+// height-correlated Smith shadowing and Schlick's Fresnel term, a single bounce. Made once a point,
+// for all lights.
 typedef struct lightprobe_lobe {
     float normal[3], view[3], away[3], f0[3]; // away: unit, along the surface, from the viewer
     float along, across, shear, width;        // matrix from directions of light to a cosine lobe
     float whole, fresnel; // sum over all directions where f0 is 1; Fresnel term, mean less middle
 } lightprobe_lobe;
 
-// normal and view (from the point to the viewer) are unit vectors; alpha is GGX's, often the square
-// of an artist's roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that
-// is no metal. What is out of range counts as the nearest number inside, a viewer below the surface
-// as one along it.
+// normal and view (to the viewer) are unit vectors; alpha is GGX's, often the square of an artist's
+// roughness, in [0.02,1]; f0 the reflectance at normal incidence, 0.04 for most that is no metal.
+// What is out of range counts as the nearest number inside, a viewer below the surface as one along
+// it.
 LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], const float view[3],
                                                         float alpha, const float f0[3]);
 
-// Radiance that goes to the viewer from one light, nothing in between, at a surface (x, y, z) from
-// the probe's centre, which matters where the light has a distance. The light, as extracted and not
-// as lightprobe_light_at gives it, looks from the probe like a uniform rectangle in a plane at
+// Radiance to the viewer from one light, nothing in between, at a surface (x, y, z) from the
+// probe's centre, which matters where the light has a distance. The light, as extracted and not as
+// lightprobe_light_at gives it, looks from the probe like a uniform rectangle in a plane at
 // cos_alpha, its half-sizes the sines for tan_half_u and tan_half_v (0.001 to 4), up to the whole
 // sphere; it lies in the plane of its slopes. Its part of the lobe is exact, also where the horizon
-// cuts it; the lobe is a linearly transformed cosine (Heitz, Dupuy, Hill, Neubelt 2016):
-// docs/lightprobe.md has its errors. At least 0, and at most the light's radiance, for any finite
-// arguments.
+// cuts it; the lobe is a linearly transformed cosine (Heitz, Dupuy, Hill, Neubelt 2016; errors:
+// docs/lightprobe.md). At least 0, and at most the light's radiance, for any finite arguments.
 LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x,
                                         float y, float z, float rgb[3]);
 
@@ -306,11 +299,10 @@ LIGHTPROBE_API const char *lightprobe_glsl_math(void);
 //
 // Arithmetic and order are those of lightprobe_extract: where neither compiler fuses a * b + c and
 // the GPU rounds quotients and roots as C does, the lights are the same; else some cut is another
-// one, as good. No shader takes doubles, which some GPUs lack. The decisions are taken in one work
-// group. Every call wants the context current that it was created in (or one that shares its
-// objects), leaves GL's state as it found it and raises no GL error. Not with transform feedback
-// active (LIGHTPROBE_ERROR_ORDER), nor between glBeginConditionalRender and its end, which GL
-// cannot be asked about and which leaves out dispatches.
+// one, as good. No shader takes doubles. Every call wants the context current that it was created
+// in (or one that shares its objects), leaves GL's state as it found it and raises no GL error. Not
+// with transform feedback active (LIGHTPROBE_ERROR_ORDER), nor between glBeginConditionalRender and
+// its end, which GL cannot be asked about.
 
 typedef void (*lightprobe_gl_function)(void);
 typedef lightprobe_gl_function (*lightprobe_gl_loader)(const char *name);
@@ -342,16 +334,15 @@ LIGHTPROBE_API void lightprobe_gl_destroy(lightprobe_gl *gl); // NULL is fine
 
 // Finds the lights of a cube-map texture, or of a view of six layers of an array of these, of any
 // colour format that can be sampled as float; its swizzle counts, its filters do not. Never waits.
-// Goes on from the lights of the update before (lightprobe_settings.previous). What image stores
-// wrote to the texture needs the caller's glMemoryBarrier first. A black probe has 0 lights.
+// Goes on from the update before (lightprobe_settings.previous). What image stores wrote needs
+// glMemoryBarrier first.
 LIGHTPROBE_API lightprobe_result lightprobe_gl_update(lightprobe_gl *gl, unsigned cube_texture);
 // The next update starts afresh, brightest light first: after a change of scene.
 LIGHTPROBE_API void lightprobe_gl_restart(lightprobe_gl *gl);
 
 // The lights that the GPU has finished last, for the CPU: mssm_light_directional() takes direction,
 // axis_u, tan_half_u and tan_half_v. Without wait this does not stall and is about one frame late,
-// or LIGHTPROBE_ERROR_NOT_READY before there are any; with wait they are those of the last update,
-// however long that takes.
+// or LIGHTPROBE_ERROR_NOT_READY before there are any; with wait they are those of the last update.
 // A failure leaves lights, light_count and stats untouched. lights has room for max_lights; stats
 // may be NULL.
 LIGHTPROBE_API lightprobe_result lightprobe_gl_read(lightprobe_gl *gl, int wait,
@@ -378,11 +369,11 @@ LIGHTPROBE_API const char *lightprobe_glsl_lights(void);
 //     vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)  // from the probe's centre
 LIGHTPROBE_API const char *lightprobe_glsl_specular(void);
 
-// With LIGHTPROBE_UNIFORMS defined before, as a number of lights, the text needs no lightprobe_gl
-// but GLSL from 330 or 300 es on: the buffer is the uniform block lightprobe_buffer, of 192 bytes
-// and 80 a light. This fills it in from what lightprobe_extract found. Fails, with block untouched,
-// if a pointer is null (lights may be, without any) or, LIGHTPROBE_ERROR_LIGHTS, if count is below
-// 0 or needs more bytes.
+// With LIGHTPROBE_UNIFORMS defined before, as a number of lights, lightprobe_glsl_lights needs no
+// lightprobe_gl but GLSL from 330 or 300 es on: the buffer is the uniform block lightprobe_buffer,
+// of 192 bytes and 80 a light. This fills it in from what lightprobe_extract found. Fails, with
+// block untouched, if a pointer is null (lights may be, without any) or, LIGHTPROBE_ERROR_LIGHTS,
+// if count is below 0 or too many.
 LIGHTPROBE_API lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
                                                      const lightprobe_stats *stats, void *block,
                                                      size_t bytes);
@@ -419,19 +410,18 @@ LIGHTPROBE_API int lightprobe_image_side(const lightprobe_image *image);
 // Fills texels, 18 side^2 floats, with the means of the picture over the solid angles of the cube's
 // texels, of any sizes: areas are exact, so that the energy is the picture's to 1e-6. Faces of the
 // same side are copied. cube, unless NULL, is set to texels. Negative and NaN channels count as 0,
-// infinite ones, which are suns that a half float could not hold, as 65504 or the picture's largest
-// number if that is more; *repaired, unless NULL, says how many pixels had one. Takes about 0.2 s
-// for 128^2 texels from 1024 x 512 pixels, and 3 s from 8192 x 4096. A failure leaves everything
-// untouched.
+// infinite ones (suns that a half float could not hold) as 65504 or the picture's largest number if
+// that is more; *repaired, unless NULL, says how many pixels had one. Takes about 0.2 s for 128^2
+// texels from 1024 x 512 pixels, 3 s from 8192 x 4096. A failure leaves everything untouched.
 LIGHTPROBE_API lightprobe_result lightprobe_cube_from_image(const lightprobe_image *image, int side,
                                                             float *texels, lightprobe_cube *cube,
                                                             int *repaired);
 
-// What lights leave of the probe that they were found in, for engines that shade these lights with
-// shadows and the rest with a prefiltered environment of their own: fills texels, 18 side^2 floats,
-// with the cube less irradiance[] of each light, channel by channel and to 1e-5 of it. Taken off
-// are the peaks within the light's rectangle, and around where that holds too little; nothing
-// becomes negative. Bad channels of the cube count as 0.
+// What lights leave of the probe that they were found in, for engines that shade the rest with a
+// prefiltered environment of their own: fills texels, 18 side^2 floats, with the cube less
+// irradiance[] of each light, channel by channel and to 1e-5 of it. Taken off are the peaks within
+// the light's rectangle, and around where that holds too little; nothing becomes negative. Bad
+// channels of the cube count as 0.
 LIGHTPROBE_API lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
                                                          const lightprobe_light *lights, int count,
                                                          float *texels);
@@ -614,8 +604,7 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     // 0: behind it, or too far.
     float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;
     bright *= lightprobe_fade_in(height, radius2);
-    seen.cos_alpha =
-        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance
+    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // a disc with this irradiance
     float part = bright * (c2 + steep) / (gap * gap) * (1.0f + c) / (1.0f + seen.cos_alpha);
     for (int i = 0; i < 3; i++) {
         float way = o.facing * axis[i] + o.inward * aside[i];
@@ -1123,12 +1112,11 @@ LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightp
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         q[i] = p[i] + e[i];
-        plane[i] =
-            p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits
+        plane[i] = p[j] * e[k] - p[k] * e[j]; // by q a small light would have no digits left
     }
     float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);
-    for (int i = 0; i < 3;
-         i++) { // straight below n azimuths hang on few digits, which must be the same ones
+    // Straight below n azimuths hang on few digits, which must be the same ones.
+    for (int i = 0; i < 3; i++) {
         flat_p[i] = p[i] - at_p * n[i];
         flat_q[i] = q[i] - at_q * n[i];
     }
@@ -1282,18 +1270,6 @@ static inline lightprobe__four lightprobe__load4(const float *p)
     return a;
 }
 
-// The band is aligned to 16 bytes: then gcc multiplies straight from memory, 5% of the extraction.
-static inline lightprobe__four lightprobe__band4(const float *p)
-{
-    lightprobe__four a;
-#if defined __GNUC__
-    memcpy(&a, __builtin_assume_aligned(p, 16), sizeof a);
-#else
-    memcpy(&a, p, sizeof a);
-#endif
-    return a;
-}
-
 static inline void lightprobe__store4(float *p, lightprobe__four a)
 {
     memcpy(p, &a, sizeof a);
@@ -1441,12 +1417,12 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
     for (int row = 0; row < 4; row++, texels += step, band += 2 * after) {
         const lightprobe__four x0 = lightprobe__load4(texels), x1 = lightprobe__load4(texels + 4);
         const lightprobe__four x2 = lightprobe__load4(texels + 8);
-        f0 = lightprobe__add4(f0, lightprobe__mul4(x0, lightprobe__band4(band)));
-        f1 = lightprobe__add4(f1, lightprobe__mul4(x1, lightprobe__band4(band + 4)));
-        f2 = lightprobe__add4(f2, lightprobe__mul4(x2, lightprobe__band4(band + 8)));
-        m0 = lightprobe__add4(m0, lightprobe__mul4(x0, lightprobe__band4(band + after)));
-        m1 = lightprobe__add4(m1, lightprobe__mul4(x1, lightprobe__band4(band + after + 4)));
-        m2 = lightprobe__add4(m2, lightprobe__mul4(x2, lightprobe__band4(band + after + 8)));
+        f0 = lightprobe__add4(f0, lightprobe__mul4(x0, lightprobe__load4(band)));
+        f1 = lightprobe__add4(f1, lightprobe__mul4(x1, lightprobe__load4(band + 4)));
+        f2 = lightprobe__add4(f2, lightprobe__mul4(x2, lightprobe__load4(band + 8)));
+        m0 = lightprobe__add4(m0, lightprobe__mul4(x0, lightprobe__load4(band + after)));
+        m1 = lightprobe__add4(m1, lightprobe__mul4(x1, lightprobe__load4(band + after + 4)));
+        m2 = lightprobe__add4(m2, lightprobe__mul4(x2, lightprobe__load4(band + after + 8)));
         n0 = lightprobe__add4(n0, m0); // sums of sums: the first row counts 4 times
         n1 = lightprobe__add4(n1, m1);
         n2 = lightprobe__add4(n2, m2);
@@ -1459,9 +1435,9 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
     lightprobe__store4(sums + 4, f1);
     lightprobe__store4(sums + 8, f2);
     lightprobe__store4(sums + 12, lightprobe__add4(lightprobe__add4(m0, m1), m2));
-    m0 = lightprobe__mul4(m0, lightprobe__band4(s));
-    m1 = lightprobe__mul4(m1, lightprobe__band4(s + 4));
-    m2 = lightprobe__mul4(m2, lightprobe__band4(s + 8));
+    m0 = lightprobe__mul4(m0, lightprobe__load4(s));
+    m1 = lightprobe__mul4(m1, lightprobe__load4(s + 4));
+    m2 = lightprobe__mul4(m2, lightprobe__load4(s + 8));
     lightprobe__store4(sums + 16, lightprobe__add4(lightprobe__add4(m0, m1), m2));
     lightprobe__store4(sums + 20, lightprobe__add4(lightprobe__add4(n0, n1), n2));
     // A sum that overflows is looked at again by lightprobe__gather, which finds nothing.
@@ -1641,18 +1617,12 @@ LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)
 }
 // [glsl end]
 
-// Of equals the first, so that the GPU's way to find it agrees. By blocks, most of which hold nothing
-// larger: of a plain loop clang makes code that waits for every number, a tenth of the extraction.
+// Of equals the first, so that the GPU's way to find it agrees.
 static int lightprobe__largest(const float *x, int count)
 {
     int most = 0;
-    for (int i = 0, end; i < count; i = end) {
-        float top = x[i];
-        end = i + 8 < count ? i + 8 : count;
-        for (int k = i + 1; k < end; k++) top = x[k] > top ? x[k] : top;
-        if (top <= x[most]) continue;
-        for (most = i; x[most] < top;) most++;
-    }
+    for (int i = 1; i < count; i++)
+        if (x[i] > x[most]) most = i;
     return most;
 }
 
@@ -2964,8 +2934,8 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region
     if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / (leaves + 1e-30f));
     LIGHTPROBE_ADD(r.inverse, inverse);
     LIGHTPROBE_ADD(r.luminance, more);
-    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),
-                             size = lightprobe_length(v);
+    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance);
+    float size = lightprobe_length(v);
     for (int i = 0; i < 3 && size > most; i++) {
         LIGHTPROBE_PRECISE float off = v[i] * (most / size - 1.0f);
         LIGHTPROBE_ADD(r.resultant[i], off);
@@ -3406,8 +3376,7 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
     // The start from previous lights was a round already; one a frame keeps the steps small.
     if (!animated)
         lightprobe__relax(w, LIGHTPROBE_ROUNDS);
-    else if (!w->jumps || leaves_out ||
-             settings->tolerance > 0) // else there is a light less for a frame
+    else if (!w->jumps || leaves_out || settings->tolerance > 0) // else one is missing for a frame
         lightprobe__reassign_lights(w, settings->tolerance);
     lightprobe__sort_leaves(w);
     if (settings->tolerance > 0)
@@ -4281,39 +4250,25 @@ static const char *lightprobe__quote_lights(void);
 #define LIGHTPROBE__TEXT_OF(x) #x
 #define LIGHTPROBE__DEFINE(name) "#define " #name " " LIGHTPROBE__TEXT(name) "\n"
 static const char lightprobe__glsl_shared[] =
-    LIGHTPROBE__DEFINE(LIGHTPROBE_SCALE)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_BLACK)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_MORE_LEAVES)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_TONE)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_PARALLAX)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_WIDTH)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_BINS)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_REACH)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_NEAR)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_TILE_LEVEL)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_RATE)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_TURN)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_FADE)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_STEP)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_FASTEST)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_MAX_LIGHTS)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_SCALE) LIGHTPROBE__DEFINE(LIGHTPROBE_BLACK)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_TONE) LIGHTPROBE__DEFINE(LIGHTPROBE_PARALLAX)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_WIDTH) LIGHTPROBE__DEFINE(LIGHTPROBE_BINS)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_REACH) LIGHTPROBE__DEFINE(LIGHTPROBE_NEAR)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_RATE) LIGHTPROBE__DEFINE(LIGHTPROBE_TURN)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_FADE) LIGHTPROBE__DEFINE(LIGHTPROBE_STEP)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_FASTEST) LIGHTPROBE__DEFINE(LIGHTPROBE_MAX_LIGHTS)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_TILE_LEVEL) LIGHTPROBE__DEFINE(LIGHTPROBE_MORE_LEAVES)
     "#define GROUP " LIGHTPROBE__TEXT(LIGHTPROBE__GROUP) "\n"
     "const int START = 0, START_AGAIN = 1, NEAR = 2, RELAX = 3, MEASURE = 1000000;\n"
-    "#define LIGHTPROBE_SHARED\n"
+    LIGHTPROBE__C_NAMES
     "#define LIGHTPROBE_PRECISE precise\n"
-    "#define LIGHTPROBE_INOUT inout\n"
-    "#define LIGHTPROBE_OUT out\n"
     "#define LIGHTPROBE_FLOAT float\n"
     "#define LIGHTPROBE_INT int\n"
     "#define FLT_MAX 3.402823466e38\n"
-    "#define lightprobe_vec3 vec3\n"
-    "#define lightprobe_vec4 vec4\n"
     "#define lightprobe_wide vec2\n"
     "#define LIGHTPROBE_ZERO vec2(0.0)\n"
     "#define LIGHTPROBE_ADD lightprobe_add\n"
     "#define LIGHTPROBE_VALUE(sum) (sum.x + sum.y)\n"
-    "#define sqrtf sqrt\n"
-    "#define fabsf abs\n"
     "// The sum's float, and what rounding has taken from it (Knuth's two-sum).\n"
     "void lightprobe_add(inout vec2 sum, float x)\n"
     "{\n"
@@ -6000,7 +5955,7 @@ lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
 #endif // LIGHTPROBE_NO_GL
 
 // ================================================================================================
-// References, changelog, licence >>licence
+// References, licence >>licence
 //
 //   Kneiphof (supervised by Krumpen): Real-Time Image-Based Lighting of Dynamic Scenes with Moment
 //       Soft Shadow Mapping, CESCG 2017. "The paper" above; equation numbers are its own. Mended:
@@ -6010,10 +5965,6 @@ lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
 //   Szekely, Rizzo: Energy Statistics, J. Stat. Plan. Inference 143, 2013.
 //   Lloyd: Least Squares Quantization in PCM, IEEE Trans. Inf. Theory 28, 1982.
 //   Hastings: Approximations for Digital Computers, Princeton 1955, sheet 13.
-//
-// Changelog
-//
-//   0.1  first version
 //
 // Licence: choose whichever of the two you prefer.
 //
@@ -6220,8 +6171,7 @@ const char *lightprobe_glsl_lights(void)
     "    // 0: behind it, or too far.\n"
     "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;\n"
     "    bright *= lightprobe_fade_in(height, radius2);\n"
-    "    seen.cos_alpha =\n"
-    "        sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // the disc with this vector irradiance\n"
+    "    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // a disc with this irradiance\n"
     "    float part = bright * (c2 + steep) / (gap * gap) * (1.0f + c) / (1.0f + seen.cos_alpha);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        float way = o.facing * axis[i] + o.inward * aside[i];\n"
@@ -6377,12 +6327,11 @@ const char *lightprobe_glsl_specular(void)
     "    for (int i = 0; i < 3; i++) {\n"
     "        int j = (i + 1) % 3, k = (i + 2) % 3;\n"
     "        q[i] = p[i] + e[i];\n"
-    "        plane[i] =\n"
-    "            p[j] * e[k] - p[k] * e[j]; // not by q: of a small light that would leave no digits\n"
+    "        plane[i] = p[j] * e[k] - p[k] * e[j]; // by q a small light would have no digits left\n"
     "    }\n"
     "    float at_p = lightprobe_dot(p, n), at_q = lightprobe_dot(q, n), both = lightprobe_dot(p, q);\n"
-    "    for (int i = 0; i < 3;\n"
-    "         i++) { // straight below n azimuths hang on few digits, which must be the same ones\n"
+    "    // Straight below n azimuths hang on few digits, which must be the same ones.\n"
+    "    for (int i = 0; i < 3; i++) {\n"
     "        flat_p[i] = p[i] - at_p * n[i];\n"
     "        flat_q[i] = q[i] - at_q * n[i];\n"
     "    }\n"
@@ -7457,8 +7406,8 @@ static const char *lightprobe__quote_lights(void)
     "    if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / (leaves + 1e-30f));\n"
     "    LIGHTPROBE_ADD(r.inverse, inverse);\n"
     "    LIGHTPROBE_ADD(r.luminance, more);\n"
-    "    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance),\n"
-    "                             size = lightprobe_length(v);\n"
+    "    LIGHTPROBE_PRECISE float most = longest * LIGHTPROBE_VALUE(r.luminance);\n"
+    "    float size = lightprobe_length(v);\n"
     "    for (int i = 0; i < 3 && size > most; i++) {\n"
     "        LIGHTPROBE_PRECISE float off = v[i] * (most / size - 1.0f);\n"
     "        LIGHTPROBE_ADD(r.resultant[i], off);\n"
