@@ -676,27 +676,32 @@ void lightprobe_residual_irradiance(const lightprobe_stats *stats, const float n
 
 // ---- Directions and solid angles ---- >>angles
 
-// Where the middle, +s and +t of each face point.
-static const float lightprobe__axes[6][3][3] = {
-    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
-    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
-    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
-};
-
-// Vector of a face with components along its middle, s and t.
-static void lightprobe__to_world(int face, float m, float s, float t, float v[3])
+// [glsl begin cells]
+// Vector with components along a face's middle, +s and +t. 0 is added so that nothing becomes -0.
+LIGHTPROBE_SHARED void lightprobe_to_world(int face, float m, float s, float t,
+                                           LIGHTPROBE_OUT lightprobe_vec3 v)
 {
-    const float(*axes)[3] = lightprobe__axes[face];
-    for (int i = 0; i < 3; i++) v[i] = m * axes[0][i] + s * axes[1][i] + t * axes[2][i];
+    int axis = face / 2;
+    float sign = face % 2 == 0 ? 1.0f : -1.0f;
+    v[0] = 0.0f + (axis == 0 ? sign * m : face == 5 ? -s : s);
+    v[1] = 0.0f + (axis == 1 ? sign * m : -t);
+    v[2] = 0.0f + sign * (axis == 0 ? -s : axis == 1 ? t : m);
 }
 
-void lightprobe_texel_direction(int face, float s, float t, float direction[3])
+void lightprobe_texel_direction(int face, float s, float t,
+                                LIGHTPROBE_OUT lightprobe_vec3 direction)
 {
-    const float scale = 1.0f / sqrtf(1.0f + s * s + t * t);
-    if (face < 0) face = 0;
-    if (face > 5) face = 5;
-    lightprobe__to_world(face, scale, scale * s, scale * t, direction);
+    LIGHTPROBE_PRECISE float scale = 1.0f / sqrtf(1.0f + s * s + t * t);
+    int nearest = face < 0 ? 0 : face < 5 ? face : 5;
+    lightprobe_to_world(nearest, scale, scale * s, scale * t, direction);
 }
+
+// Cells of 2^level texels along an edge.
+LIGHTPROBE_SHARED int lightprobe_level_side(int side, int level)
+{
+    return (side + (1 << level) - 1) >> level;
+}
+// [glsl end]
 
 // Solid angle of the triangle whose corners have these lengths, scalar products and triple product n.
 // Nothing cancels, as it does in the usual difference of four atan (0.87% off in float at 256^2).
@@ -889,18 +894,13 @@ static void *lightprobe__take(char *base, size_t *used, size_t bytes)
     return p;
 }
 
-static int lightprobe__level_side(int side, int level)
-{
-    return (side + (1 << level) - 1) >> level;
-}
-
 // Points into base (null: only counts) and returns the bytes used.
 static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int max_lights)
 {
     size_t used = 0;
     w->side = side;
     w->half = (side + 1) / 2;
-    w->tiles = lightprobe__level_side(side, LIGHTPROBE_TILE_LEVEL);
+    w->tiles = lightprobe_level_side(side, LIGHTPROBE_TILE_LEVEL);
     w->max_lights = max_lights;
     w->max_leaves = LIGHTPROBE__LEAVES(max_lights) + LIGHTPROBE_MORE_LEAVES;
     const size_t quarter = (size_t)w->half * (size_t)w->half, tiles = (size_t)w->tiles;
@@ -910,7 +910,7 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
     w->weight = LIGHTPROBE__TAKE(float, quarter);
     w->band = LIGHTPROBE__TAKE(float, (4 * 24 + 12 + 1 + 24) * tiles);
     for (int level = LIGHTPROBE_TILE_LEVEL;; level++) {
-        const size_t n = (size_t)lightprobe__level_side(side, level);
+        const size_t n = (size_t)lightprobe_level_side(side, level);
         w->cells[level] = LIGHTPROBE__TAKE(lightprobe_cell, 6 * n * n);
         w->top = level;
         if (n == 1) break;
@@ -1571,8 +1571,8 @@ static void lightprobe__sum_tiles(lightprobe__work *w)
 static void lightprobe__make_pyramid(lightprobe__work *w)
 {
     for (int level = LIGHTPROBE_TILE_LEVEL + 1; level <= w->top; level++) {
-        const int n = lightprobe__level_side(w->side, level);
-        const int m = lightprobe__level_side(w->side, level - 1);
+        const int n = lightprobe_level_side(w->side, level);
+        const int m = lightprobe_level_side(w->side, level - 1);
         lightprobe_cell *to = w->cells[level];
         for (int row = 0; row < 6 * n; row++) {
             const int y = 2 * (row % n);
@@ -1592,7 +1592,7 @@ static void lightprobe__make_pyramid(lightprobe__work *w)
 static void lightprobe__find_total(lightprobe__work *w)
 {
     const int level = w->top > LIGHTPROBE_TILE_LEVEL ? LIGHTPROBE_TILE_LEVEL + 1 : w->top;
-    const int n = lightprobe__level_side(w->side, level);
+    const int n = lightprobe_level_side(w->side, level);
     for (int i = 0; i < 6 * n * n; i++)
         for (int c = 0; c < 3; c++) w->total[c] += (double)w->cells[level][i].flux[c];
     const float rgb[3] = {(float)w->total[0], (float)w->total[1], (float)w->total[2]};
@@ -1604,7 +1604,7 @@ static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, 
                                            int y)
 {
     if (level < LIGHTPROBE_TILE_LEVEL) return lightprobe__small_cell(w, face, level, x, y);
-    const int n = lightprobe__level_side(w->side, level);
+    const int n = lightprobe_level_side(w->side, level);
     return w->cells[level][(face * n + y) * n + x];
 }
 
@@ -1664,10 +1664,17 @@ LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)
 
 // [glsl begin cells]
 
-// resultant: of the cell, in the world's axes. Of a black cell the direction is null.
-LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
-                                                     const lightprobe_vec3 resultant, float mean,
-                                                     float reach, int face, int level, int x, int y)
+// Middle of a cell on its face; 1 where it is cut off before that.
+LIGHTPROBE_SHARED float lightprobe_cell_middle(int side, int level, int x)
+{
+    float h = LIGHTPROBE_FLOAT(2 << level) / LIGHTPROBE_FLOAT(side);
+    LIGHTPROBE_PRECISE float s = (LIGHTPROBE_FLOAT(x) + 0.5f) * h - 1.0f;
+    return s < 1.0f ? s : 1.0f;
+}
+
+// The leaf of a cell. A black one must belong somewhere, too: its direction is that of its middle.
+LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, float mean, float reach,
+                                                     int side, int face, int level, int x, int y)
 {
     lightprobe_leaf leaf;
     leaf.face = face;
@@ -1676,7 +1683,8 @@ LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
     leaf.y = y;
     leaf.cluster = 0;
     for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];
-    for (int i = 0; i < 3; i++) leaf.direction[i] = resultant[i];
+    lightprobe_to_world(face, cell.resultant[0], cell.resultant[1], cell.resultant[2],
+                        leaf.direction);
     leaf.solid_angle = cell.flux[3];
     leaf.luminance = lightprobe_luminance(leaf.flux);
     leaf.strength = lightprobe_normalize(leaf.direction);
@@ -1691,29 +1699,18 @@ LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,
     LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far
     leaf.tone = tone;
     leaf.least = leaf.parts = 0.0f;
+    if (!(leaf.strength > 0.0f))
+        lightprobe_texel_direction(face, lightprobe_cell_middle(side, level, x),
+                                   lightprobe_cell_middle(side, level, y), leaf.direction);
     return leaf;
-}
-
-// Middle of a cell on its face; 1 where it is cut off before that.
-LIGHTPROBE_SHARED float lightprobe_cell_middle(int side, int level, int x)
-{
-    float h = LIGHTPROBE_FLOAT(2 << level) / LIGHTPROBE_FLOAT(side);
-    LIGHTPROBE_PRECISE float s = (LIGHTPROBE_FLOAT(x) + 0.5f) * h - 1.0f;
-    return s < 1.0f ? s : 1.0f;
 }
 // [glsl end]
 
 static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int level, int x, int y)
 {
     const lightprobe_cell cell = lightprobe__cell_at(w, face, level, x, y);
-    lightprobe_leaf *leaf = w->leaves + index;
-    float v[3];
-    lightprobe__to_world(face, cell.resultant[0], cell.resultant[1], cell.resultant[2], v);
-    *leaf = lightprobe_leaf_of(cell, v, w->mean, w->reach, face, level, x, y);
-    if (!(leaf->strength > 0)) // black, but it must belong somewhere
-        lightprobe_texel_direction(face, lightprobe_cell_middle(w->side, level, x),
-                                   lightprobe_cell_middle(w->side, level, y), leaf->direction);
-    w->errors[index] = level > 0 ? lightprobe_leaf_error(*leaf) : -1;
+    w->leaves[index] = lightprobe_leaf_of(cell, w->mean, w->reach, w->side, face, level, x, y);
+    w->errors[index] = level > 0 ? lightprobe_leaf_error(w->leaves[index]) : -1;
 }
 
 // Six faces, then down to single texels where the light is.
@@ -1734,7 +1731,7 @@ static void lightprobe__make_leaves(lightprobe__work *w)
         if (error <= 1e-7f * total) break; // rounding
         if (w->leaf_count >= enough && error < 0.9999f * last) break;
         last = error;
-        const int level = parent.level - 1, n = lightprobe__level_side(w->side, level);
+        const int level = parent.level - 1, n = lightprobe_level_side(w->side, level);
         for (int k = 0; k < 4; k++) {
             const int x = 2 * parent.x + (k & 1), y = 2 * parent.y + (k >> 1);
             if (x < n && y < n)
@@ -3215,7 +3212,8 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     lightprobe_texel_direction(r->face, (float)m[0], (float)m[1], light->direction);
     for (int i = 0; i < 2; i++) {
         float *axis = i ? light->axis_v : light->axis_u;
-        const float *side = lightprobe__axes[r->face][1 + i];
+        float side[3];
+        lightprobe_to_world(r->face, 0, i ? 0.0f : 1.0f, i ? 1.0f : 0.0f, side);
         const float along = lightprobe_dot(side, light->direction);
         for (int k = 0; k < 3; k++) axis[k] = side[k] - along * light->direction[k];
         const double half = size[i] * (double)lightprobe_normalize(axis) / distance;
@@ -3965,8 +3963,8 @@ static void lightprobe__over_peaks(lightprobe__removal *r, int take)
             for (int x = 0; x < r->side; x++, texel += 3) {
                 double along = 0, u = 0, v = 0;
                 float d[3];
-                lightprobe__to_world(face, 1, (float)(2 * x + 1) / (float)r->side - 1,
-                                     (float)(2 * y + 1) / (float)r->side - 1, d);
+                lightprobe_to_world(face, 1, (float)(2 * x + 1) / (float)r->side - 1,
+                                    (float)(2 * y + 1) / (float)r->side - 1, d);
                 for (int i = 0; i < 3; i++) {
                     along += (double)d[i] * l->direction[i];
                     u += (double)d[i] * l->axis_u[i];
@@ -4372,19 +4370,15 @@ static const char lightprobe__glsl_cells[] =
     "};\n"
     "layout(binding = LIGHTPROBE_UNIT) uniform samplerCube probe;\n"
     "\n"
-    "int level_side(int level)\n"
-    "{\n"
-    "    return (SIDE + (1 << level) - 1) >> level;\n"
-    "}\n"
     "int cell_index(int level, int face, int x, int y)\n"
     "{\n"
-    "    int n = level_side(level);\n"
+    "    int n = lightprobe_level_side(SIDE, level);\n"
     "    return first_cell[level] + (face * n + y) * n + x;\n"
     "}\n"
     "// A cell from the (up to) four of the level below.\n"
     "void halve(int level, int face, int x, int y)\n"
     "{\n"
-    "    int m = level_side(level - 1), from = cell_index(level - 1, face, 2 * x, 2 * y);\n"
+    "    int m = lightprobe_level_side(SIDE, level - 1), from = cell_index(level - 1, face, 2 * x, 2 * y);\n"
     "    precise lightprobe_cell sum = cells[from];\n"
     "    for (int i = 1; i < rolled(4); i++) {\n"
     "        if (2 * x + i % 2 >= m || 2 * y + i / 2 >= m) continue;\n"
@@ -4392,12 +4386,6 @@ static const char lightprobe__glsl_cells[] =
     "        sum.resultant += cells[from + i / 2 * m + i % 2].resultant;\n"
     "    }\n"
     "    cells[cell_index(level, face, x, y)] = sum;\n"
-    "}\n"
-    "vec3 to_world(int face, float m, float s, float t)\n"
-    "{\n"
-    "    if (face < 2) return face == 0 ? vec3(m, -t, -s) : vec3(-m, -t, s);\n"
-    "    if (face < 4) return face == 2 ? vec3(s, m, t) : vec3(s, -m, -t);\n"
-    "    return face == 4 ? vec3(s, -t, m) : vec3(-s, -t, -m);\n"
     "}\n"
     "vec2 weights_of(int x, int y)\n"
     "{\n"
@@ -4407,7 +4395,8 @@ static const char lightprobe__glsl_cells[] =
     "// 1 is added to bad where a channel is negative, NaN or infinite; it counts as 0. The fourth: distance.\n"
     "vec4 read_texel(int face, int x, int y, inout int bad)\n"
     "{\n"
-    "    vec3 to = to_world(face, 1.0, lightprobe_centre(SIDE, x), lightprobe_centre(SIDE, y));\n"
+    "    vec3 to;\n"
+    "    lightprobe_to_world(face, 1.0, lightprobe_centre(SIDE, x), lightprobe_centre(SIDE, y), to);\n"
     "    vec4 rgb = textureLod(probe, to, float(stage));\n"
     "    if (DISTANCES == 0 || !(floatBitsToUint(rgb.a) < 0x7f800000u)) rgb.a = 0.0;\n"
     "    uvec3 bits = floatBitsToUint(rgb.rgb);\n"
@@ -4500,7 +4489,7 @@ static const char lightprobe__glsl_tiles[] =
     "    ivec3 l = ivec3(gl_LocalInvocationID);\n"
     "    if (p.x < TILES && p.y < TILES) sum_tile(p);\n"
     "    for (int up = 1; up <= min(TOP - LIGHTPROBE_TILE_LEVEL, 3); up++) {\n"
-    "        int level = LIGHTPROBE_TILE_LEVEL + up, n = level_side(level), side = 8 >> up;\n"
+    "        int level = LIGHTPROBE_TILE_LEVEL + up, n = lightprobe_level_side(SIDE, level), side = 8 >> up;\n"
     "        int x = side * group.x + l.x, y = side * group.y + l.y;\n"
     "        sync();\n"
     "        if (l.x < side && l.y < side && x < n && y < n) halve(level, p.z, x, y);\n"
@@ -4514,7 +4503,7 @@ static const char lightprobe__glsl_leaves[] =
     "\n"
     "void find_total()\n"
     "{\n"
-    "    int level = min(TOP, LIGHTPROBE_TILE_LEVEL + 1), n = level_side(level);\n"
+    "    int level = min(TOP, LIGHTPROBE_TILE_LEVEL + 1), n = lightprobe_level_side(SIDE, level);\n"
     "    vec2 all[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0));\n"
     "    for (int i = lane; i < 6 * n * n; i += GROUP)\n"
     "        for (int c = 0; c < 3; c++) lightprobe_add(all[c], cells[first_cell[level] + i].flux[c]);\n"
@@ -4545,17 +4534,8 @@ static const char lightprobe__glsl_leaves[] =
     "    lightprobe_cell cell;\n"
     "    if (level < LIGHTPROBE_TILE_LEVEL) cell = small_cell(face, level, x, y);\n"
     "    else cell = cells[cell_index(level, face, x, y)];\n"
-    "    vec3 resultant = to_world(face, cell.resultant.x, cell.resultant.y, cell.resultant.z);\n"
-    "    lightprobe_leaf leaf =\n"
-    "        lightprobe_leaf_of(cell, resultant, mean, reach, face, level, x, y);\n"
-    "    if (!(leaf.strength > 0.0)) {\n"
-    "        float s = lightprobe_cell_middle(SIDE, level, x);\n"
-    "        float t = lightprobe_cell_middle(SIDE, level, y);\n"
-    "        precise float scale = 1.0 / sqrt(1.0 + s * s + t * t);\n"
-    "        leaf.direction = to_world(face, scale, scale * s, scale * t);\n"
-    "    }\n"
-    "    leaves[i] = leaf;\n"
-    "    leaf_errors[i] = level > 0 ? lightprobe_leaf_error(leaf) : -1.0;\n"
+    "    leaves[i] = lightprobe_leaf_of(cell, mean, reach, SIDE, face, level, x, y);\n"
+    "    leaf_errors[i] = level > 0 ? lightprobe_leaf_error(leaves[i]) : -1.0;\n"
     "}\n"
     "// Six faces, then again and again the parts of a leaf, the first of them in its place.\n"
     "void make_leaves()\n"
@@ -4578,7 +4558,7 @@ static const char lightprobe__glsl_leaves[] =
     "        x = 2 * leaves[at].x + lane % 2;\n"
     "        y = 2 * leaves[at].y + lane / 2;\n"
     "        place = -1;\n"
-    "        int n = level_side(level), x0 = x - lane % 2, y0 = y - lane / 2;\n"
+    "        int n = lightprobe_level_side(SIDE, level), x0 = x - lane % 2, y0 = y - lane / 2;\n"
     "        for (int k = 0; k < 4; k++) {\n"
     "            if (x0 + k % 2 >= n || y0 + k / 2 >= n) continue;\n"
     "            if (lane == k) place = k == 0 ? at : count;\n"
@@ -4591,7 +4571,7 @@ static const char lightprobe__glsl_leaves[] =
     "void main()\n"
     "{\n"
     "    for (int level = LIGHTPROBE_TILE_LEVEL + 4; level <= TOP; level++) {\n"
-    "        int n = level_side(level);\n"
+    "        int n = lightprobe_level_side(SIDE, level);\n"
     "        for (int i = lane; i < 6 * n * n; i += GROUP)\n"
     "            halve(level, i / (n * n), i % n, i / n % n);\n"
     "        sync();\n"
@@ -4777,24 +4757,17 @@ static const char lightprobe__glsl_gather[] =
 // lightprobe__plan_split for several clusters at once, each by as many lanes as there are bins.
 static const char lightprobe__glsl_plan[] =
     "layout(local_size_x = GROUP) in;\n"
-    "shared lightprobe_sum bins[GROUP], tone_bins[GROUP];\n"
+    "shared lightprobe_sum bins[2 * GROUP]; // along the axis, then by tone\n"
+    "shared float costs[2 * GROUP];\n"
     "shared vec2 profiles[GROUP];\n"
-    "shared float tone_values[GROUP];\n"
     "\n"
-    "// Cost of the cut behind this lane's bin; first: that of the lane of bin 0.\n"
-    "float cut_cost(bool by_tone, int first)\n"
+    "// Cost of the cut behind a bin; first: bin 0.\n"
+    "float cut_cost(int first, int bin)\n"
     "{\n"
     "    lightprobe_sum below = lightprobe_nothing(), above = below;\n"
-    "    for (int i = first; i <= lane; i++) {\n"
-    "        lightprobe_sum bin = bins[i];\n"
-    "        if (by_tone) bin = tone_bins[i];\n"
-    "        below = lightprobe_add_sum(below, bin);\n"
-    "    }\n"
-    "    for (int i = first + LIGHTPROBE_BINS - 1; i > lane; i--) {\n"
-    "        lightprobe_sum bin = bins[i];\n"
-    "        if (by_tone) bin = tone_bins[i];\n"
-    "        above = lightprobe_add_sum(above, bin);\n"
-    "    }\n"
+    "    for (int i = first; i <= bin; i++) below = lightprobe_add_sum(below, bins[i]);\n"
+    "    for (int i = first + LIGHTPROBE_BINS - 1; i > bin; i--)\n"
+    "        above = lightprobe_add_sum(above, bins[i]);\n"
     "    return lightprobe_cut_cost(below, above, total);\n"
     "}\n"
     "// k: the cluster of these lanes, or -1: then they only keep step.\n"
@@ -4823,11 +4796,11 @@ static const char lightprobe__glsl_plan[] =
     "        if (lightprobe_bin(tone, leaf) == bin) own_tone = lightprobe_add_leaf(own_tone, leaf);\n"
     "    }\n"
     "    bins[lane] = own;\n"
-    "    tone_bins[lane] = own_tone;\n"
+    "    bins[GROUP + lane] = own_tone;\n"
     "    profiles[lane] = profile;\n"
     "    sync();\n"
-    "    values[lane] = along.scale > 0.0 ? cut_cost(false, zero) : FLT_MAX;\n"
-    "    tone_values[lane] = tone.scale > 0.0 ? cut_cost(true, zero) : FLT_MAX;\n"
+    "    costs[lane] = along.scale > 0.0 ? cut_cost(zero, lane) : FLT_MAX;\n"
+    "    costs[GROUP + lane] = tone.scale > 0.0 ? cut_cost(GROUP + zero, GROUP + lane) : FLT_MAX;\n"
     "    sync();\n"
     "    if (bin == 0 && k >= 0) {\n"
     "        float least = FLT_MAX, below_u[LIGHTPROBE_BINS], below_v[LIGHTPROBE_BINS];\n"
@@ -4835,7 +4808,7 @@ static const char lightprobe__glsl_plan[] =
     "        for (int i = 0; i < rolled(2 * LIGHTPROBE_BINS); i++) {\n"
     "            int at = i % LIGHTPROBE_BINS;\n"
     "            bool by_tone = i >= LIGHTPROBE_BINS;\n"
-    "            float cost = by_tone ? tone_values[lane + at] : values[lane + at];\n"
+    "            float cost = costs[lane + at + (by_tone ? GROUP : 0)];\n"
     "            if (at == LIGHTPROBE_BINS - 1 || cost >= least) continue;\n"
     "            least = cost;\n"
     "            axis = along;\n"
@@ -4892,15 +4865,11 @@ static const char lightprobe__glsl_divide[] =
     "    while (i < end) {\n"
     "        int index = order[i];\n"
     "        lightprobe_leaf leaf = leaves[index];\n"
-    "        bool beyond = !(lightprobe_along(axis, leaf) < axis.threshold);\n"
-    "        lightprobe_sum sum = near_part;\n"
-    "        if (beyond) sum = far_part;\n"
-    "        sum = lightprobe_add_leaf(sum, leaf);\n"
-    "        if (!beyond) {\n"
-    "            near_part = sum;\n"
+    "        if (lightprobe_along(axis, leaf) < axis.threshold) {\n"
+    "            near_part = lightprobe_add_leaf(near_part, leaf);\n"
     "            i++;\n"
     "        } else {\n"
-    "            far_part = sum;\n"
+    "            far_part = lightprobe_add_leaf(far_part, leaf);\n"
     "            leaves[index].cluster = fresh;\n"
     "            order[i] = order[--end];\n"
     "            order[end] = index;\n"
@@ -5453,7 +5422,7 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
              "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
              "#define UNIT uintBitsToFloat(%uu)\n"
              "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n#define DISTANCES %d\n",
-             d->side, (d->side + 1) / 2, lightprobe__level_side(d->side, LIGHTPROBE_TILE_LEVEL),
+             d->side, (d->side + 1) / 2, lightprobe_level_side(d->side, LIGHTPROBE_TILE_LEVEL),
              gl->top, d->max_lights, gl->leaves, gl->splits, lightprobe__bits_of(d->tolerance),
              lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
              lightprobe__bits_of(lightprobe__unit(d->max_lights)), d->first_buffer_binding,
@@ -5602,7 +5571,7 @@ lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_d
     lightprobe__layout(&w, NULL, g->desc.side, g->desc.max_lights);
     g->top = w.top;
     for (int level = LIGHTPROBE_TILE_LEVEL; level <= g->top; level++) {
-        const int n = lightprobe__level_side(g->desc.side, level);
+        const int n = lightprobe_level_side(g->desc.side, level);
         g->first_cell[level] = g->cells;
         g->cells += 6 * n * n;
     }
@@ -5798,7 +5767,7 @@ static void lightprobe__divide_all(const lightprobe_gl *gl)
 // The steps of lightprobe__best, and sums over texels before them.
 static void lightprobe__run(const lightprobe_gl *gl, int mip)
 {
-    const int tiles = lightprobe__level_side(gl->desc.side, LIGHTPROBE_TILE_LEVEL);
+    const int tiles = lightprobe_level_side(gl->desc.side, LIGHTPROBE_TILE_LEVEL);
     lightprobe__dispatch(gl, LIGHTPROBE__TILES, mip, (unsigned)(tiles + 7) / 8, 6);
     lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE_FACES, mip, 1, 1);
     lightprobe__dispatch(gl, LIGHTPROBE__GATHER,
@@ -6666,6 +6635,31 @@ static const char *lightprobe__quote_cells(void)
 {
     return
     // [glsl text begin cells] made by "make glsl", do not edit
+    "// Vector with components along a face's middle, +s and +t. 0 is added so that nothing becomes -0.\n"
+    "LIGHTPROBE_SHARED void lightprobe_to_world(int face, float m, float s, float t,\n"
+    "                                           LIGHTPROBE_OUT lightprobe_vec3 v)\n"
+    "{\n"
+    "    int axis = face / 2;\n"
+    "    float sign = face % 2 == 0 ? 1.0f : -1.0f;\n"
+    "    v[0] = 0.0f + (axis == 0 ? sign * m : face == 5 ? -s : s);\n"
+    "    v[1] = 0.0f + (axis == 1 ? sign * m : -t);\n"
+    "    v[2] = 0.0f + sign * (axis == 0 ? -s : axis == 1 ? t : m);\n"
+    "}\n"
+    "\n"
+    "void lightprobe_texel_direction(int face, float s, float t,\n"
+    "                                LIGHTPROBE_OUT lightprobe_vec3 direction)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float scale = 1.0f / sqrtf(1.0f + s * s + t * t);\n"
+    "    int nearest = face < 0 ? 0 : face < 5 ? face : 5;\n"
+    "    lightprobe_to_world(nearest, scale, scale * s, scale * t, direction);\n"
+    "}\n"
+    "\n"
+    "// Cells of 2^level texels along an edge.\n"
+    "LIGHTPROBE_SHARED int lightprobe_level_side(int side, int level)\n"
+    "{\n"
+    "    return (side + (1 << level) - 1) >> level;\n"
+    "}\n"
+    "\n"
     "// Centre of a texel in [-1,1].\n"
     "LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)\n"
     "{\n"
@@ -6709,10 +6703,17 @@ static const char *lightprobe__quote_cells(void)
     "    return leaf.luminance - leaf.strength;\n"
     "}\n"
     "\n"
-    "// resultant: of the cell, in the world's axes. Of a black cell the direction is null.\n"
-    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell,\n"
-    "                                                     const lightprobe_vec3 resultant, float mean,\n"
-    "                                                     float reach, int face, int level, int x, int y)\n"
+    "// Middle of a cell on its face; 1 where it is cut off before that.\n"
+    "LIGHTPROBE_SHARED float lightprobe_cell_middle(int side, int level, int x)\n"
+    "{\n"
+    "    float h = LIGHTPROBE_FLOAT(2 << level) / LIGHTPROBE_FLOAT(side);\n"
+    "    LIGHTPROBE_PRECISE float s = (LIGHTPROBE_FLOAT(x) + 0.5f) * h - 1.0f;\n"
+    "    return s < 1.0f ? s : 1.0f;\n"
+    "}\n"
+    "\n"
+    "// The leaf of a cell. A black one must belong somewhere, too: its direction is that of its middle.\n"
+    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, float mean, float reach,\n"
+    "                                                     int side, int face, int level, int x, int y)\n"
     "{\n"
     "    lightprobe_leaf leaf;\n"
     "    leaf.face = face;\n"
@@ -6721,7 +6722,8 @@ static const char *lightprobe__quote_cells(void)
     "    leaf.y = y;\n"
     "    leaf.cluster = 0;\n"
     "    for (int i = 0; i < 3; i++) leaf.flux[i] = cell.flux[i];\n"
-    "    for (int i = 0; i < 3; i++) leaf.direction[i] = resultant[i];\n"
+    "    lightprobe_to_world(face, cell.resultant[0], cell.resultant[1], cell.resultant[2],\n"
+    "                        leaf.direction);\n"
     "    leaf.solid_angle = cell.flux[3];\n"
     "    leaf.luminance = lightprobe_luminance(leaf.flux);\n"
     "    leaf.strength = lightprobe_normalize(leaf.direction);\n"
@@ -6736,15 +6738,10 @@ static const char *lightprobe__quote_cells(void)
     "    LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far\n"
     "    leaf.tone = tone;\n"
     "    leaf.least = leaf.parts = 0.0f;\n"
+    "    if (!(leaf.strength > 0.0f))\n"
+    "        lightprobe_texel_direction(face, lightprobe_cell_middle(side, level, x),\n"
+    "                                   lightprobe_cell_middle(side, level, y), leaf.direction);\n"
     "    return leaf;\n"
-    "}\n"
-    "\n"
-    "// Middle of a cell on its face; 1 where it is cut off before that.\n"
-    "LIGHTPROBE_SHARED float lightprobe_cell_middle(int side, int level, int x)\n"
-    "{\n"
-    "    float h = LIGHTPROBE_FLOAT(2 << level) / LIGHTPROBE_FLOAT(side);\n"
-    "    LIGHTPROBE_PRECISE float s = (LIGHTPROBE_FLOAT(x) + 0.5f) * h - 1.0f;\n"
-    "    return s < 1.0f ? s : 1.0f;\n"
     "}\n"
     // [glsl text end]
         ;

@@ -438,7 +438,7 @@ static void cells_are_sums_over_their_texels(void)
         const double least = (double)oracle_solid_angle(sides[i], 0, 0) / 16;
         double total[3] = {0}, flux[4], vector[3];
         for (int level = 0; level <= p.work.top; level++) {
-            const int n = lightprobe__level_side(sides[i], level);
+            const int n = lightprobe_level_side(sides[i], level);
             for (int k = 0; k<6 * n * n; k += n> 16 ? 17 : 1) {
                 const int face = k / (n * n), y = k / n % n, x = k % n;
                 const lightprobe_cell cell = lightprobe__cell_at(&p.work, face, level, x, y);
