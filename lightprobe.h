@@ -2840,20 +2840,6 @@ LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_vec3 d, LIGHTPROBE_OUT 
     }
 }
 
-// When all leaves have been added.
-LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region)
-{
-    lightprobe_region r = region;
-    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);
-    // Light from all around has no direction: any will do.
-    float size = lightprobe_normalize(r.d);
-    if (size < 1e-36f) lightprobe_normalize(r.d); // the length of denormal numbers has few digits
-    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++)
-        r.d[i] = i == 1 ? 1.0f : 0.0f;
-    lightprobe_frame(r.d, r.e, r.f);
-    return r;
-}
-
 // Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is
 // spread evenly around its mean direction, as far as the length of the vector irradiance tells.
 LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region,
@@ -2940,13 +2926,23 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region
     return r;
 }
 
-LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late_second(lightprobe_region region,
-                                                               lightprobe_moments late)
+// When all leaves have been added. jumps: nothing fades that the light has besides them.
+LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region,
+                                                      lightprobe_cluster c, int jumps)
 {
     lightprobe_region r = region;
-    LIGHTPROBE_ADD(r.second[0], lightprobe_product(late.second, r.e, r.e));
-    LIGHTPROBE_ADD(r.second[1], lightprobe_product(late.second, r.f, r.f));
-    LIGHTPROBE_ADD(r.second[2], lightprobe_product(late.second, r.e, r.f));
+    if (jumps == 0) r = lightprobe_add_late(r, c.late, c.longest, c.distance);
+    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);
+    // Light from all around has no direction: any will do.
+    float size = lightprobe_normalize(r.d);
+    if (size < 1e-36f) lightprobe_normalize(r.d); // the length of denormal numbers has few digits
+    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++)
+        r.d[i] = i == 1 ? 1.0f : 0.0f;
+    lightprobe_frame(r.d, r.e, r.f);
+    if (jumps != 0) return r;
+    LIGHTPROBE_ADD(r.second[0], lightprobe_product(c.late.second, r.e, r.e));
+    LIGHTPROBE_ADD(r.second[1], lightprobe_product(c.late.second, r.f, r.f));
+    LIGHTPROBE_ADD(r.second[2], lightprobe_product(c.late.second, r.e, r.f));
     return r;
 }
 
@@ -3308,13 +3304,8 @@ static void lightprobe__sum_regions(lightprobe__work *w, int shared)
 {
     for (int k = 0; k < w->cluster_count; k++) w->regions[k] = lightprobe_no_region();
     lightprobe__give_all(w, shared, 0);
-    for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe_cluster *c = w->clusters + k;
-        if (!w->jumps)
-            w->regions[k] = lightprobe_add_late(w->regions[k], c->late, c->longest, c->distance);
-        w->regions[k] = lightprobe_direct(w->regions[k]);
-        if (!w->jumps) w->regions[k] = lightprobe_add_late_second(w->regions[k], c->late);
-    }
+    for (int k = 0; k < w->cluster_count; k++)
+        w->regions[k] = lightprobe_direct(w->regions[k], w->clusters[k], w->jumps);
     lightprobe__give_all(w, shared, 1);
 }
 
@@ -3341,11 +3332,10 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
     for (int i = 0; i < count; i++) {
         const int k = w->order[i];
         const float pace = w->jumps || w->clusters[k].id < 0 ? 0 : w->pace;
-        out[i] = lightprobe_light_of(w->regions[k]);
         lightprobe_tilt tilt = lightprobe_no_tilt(w->regions[k]);
         for (int leaf = 0; w->distances && leaf < w->leaf_count; leaf++)
             tilt = lightprobe_add_tilt(tilt, w->regions[k], w->leaves[leaf]);
-        out[i] = lightprobe_tilted(out[i], w->regions[k], tilt);
+        out[i] = lightprobe_tilted(lightprobe_light_of(w->regions[k]), w->regions[k], tilt);
         out[i] = lightprobe_carry_on(out[i], w->clusters[k], pace, w->fading, w->total_luminance);
         out[i].id = w->clusters[k].id < 0 ? next_id++ : w->clusters[k].id;
     }
@@ -3543,6 +3533,11 @@ const char *lightprobe_result_string(lightprobe_result result)
 
 // ---- GLSL texts: what stands around the quotes of >>generated ---- >>texts
 
+#if defined __GNUC__
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Woverlength-strings"
+#endif
+
 // clang-format off
 // Names that stand for what C and GLSL call differently (>>math).
 #define LIGHTPROBE__C_NAMES \
@@ -3710,8 +3705,7 @@ int lightprobe_image_side(const lightprobe_image *image)
     const int layout = image ? lightprobe__layout_of(image) : 0;
     const int w = layout ? image->width : 0, h = layout ? image->height : 0;
     if (layout == LIGHTPROBE_LAT_LONG) return w > 4 ? w / 4 : 1;
-    if (layout == LIGHTPROBE_CROSS) return (w > h ? w : h) / 4;
-    return (w > h ? w : h) / 6;
+    return (w > h ? w : h) / (layout == LIGHTPROBE_CROSS ? 4 : 6);
 }
 
 // ---- From panoramas ---- >>panoramas
@@ -3851,14 +3845,11 @@ static void lightprobe__panorama_texel(const lightprobe__picture *picture, int f
 {
     lightprobe__picture p = *picture;
     lightprobe__edge edge[4];
-    lightprobe__footprint t;
     p.flip = face == 3;
     const double low = p.flip ? -t1 : t0, high = p.flip ? -t0 : t1;
     const int count = lightprobe__edges(face, s0, low, s1, high, edge);
     const double omega = lightprobe__solid_angle(s0, t0, s1, t1);
-    memset(&t, 0, sizeof t);
-    t.picture = &p;
-    t.top = p.image->height;
+    lightprobe__footprint t = {&p, {0}, p.image->height, 0, {0}};
     for (int i = 0; i < count; i++) {
         const double k = edge[i].k, steepest = edge[i].from * edge[i].to < 0 ? 1 : cos(edge[i].to);
         const double most = fmax(k * cos(edge[i].from), k * steepest);
@@ -3958,29 +3949,28 @@ static void lightprobe__over_peaks(lightprobe__removal *r, int take)
     const double most_v = fmax(l->tan_half_v, 1.0 / r->side) * r->reach;
     float *texel = r->texels;
     for (int c = 0; c < 3; c++) r->above[c] = r->omega[c] = 0;
-    for (int face = 0; face < 6; face++) {
-        for (int y = 0; y < r->side; y++) {
-            for (int x = 0; x < r->side; x++, texel += 3) {
-                double along = 0, u = 0, v = 0;
-                float d[3];
-                lightprobe_to_world(face, 1, (float)(2 * x + 1) / (float)r->side - 1,
-                                    (float)(2 * y + 1) / (float)r->side - 1, d);
-                for (int i = 0; i < 3; i++) {
-                    along += (double)d[i] * l->direction[i];
-                    u += (double)d[i] * l->axis_u[i];
-                    v += (double)d[i] * l->axis_v[i];
-                }
-                if (r->reach > 0 &&
-                    !(along > 0 && fabs(u) <= most_u * along && fabs(v) <= most_v * along))
-                    continue;
-                const double omega = lightprobe_texel_solid_angle(r->side, x, y);
-                for (int c = 0; c < 3; c++) {
-                    const double peak = texel[c] - r->level[c];
-                    if (!(peak > 0)) continue;
-                    r->above[c] += omega * peak;
-                    r->omega[c] += omega;
-                    if (take) texel[c] = (float)(texel[c] - r->share[c] * peak);
-                }
+    for (int row = 0; row < 6 * r->side; row++) {
+        const int face = row / r->side, y = row % r->side;
+        for (int x = 0; x < r->side; x++, texel += 3) {
+            double along = 0, u = 0, v = 0;
+            float d[3];
+            lightprobe_to_world(face, 1, (float)(2 * x + 1) / (float)r->side - 1,
+                                (float)(2 * y + 1) / (float)r->side - 1, d);
+            for (int i = 0; i < 3; i++) {
+                along += (double)d[i] * l->direction[i];
+                u += (double)d[i] * l->axis_u[i];
+                v += (double)d[i] * l->axis_v[i];
+            }
+            if (r->reach > 0 &&
+                !(along > 0 && fabs(u) <= most_u * along && fabs(v) <= most_v * along))
+                continue;
+            const double omega = lightprobe_texel_solid_angle(r->side, x, y);
+            for (int c = 0; c < 3; c++) {
+                const double peak = texel[c] - r->level[c];
+                if (!(peak > 0)) continue;
+                r->above[c] += omega * peak;
+                r->omega[c] += omega;
+                if (take) texel[c] = (float)(texel[c] - r->share[c] * peak);
             }
         }
     }
@@ -3988,11 +3978,7 @@ static void lightprobe__over_peaks(lightprobe__removal *r, int take)
 
 static void lightprobe__remove(float *texels, int side, const lightprobe_light *light)
 {
-    lightprobe__removal r;
-    memset(&r, 0, sizeof r);
-    r.light = light;
-    r.texels = texels;
-    r.side = side;
+    lightprobe__removal r = {light, texels, side, 0, {0}, {0}, {0}, {0}};
     for (r.reach = 1;; r.reach *= 1.5) {
         if (r.reach > 1000) r.reach = 0;
         lightprobe__over_peaks(&r, 0);
@@ -4227,11 +4213,6 @@ struct lightprobe_gl {
     unsigned given;   // number of the one that was read last
     int again;        // go on from previous lights
 };
-
-#if defined __GNUC__
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Woverlength-strings"
-#endif
 
 // ---- GLSL by hand, each text for the C of its name ---- >>shaders
 
@@ -5114,11 +5095,7 @@ static const char lightprobe__glsl_write[] =
     "            if (turn == 0) region = lightprobe_add_region(region, given);\n"
     "            else region = lightprobe_add_second(region, given);\n"
     "        }\n"
-    "        if (turn == 1) break;\n"
-    "        if (jumps == 0)\n"
-    "            region = lightprobe_add_late(region, clusters[k].late, clusters[k].longest, clusters[k].distance);\n"
-    "        region = lightprobe_direct(region);\n"
-    "        if (jumps == 0) region = lightprobe_add_late_second(region, clusters[k].late);\n"
+    "        if (turn == 0) region = lightprobe_direct(region, clusters[k], jumps);\n"
     "    }\n"
     "    lightprobe_tilt tilt = lightprobe_no_tilt(region);\n"
     "    for (int leaf = 0; leaf < min(DISTANCES, 1) * leaf_count; leaf++)\n"
@@ -5230,10 +5207,6 @@ static const char lightprobe__glsl_write[] =
     "    made.residual_sh[0] = 0.25 * made.residual;\n"
     "}\n";
 // clang-format on
-#if defined __GNUC__
-#pragma GCC diagnostic pop
-#endif
-
 // ---- Loader, log, programs ---- >>plumbing
 
 static const struct {
@@ -5415,19 +5388,19 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
         at += snprintf(defines + at, sizeof defines - (size_t)at, "%d%s", gl->first_cell[level],
                        level < gl->top ? ", " : ");\n");
     // Floats by their bits: there are countries where printf has no point.
-    snprintf(defines + at, sizeof defines - (size_t)at,
-             "#define SIDE %d\n#define HALF %d\n#define TILES %d\n#define TOP %d\n"
-             "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
-             "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
-             "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
-             "#define UNIT uintBitsToFloat(%uu)\n"
-             "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n#define DISTANCES %d\n",
-             d->side, (d->side + 1) / 2, lightprobe_level_side(d->side, LIGHTPROBE_TILE_LEVEL),
-             gl->top, d->max_lights, gl->leaves, gl->splits, lightprobe__bits_of(d->tolerance),
-             lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
-             lightprobe__bits_of(lightprobe__unit(d->max_lights)), d->first_buffer_binding,
-             d->first_texture_unit, d->distances);
-    at = (int)strlen(defines);
+    at += snprintf(
+        defines + at, sizeof defines - (size_t)at,
+        "#define SIDE %d\n#define HALF %d\n#define TILES %d\n#define TOP %d\n"
+        "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
+        "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
+        "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
+        "#define UNIT uintBitsToFloat(%uu)\n"
+        "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n#define DISTANCES %d\n",
+        d->side, (d->side + 1) / 2, lightprobe_level_side(d->side, LIGHTPROBE_TILE_LEVEL), gl->top,
+        d->max_lights, gl->leaves, gl->splits, lightprobe__bits_of(d->tolerance),
+        lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
+        lightprobe__bits_of(lightprobe__unit(d->max_lights)), d->first_buffer_binding,
+        d->first_texture_unit, d->distances);
     for (int i = 1; i < LIGHTPROBE__BINDINGS; i++) // some compilers want a number there, not a sum
         at += snprintf(defines + at, sizeof defines - (size_t)at,
                        "#define LIGHTPROBE_BINDING%d %d\n", i, d->first_buffer_binding + i);
@@ -5980,11 +5953,6 @@ lightprobe_result lightprobe_uniforms(const lightprobe_light *lights, int count,
 // GLSL texts, quoted from the C above by `make glsl`: nothing to read, nothing to edit >>generated
 // clang-format off
 // ================================================================================================
-
-#if defined __GNUC__
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Woverlength-strings"
-#endif
 
 const char *lightprobe_glsl_math(void)
 {
@@ -7312,20 +7280,6 @@ static const char *lightprobe__quote_lights(void)
     "    }\n"
     "}\n"
     "\n"
-    "// When all leaves have been added.\n"
-    "LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region)\n"
-    "{\n"
-    "    lightprobe_region r = region;\n"
-    "    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
-    "    // Light from all around has no direction: any will do.\n"
-    "    float size = lightprobe_normalize(r.d);\n"
-    "    if (size < 1e-36f) lightprobe_normalize(r.d); // the length of denormal numbers has few digits\n"
-    "    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++)\n"
-    "        r.d[i] = i == 1 ? 1.0f : 0.0f;\n"
-    "    lightprobe_frame(r.d, r.e, r.f);\n"
-    "    return r;\n"
-    "}\n"
-    "\n"
     "// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is\n"
     "// spread evenly around its mean direction, as far as the length of the vector irradiance tells.\n"
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region,\n"
@@ -7412,13 +7366,23 @@ static const char *lightprobe__quote_lights(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late_second(lightprobe_region region,\n"
-    "                                                               lightprobe_moments late)\n"
+    "// When all leaves have been added. jumps: nothing fades that the light has besides them.\n"
+    "LIGHTPROBE_SHARED lightprobe_region lightprobe_direct(lightprobe_region region,\n"
+    "                                                      lightprobe_cluster c, int jumps)\n"
     "{\n"
     "    lightprobe_region r = region;\n"
-    "    LIGHTPROBE_ADD(r.second[0], lightprobe_product(late.second, r.e, r.e));\n"
-    "    LIGHTPROBE_ADD(r.second[1], lightprobe_product(late.second, r.f, r.f));\n"
-    "    LIGHTPROBE_ADD(r.second[2], lightprobe_product(late.second, r.e, r.f));\n"
+    "    if (jumps == 0) r = lightprobe_add_late(r, c.late, c.longest, c.distance);\n"
+    "    for (int i = 0; i < 3; i++) r.d[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
+    "    // Light from all around has no direction: any will do.\n"
+    "    float size = lightprobe_normalize(r.d);\n"
+    "    if (size < 1e-36f) lightprobe_normalize(r.d); // the length of denormal numbers has few digits\n"
+    "    for (int i = 0; i < 3 && size <= 1e-9f * LIGHTPROBE_VALUE(r.luminance); i++)\n"
+    "        r.d[i] = i == 1 ? 1.0f : 0.0f;\n"
+    "    lightprobe_frame(r.d, r.e, r.f);\n"
+    "    if (jumps != 0) return r;\n"
+    "    LIGHTPROBE_ADD(r.second[0], lightprobe_product(c.late.second, r.e, r.e));\n"
+    "    LIGHTPROBE_ADD(r.second[1], lightprobe_product(c.late.second, r.f, r.f));\n"
+    "    LIGHTPROBE_ADD(r.second[2], lightprobe_product(c.late.second, r.e, r.f));\n"
     "    return r;\n"
     "}\n"
     "\n"
