@@ -3787,7 +3787,6 @@ static void lightprobe__piece(lightprobe__footprint *t, int column, double k, li
 typedef struct lightprobe__edge {
     double middle, k; // azimuth of u = 0, from the panorama's middle
     double from, to;  // u
-    double sign;
 } lightprobe__edge;
 
 static void lightprobe__along_edge(lightprobe__footprint *t, const lightprobe__edge *e)
@@ -3795,7 +3794,7 @@ static void lightprobe__along_edge(lightprobe__footprint *t, const lightprobe__e
     const lightprobe__picture *p = t->picture;
     const int columns = p->image->width;
     const double width = 2 * lightprobe__pi / columns, left = e->middle + lightprobe__pi;
-    const double end = fmax(e->from, e->to), sign = e->from < e->to ? e->sign : -e->sign;
+    const double end = fmax(e->from, e->to), sign = e->from < e->to ? 1 : -1;
     lightprobe__point a = lightprobe__point_at(e->k, fmin(e->from, e->to));
     a.row = lightprobe__row(p, a.tangent);
     for (int column = (int)((left + a.u) / width); a.u < end;) {
@@ -3821,20 +3820,20 @@ static int lightprobe__edges(int face, double s0, double t0, double s1, double t
     const double quarter = lightprobe__pi / 2;
     int count = 0;
     if (face != 2 && face != 3) {
-        for (int i = 0; i < 2; i++) {
-            const lightprobe__edge e = {quarters[face] * quarter, i ? -t0 : -t1, -atan(s1),
-                                        -atan(s0), i ? -1.0 : 1.0};
-            edge[count++] = e;
-        }
-        return count;
+        const double middle = quarters[face] * quarter, right = -atan(s0), left = -atan(s1);
+        const lightprobe__edge lower = {middle, -t1, left, right},
+                               upper = {middle, -t0, right, left};
+        edge[0] = lower;
+        edge[1] = upper;
+        return 2;
     }
     const double corner[5][2] = {{s0, t0}, {s1, t0}, {s1, t1}, {s0, t1}, {s0, t0}};
     for (int i = 0; i < 4; i++) {
         const int along_t = i & 1;
         const double at = corner[i][!along_t]; // the coordinate that stays
         const double a = corner[i][along_t] / at, b = corner[i + 1][along_t] / at;
-        const lightprobe__edge s = {at < 0 ? 0 : 2 * quarter, 1 / fabs(at), atan(-a), atan(-b), 1};
-        const lightprobe__edge t = {at < 0 ? -quarter : quarter, 1 / fabs(at), atan(a), atan(b), 1};
+        const lightprobe__edge s = {at < 0 ? 0 : 2 * quarter, 1 / fabs(at), atan(-a), atan(-b)};
+        const lightprobe__edge t = {at < 0 ? -quarter : quarter, 1 / fabs(at), atan(a), atan(b)};
         if (at != 0) edge[count++] = along_t ? t : s;
     }
     return count;
