@@ -620,9 +620,8 @@ lightprobe_light lightprobe_sphere_at(lightprobe_light light, float x, float y, 
     float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);
     float scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
     if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;
-    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a
-    // small one. In units of the centre's distance: the way there, its square, and the radius'
-    // square.
+    // The probe sees its surface, of a small one on average 2/3 of the radius before its centre. In
+    // units of the centre's distance: the way there, its square, and the radius' square.
     scale *= 1.0f - 0.6666667f * sqrtf(radius2);
     float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;
     float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;
@@ -744,8 +743,7 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 // Leaves to make so many lights from: enough that few lights have a choice. Four times as many take
 // a tenth off the error of 32 lights and double the time.
 #define LIGHTPROBE__LEAVES(lights) ((lights) + 200)
-// Room to divide all cells of the same error or none, so that a turned probe gives the same leaves; errors
-// are the same without.
+// Room to divide all cells of the same error or none: so a turned probe gives the same leaves.
 #define LIGHTPROBE_MORE_LEAVES 96
 #define LIGHTPROBE_ROUNDS 3 // of relaxation: none errs 5 to 16% more, two up to 1%
 // One e-fold of radiance counts as much as so many radians: what keeps a sun out of its haze. From
@@ -1102,8 +1100,7 @@ LIGHTPROBE_SHARED float lightprobe_to_viewer(lightprobe_lobe lobe, const lightpr
 }
 
 // Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the
-// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole
-// edges.
+// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of whole azimuths.
 LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,
                                            const lightprobe_vec3 e,
                                            LIGHTPROBE_INOUT lightprobe_vec4 sum)
@@ -1136,8 +1133,7 @@ LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightp
     sum[3] += azimuth;
 }
 
-// Adds the edges from corner to corner, all in the lobe, unless all of what they enclose is below the
-// horizon; c as in lightprobe_specular.
+// Adds the edges from corner to corner, unless all that they enclose is below the lobe's horizon.
 LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, lightprobe_vec3 corner[4],
                                             float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)
 {
@@ -1205,14 +1201,12 @@ void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x, 
     float part = lightprobe_corners(light, lobe, c, u, v, x, y, z, corner);
     if (part <= 0.0f) return;
     lightprobe_add_edges(lobe.normal, corner, c, sum);
-    // An outline around the point straight below leaves the horizon's whole circle out: Stokes'
-    // theorem.
+    // An outline around the point straight below leaves the whole horizon out (Stokes).
     float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;
     for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];
     float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);
     float density = share / (4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v)));
-    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's
-    // mean.
+    // Fresnel's term is that where the light is; of a light that fills the lobe, the lobe's mean.
     float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));
     fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);
     for (int i = 0; i < 3; i++)
@@ -2952,8 +2946,7 @@ LIGHTPROBE_SHARED float lightprobe_unscaled(float sum)
     return sum < FLT_MAX * LIGHTPROBE_SCALE ? sum / LIGHTPROBE_SCALE : FLT_MAX;
 }
 
-// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /
-// 3). The variance is that of the sine of the angle.
+// Half-size d of the uniform distribution with this variance of the sine, d^2 / 3 (4.1.2: d / 3).
 LIGHTPROBE_SHARED float lightprobe_half_size(float variance)
 {
     LIGHTPROBE_PRECISE float sine2 = 3.0f * variance;
@@ -3189,9 +3182,8 @@ static double lightprobe__rectangle_sums(const lightprobe__work *w, const lightp
     return f;
 }
 
-// Eq. 9, 10 (with 4.1.2 mended: variance = d^2 / 3) and 11 of one rectangle; returns its error. The
-// size is also divided by the distance of the centroid from the origin, so that it is one at
-// distance 1.
+// Eq. 9, 10 (with 4.1.2 mended: variance = d^2 / 3) and 11 of one rectangle; returns its error.
+// Sizes are divided by the centroid's distance from the origin, to be sizes at distance 1.
 static double lightprobe__paper_light(const lightprobe__work *w, const lightprobe__rectangle *r,
                                       lightprobe_light *light, double *luminance)
 {
@@ -3309,8 +3301,7 @@ static void lightprobe__sum_regions(lightprobe__work *w, int shared)
     lightprobe__give_all(w, shared, 1);
 }
 
-// Lights of clusters that are not weak, brightest first unless they carry on from a previous frame.
-// Returns how many.
+// Of clusters that are not weak, brightest first unless they go on from a frame; returns how many.
 static int lightprobe__write_lights(lightprobe__work *w, int animated,
                                     const lightprobe_settings *settings, lightprobe_light *out)
 {
@@ -3593,30 +3584,25 @@ const char *lightprobe_result_string(lightprobe_result result)
     "    vec4 lightprobe_residual, lightprobe_residual_sh[9];\n" \
     "    lightprobe_light lightprobe_lights[LIGHTPROBE_ROOM];\n" \
     "};\n" \
-    "\n" \
     "#ifndef LIGHTPROBE_LIGHTS_ONLY\n" \
     LIGHTPROBE__C_NAMES
 #define LIGHTPROBE__LIGHTS_END \
     LIGHTPROBE__NO_C_NAMES \
-    "// Irradiance of a surface with this normal from one light, nothing standing in between.\n" \
     "vec3 lightprobe_irradiance(int light, vec3 normal)\n" \
     "{\n" \
     "    lightprobe_light l = lightprobe_lights[light];\n" \
     "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n" \
     "}\n" \
-    "// The same at an offset from the probe's centre, from a light that is not infinitely far.\n" \
     "vec3 lightprobe_irradiance(int light, vec3 offset, vec3 normal)\n" \
     "{\n" \
     "    lightprobe_light l = lightprobe_light_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n" \
     "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n" \
     "}\n" \
-    "// The same from an emitter that shines to all sides, lightprobe_sphere_at.\n" \
     "vec3 lightprobe_sphere_irradiance(int light, vec3 offset, vec3 normal)\n" \
     "{\n" \
     "    lightprobe_light l = lightprobe_sphere_at(lightprobe_lights[light], offset.x, offset.y, offset.z);\n" \
     "    return l.irradiance * lightprobe_disc_irradiance(l.cos_alpha, dot(l.direction, normal));\n" \
     "}\n" \
-    "// From what the lights do not carry, in no shadow.\n" \
     "vec3 lightprobe_residual_irradiance(vec3 normal)\n" \
     "{\n" \
     "    vec3 sum = vec3(0.0);\n" \
@@ -3633,7 +3619,6 @@ const char *lightprobe_result_string(lightprobe_result result)
     LIGHTPROBE__C_NAMES "#define lightprobe_dot dot\n"
 #define LIGHTPROBE__SPECULAR_END \
     LIGHTPROBE__NO_C_NAMES "#undef lightprobe_dot\n" \
-    "// Radiance to the viewer from one light, nothing standing in between.\n" \
     "vec3 lightprobe_specular(int light, vec3 offset, lightprobe_lobe lobe)\n{\n" \
     "    lightprobe_light l = lightprobe_lights[light];\n    vec3 rgb;\n" \
     "    lightprobe_specular(l, lobe, offset.x, offset.y, offset.z, rgb);\n" \
@@ -5424,8 +5409,7 @@ static int lightprobe__create_buffer(lightprobe_gl *gl, int which, size_t bytes,
     return 1;
 }
 
-// Of the work buffer: no repaired texels yet, and the weights of a quarter face's texels as the CPU
-// has them.
+// Of the work buffer: no repaired texels yet, and the CPU's weights of a quarter face's texels.
 static lightprobe_result lightprobe__upload_weights(lightprobe_gl *gl)
 {
     lightprobe__work w;
@@ -6123,9 +6107,8 @@ const char *lightprobe_glsl_lights(void)
     "    float c = light.cos_alpha, radius2 = (1.0f - c) * (1.0f + c);\n"
     "    float scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
     "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
-    "    // Seen from the probe its surface is 2/3 of the radius before its centre, in the mean of a\n"
-    "    // small one. In units of the centre's distance: the way there, its square, and the radius'\n"
-    "    // square.\n"
+    "    // The probe sees its surface, of a small one on average 2/3 of the radius before its centre. In\n"
+    "    // units of the centre's distance: the way there, its square, and the radius' square.\n"
     "    scale *= 1.0f - 0.6666667f * sqrtf(radius2);\n"
     "    float a = light.direction[0] - scale * x, b = light.direction[1] - scale * y;\n"
     "    float d = light.direction[2] - scale * z, away2 = a * a + b * b + d * d + 1e-12f;\n"
@@ -6253,8 +6236,7 @@ const char *lightprobe_glsl_specular(void)
     "}\n"
     "\n"
     "// Adds Lambert's integral along the edge from p to p + e, a vector times 2 pi. The part below the\n"
-    "// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of azimuths of whole\n"
-    "// edges.\n"
+    "// horizon is put straight up on it, where it is its azimuth along n. sum[3]: of whole azimuths.\n"
     "LIGHTPROBE_SHARED void lightprobe_add_edge(const lightprobe_vec3 n, const lightprobe_vec3 p,\n"
     "                                           const lightprobe_vec3 e,\n"
     "                                           LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
@@ -6287,8 +6269,7 @@ const char *lightprobe_glsl_specular(void)
     "    sum[3] += azimuth;\n"
     "}\n"
     "\n"
-    "// Adds the edges from corner to corner, all in the lobe, unless all of what they enclose is below the\n"
-    "// horizon; c as in lightprobe_specular.\n"
+    "// Adds the edges from corner to corner, unless all that they enclose is below the lobe's horizon.\n"
     "LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, lightprobe_vec3 corner[4],\n"
     "                                            float c, LIGHTPROBE_INOUT lightprobe_vec4 sum)\n"
     "{\n"
@@ -6356,14 +6337,12 @@ const char *lightprobe_glsl_specular(void)
     "    float part = lightprobe_corners(light, lobe, c, u, v, x, y, z, corner);\n"
     "    if (part <= 0.0f) return;\n"
     "    lightprobe_add_edges(lobe.normal, corner, c, sum);\n"
-    "    // An outline around the point straight below leaves the horizon's whole circle out: Stokes'\n"
-    "    // theorem.\n"
+    "    // An outline around the point straight below leaves the whole horizon out (Stokes).\n"
     "    float missing = 0.15915494f * sum[3] < (c < 0.0f ? 0.5f : -0.5f) ? 6.28318531f : 0.0f;\n"
     "    for (int i = 0; i < 3; i++) flux[i] = sum[i] + missing * lobe.normal[i];\n"
     "    float share = lightprobe_between(0.15915494f * lightprobe_dot(flux, lobe.normal), 0.0f, 1.0f);\n"
     "    float density = share / (4.0f * lightprobe_angle(u * v, c * sqrtf(c * c + u * u + v * v)));\n"
-    "    // Fresnel's term is taken where the light is; of a light that fills the lobe it is the lobe's\n"
-    "    // mean.\n"
+    "    // Fresnel's term is that where the light is; of a light that fills the lobe, the lobe's mean.\n"
     "    float fresnel = lightprobe_fresnel(lightprobe_to_viewer(lobe, flux));\n"
     "    fresnel = lightprobe_between(fresnel + share * share * lobe.fresnel, 0.0f, 1.0f);\n"
     "    for (int i = 0; i < 3; i++)\n"
@@ -7391,8 +7370,7 @@ static const char *lightprobe__quote_lights(void)
     "    return sum < FLT_MAX * LIGHTPROBE_SCALE ? sum / LIGHTPROBE_SCALE : FLT_MAX;\n"
     "}\n"
     "\n"
-    "// Half-size of the uniform distribution with this variance: d^2 / 3 (4.1.2 of the paper prints d /\n"
-    "// 3). The variance is that of the sine of the angle.\n"
+    "// Half-size d of the uniform distribution with this variance of the sine, d^2 / 3 (4.1.2: d / 3).\n"
     "LIGHTPROBE_SHARED float lightprobe_half_size(float variance)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float sine2 = 3.0f * variance;\n"
