@@ -2118,13 +2118,39 @@ LIGHTPROBE_SHARED float lightprobe_pace(float moved)
 
 // Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.
 typedef struct lightprobe_excess {
-    lightprobe_vec3 above, below, weighted_above, weighted_below;
+    lightprobe_wide above[3], below[3], weighted_above[3], weighted_below[3];
 } lightprobe_excess;
+
+LIGHTPROBE_SHARED lightprobe_excess lightprobe_no_excess(void)
+{
+    lightprobe_excess e;
+    for (int i = 0; i < 3; i++)
+        e.above[i] = e.below[i] = e.weighted_above[i] = e.weighted_below[i] = LIGHTPROBE_ZERO;
+    return e;
+}
 
 // A light's flux in this frame or the last, whichever is more.
 LIGHTPROBE_SHARED float lightprobe_most(float late, float now)
 {
     return late > 0.0f ? now + late : now;
+}
+
+// weighted: 1, or 0 for sums alone.
+LIGHTPROBE_SHARED lightprobe_excess lightprobe_add_excess(lightprobe_excess excess,
+                                                          lightprobe_moments late,
+                                                          lightprobe_moments now, int weighted)
+{
+    lightprobe_excess e = excess;
+    for (int i = 0; i < 3; i++) {
+        float size = fabsf(late.flux[i]), above = late.flux[i] > 0.0f ? size : 0.0f;
+        float weight = weighted != 0 ? lightprobe_most(late.flux[i], now.flux[i]) : 0.0f;
+        LIGHTPROBE_PRECISE float more = weight * above, less = weight * (size - above);
+        LIGHTPROBE_ADD(e.above[i], above);
+        LIGHTPROBE_ADD(e.below[i], size - above);
+        LIGHTPROBE_ADD(e.weighted_above[i], more);
+        LIGHTPROBE_ADD(e.weighted_below[i], less);
+    }
+    return e;
 }
 
 // Late moments cut so that the flux of all lights' becomes 0. What the map itself has gained or lost
@@ -2138,9 +2164,10 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late
     LIGHTPROBE_PRECISE lightprobe_moments m = late;
     for (int i = 0; i < 3; i++) {
         int over = late.flux[i] > 0.0f ? 1 : 0;
-        float own = over == 1 ? e.above[i] : e.below[i],
-              other = over == 1 ? e.below[i] : e.above[i];
-        float weights = over == 1 ? e.weighted_above[i] : e.weighted_below[i];
+        float above = LIGHTPROBE_VALUE(e.above[i]), below = LIGHTPROBE_VALUE(e.below[i]);
+        float own = over == 1 ? above : below, other = over == 1 ? below : above;
+        float weights = over == 1 ? LIGHTPROBE_VALUE(e.weighted_above[i])
+                                  : LIGHTPROBE_VALUE(e.weighted_below[i]);
         LIGHTPROBE_PRECISE float cut = (own - other) * lightprobe_most(late.flux[i], now.flux[i]);
         LIGHTPROBE_PRECISE float kept = 1.0f;
         if (own > other) kept = weights > 0.0f ? 1.0f - cut / weights : other / own;
@@ -2813,27 +2840,11 @@ static int lightprobe__is_changed(const lightprobe__work *w)
     return 0;
 }
 
-// weighted: 1, or 0 for sums alone.
 static void lightprobe__balance(lightprobe__work *w, int weighted)
 {
-    double sum[4][3] = {{0}};
-    for (int k = 0; k < w->cluster_count; k++) {
-        const lightprobe_cluster *c = w->clusters + k;
-        for (int i = 0; i < 3; i++) {
-            const float late = c->late.flux[i], size = fabsf(late);
-            const float more = (float)weighted * size * lightprobe_most(late, c->now.flux[i]);
-            const int below = !(late > 0);
-            sum[below][i] += (double)size;
-            sum[2 + below][i] += (double)more;
-        }
-    }
-    lightprobe_excess e;
-    for (int i = 0; i < 3; i++) {
-        e.above[i] = (float)sum[0][i];
-        e.below[i] = (float)sum[1][i];
-        e.weighted_above[i] = (float)sum[2][i];
-        e.weighted_below[i] = (float)sum[3][i];
-    }
+    lightprobe_excess e = lightprobe_no_excess();
+    for (int k = 0; k < w->cluster_count; k++)
+        e = lightprobe_add_excess(e, w->clusters[k].late, w->clusters[k].now, weighted);
     for (int k = 0; k < w->cluster_count; k++)
         w->clusters[k].late = lightprobe_balanced(w->clusters[k].late, w->clusters[k].now, e);
 }
@@ -5081,27 +5092,11 @@ static const char lightprobe__glsl_settle[] =
     "    leaves[i].least = least;\n"
     "    leaves[i].parts = parts;\n"
     "}\n"
-    "void balance(float weighted)\n"
+    "void balance(int weighted)\n"
     "{\n"
-    "    vec2 zero[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0));\n"
-    "    vec2 above[3] = zero, below[3] = zero, weighted_above[3] = zero, weighted_below[3] = zero;\n"
-    "    for (int k = 0; k < cluster_count; k++) {\n"
-    "        for (int c = 0; c < 3; c++) {\n"
-    "            float late = clusters[k].late.flux[c], size = abs(late);\n"
-    "            precise float more = weighted * size * lightprobe_most(late, clusters[k].now.flux[c]);\n"
-    "            lightprobe_add(above[c], late > 0.0 ? size : 0.0);\n"
-    "            lightprobe_add(below[c], late > 0.0 ? 0.0 : size);\n"
-    "            lightprobe_add(weighted_above[c], late > 0.0 ? more : 0.0);\n"
-    "            lightprobe_add(weighted_below[c], late > 0.0 ? 0.0 : more);\n"
-    "        }\n"
-    "    }\n"
-    "    lightprobe_excess e;\n"
-    "    for (int c = 0; c < 3; c++) {\n"
-    "        e.above[c] = LIGHTPROBE_VALUE(above[c]);\n"
-    "        e.below[c] = LIGHTPROBE_VALUE(below[c]);\n"
-    "        e.weighted_above[c] = LIGHTPROBE_VALUE(weighted_above[c]);\n"
-    "        e.weighted_below[c] = LIGHTPROBE_VALUE(weighted_below[c]);\n"
-    "    }\n"
+    "    lightprobe_excess e = lightprobe_no_excess();\n"
+    "    for (int k = 0; k < cluster_count; k++)\n"
+    "        e = lightprobe_add_excess(e, clusters[k].late, clusters[k].now, weighted);\n"
     "    sync();\n"
     "    for (int k = lane; k < cluster_count; k += GROUP)\n"
     "        clusters[k].late = lightprobe_balanced(clusters[k].late, clusters[k].now, e);\n"
@@ -5131,7 +5126,7 @@ static const char lightprobe__glsl_settle[] =
     "        clusters[k].late = lightprobe_faded(late, clusters[k].now, rest);\n"
     "    }\n"
     "    sync();\n"
-    "    for (int weighted = 1; weighted >= 0; weighted--) balance(float(weighted));\n"
+    "    for (int weighted = 1; weighted >= 0; weighted--) balance(weighted);\n"
     "    if (lane == 0) fading = frames > passed ? frames - passed : 0.0;\n"
     "    if (lane == 0) pace = passed;\n"
     "    sync();\n"
@@ -7323,13 +7318,39 @@ static const char *lightprobe__quote_moving(void)
     "\n"
     "// Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.\n"
     "struct lightprobe_excess {\n"
-    "    lightprobe_vec3 above, below, weighted_above, weighted_below;\n"
+    "    lightprobe_wide above[3], below[3], weighted_above[3], weighted_below[3];\n"
     "};\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_excess lightprobe_no_excess(void)\n"
+    "{\n"
+    "    lightprobe_excess e;\n"
+    "    for (int i = 0; i < 3; i++)\n"
+    "        e.above[i] = e.below[i] = e.weighted_above[i] = e.weighted_below[i] = LIGHTPROBE_ZERO;\n"
+    "    return e;\n"
+    "}\n"
     "\n"
     "// A light's flux in this frame or the last, whichever is more.\n"
     "LIGHTPROBE_SHARED float lightprobe_most(float late, float now)\n"
     "{\n"
     "    return late > 0.0f ? now + late : now;\n"
+    "}\n"
+    "\n"
+    "// weighted: 1, or 0 for sums alone.\n"
+    "LIGHTPROBE_SHARED lightprobe_excess lightprobe_add_excess(lightprobe_excess excess,\n"
+    "                                                          lightprobe_moments late,\n"
+    "                                                          lightprobe_moments now, int weighted)\n"
+    "{\n"
+    "    lightprobe_excess e = excess;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        float size = fabsf(late.flux[i]), above = late.flux[i] > 0.0f ? size : 0.0f;\n"
+    "        float weight = weighted != 0 ? lightprobe_most(late.flux[i], now.flux[i]) : 0.0f;\n"
+    "        LIGHTPROBE_PRECISE float more = weight * above, less = weight * (size - above);\n"
+    "        LIGHTPROBE_ADD(e.above[i], above);\n"
+    "        LIGHTPROBE_ADD(e.below[i], size - above);\n"
+    "        LIGHTPROBE_ADD(e.weighted_above[i], more);\n"
+    "        LIGHTPROBE_ADD(e.weighted_below[i], less);\n"
+    "    }\n"
+    "    return e;\n"
     "}\n"
     "\n"
     "// Late moments cut so that the flux of all lights' becomes 0. What the map itself has gained or lost\n"
@@ -7343,9 +7364,10 @@ static const char *lightprobe__quote_moving(void)
     "    LIGHTPROBE_PRECISE lightprobe_moments m = late;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        int over = late.flux[i] > 0.0f ? 1 : 0;\n"
-    "        float own = over == 1 ? e.above[i] : e.below[i],\n"
-    "              other = over == 1 ? e.below[i] : e.above[i];\n"
-    "        float weights = over == 1 ? e.weighted_above[i] : e.weighted_below[i];\n"
+    "        float above = LIGHTPROBE_VALUE(e.above[i]), below = LIGHTPROBE_VALUE(e.below[i]);\n"
+    "        float own = over == 1 ? above : below, other = over == 1 ? below : above;\n"
+    "        float weights = over == 1 ? LIGHTPROBE_VALUE(e.weighted_above[i])\n"
+    "                                  : LIGHTPROBE_VALUE(e.weighted_below[i]);\n"
     "        LIGHTPROBE_PRECISE float cut = (own - other) * lightprobe_most(late.flux[i], now.flux[i]);\n"
     "        LIGHTPROBE_PRECISE float kept = 1.0f;\n"
     "        if (own > other) kept = weights > 0.0f ? 1.0f - cut / weights : other / own;\n"
