@@ -100,9 +100,9 @@ $MAKE -s CC=gcc outputs && build/release/outputs >build/platforms/reference.txt 
 cat >$page <<'EOF'
 # Platforms
 
-The tests of the CPU halves of both headers under other compilers, flags, processors and byte orders, with a tenth of their
-random trials (a fiftieth under QEMU). To the right of them: the largest difference of a fixed set of results from those of
-gcc -O2, over the largest value of its kind or 1, whichever is more; = where all bits are the same. Written by `make platforms`.
+These are the tests of the CPU halves of both headers under other compilers, flags, processors and byte orders, with a tenth
+of their random trials (a fiftieth under QEMU). The other columns: the largest difference of fixed results from those of gcc
+-O2, over the largest value of its kind or 1, whichever is more; = if all bits are the same. Written by `make platforms`.
 
 EOF
 echo "| platform | tests |$(build/release/outputs head)" >>$page
@@ -148,27 +148,27 @@ done | sed 's/ Copyright.*//; s/^/- /' | sort -u >build/platforms/tools
 native=$(gcc -march=native -Q --help=target | awk '$1 == "-march=" { print $2 }')
 cat >>$page <<EOF
 
-With these tools; native is $native:
+The tools, where native is $native:
 
 $(cat build/platforms/tools)
 
 ## What is promised, and what is not
 
-- Every row that passes keeps what the tests of the CPU halves check: no NaN and nothing out of range from any input, the
-  errors of [stability.md](stability.md), whole energy in the lights. The GL halves are not part of this: \`make test-all\` runs them.
-- The same bits come out where every product is rounded: any compiler, any optimisation. Fused products (clang by default and
-  gcc with -std=gnu99, where the processor has them) and 387 arithmetic change the last digits of all steps; visibility shows
-  that most, its bounds stand on small differences of table entries.
+- Every row that passes has what the tests of the CPU halves check: no NaN and nothing out of range from any input, the
+  errors of [stability.md](stability.md), and all energy in the lights. \`make test-all\` tests the GL halves, which are not listed.
+- The bits are the same wherever every product is rounded, at any compiler and optimisation. Fused products (clang by default
+  and gcc with -std=gnu99, where the processor has them) and 387 arithmetic change the last digits of all steps. Visibility
+  shows that most, since its bounds rest on small differences of table entries.
 - **387 arithmetic** needs gcc's -fexcess-precision=standard, which -std=c99 implies and -std=gnu99 does not. Without it, and
-  with clang, one value can compare in two ways; then nothing is promised (measured: axes of lights that are not orthogonal).
-- **-ffast-math** is taken back for the headers' own code: NaN counts as it does without, sums keep their order; errno and
+  with clang, the same comparison can have two results; then nothing is promised (measured: light axes not orthogonal).
+- **-ffast-math** is undone for the headers' own code: NaN is handled as without it, and sums keep their order; errno and
   traps stay off, so vectors stay fast. Clang 14 obeys for x86 and s390x only and warns elsewhere, where nothing is then
   promised for NaN. A program *linked* with -ffast-math takes numbers below 1e-38 for zero, which costs no digit. Where clang
   compiles the header with -ffast-math and the program is linked without, \`mssm_solve_cubic\` may give NaN for coefficients
-  that lead to such numbers: clang takes roots from an estimate that fails there.
-- **Big-endian**: nothing in the headers depends on the order of bytes. QEMU before 8.0.4 multiplies floats as doubles wrongly
-  (s390x instruction MDEBR: 3 * 5 = 160). Clang uses that from -O1 on, gcc does not. Such an emulator's rows are left out.
-- Clang 14 has no working \`__float128\` on 32-bit x86 (3 * 5 + 3 = 0): there gcc compiles the tests, clang the headers.
+  that lead to such numbers, because clang computes roots from an estimate that fails there.
+- **Big-endian**: nothing in the headers depends on byte order. QEMU before 8.0.4 multiplies floats as doubles wrongly
+  (s390x instruction MDEBR: 3 * 5 = 160); clang uses it from -O1 on, gcc does not. Rows of such emulators are left out.
+- Clang 14 has no working \`__float128\` on 32-bit x86 (3 * 5 + 3 = 0), so gcc compiles the tests there, clang the headers.
 EOF
 echo "$whole platforms pass, $absent are left out; the page is $page"
 [ $failed = 0 ]
