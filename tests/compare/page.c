@@ -109,24 +109,20 @@ static void write_everything(const figures *f, FILE *page)
         fprintf(page, " %s |", method_constant_time(f, m) ? "yes" : "no");
         fprintf(page, isnan(bytes) ? " - |" : " %.2f |", bytes / 1048576);
     }
-    fprintf(
-        page,
-        "\n\nrms: error of visibility against rays, over %d scenes and all light sizes; new: over "
-        "%d "
-        "scenes that reviewers made up to show faults; unseen: over %d that were made after all "
-        "tuning. structure: rms of the difference between the errors of receivers a texel apart. "
-        "rows that fall: of rows of receivers outwards over the shadow of one box, those in which "
-        "visibility falls by more than 0.03 where the truth rises, and the deepest fall. FLIP "
-        "(Andersson and others 2020): mean of two pictures against those by rays. flicker: rms "
-        "error "
-        "of the change from frame to frame while sun or caster move. ns: a receiver, one core, "
-        "mean "
-        "over light sizes; the library's many at once. at any width: the widest kernel costs less "
-        "than "
-        "1.5 times the narrowest. MiB: of a map of 256 x 256 texels. Bias: in texels, that with "
-        "which a rival errs least over the scenes. \"normal\" knows the receiver's normal; PCSS takes from it a "
-        "bias that follows the receiver's plane (Isidoro 2006).\n\n",
-        scenes_of(f, "error").count, scenes_of(f, "new").count, scenes_of(f, "unseen").count);
+    fprintf(page,
+            "\n\nrms: error of visibility against rays, over %d scenes and all light sizes; new: "
+            "over %d scenes that reviewers made up to show faults; unseen: over %d that were made "
+            "after all tuning. structure: rms difference between the errors of receivers a texel "
+            "apart. rows that fall: of rows of receivers outwards over the shadow of one box, "
+            "those in which visibility falls by more than 0.03 where the truth rises; deepest: the "
+            "deepest fall. FLIP (Andersson and others 2020): mean of two pictures against those by "
+            "rays. flicker: rms error of the change from frame to frame while sun or caster move. "
+            "bias: in texels, the one with which a rival errs least over the scenes. ns: per "
+            "receiver on one core, mean over light sizes; the library takes many at once. at any "
+            "width: does the widest kernel cost less than 1.5 times the narrowest? MiB: of a map "
+            "of 256 x 256 texels. \"normal\": knows the receiver's normal; PCSS takes from it a "
+            "bias that follows the receiver's plane (Isidoro 2006).\n\n",
+            scenes_of(f, "error").count, scenes_of(f, "new").count, scenes_of(f, "unseen").count);
 }
 
 static void write_advice(const figures *f, FILE *page)
@@ -134,26 +130,25 @@ static void write_advice(const figures *f, FILE *page)
     const char *best = best_constant(f);
     if (!best) return;
     const double error = method_error(f, best);
-    fprintf(
-        page,
-        "**Take \"%s\".** Of all methods whose time does not depend on the light's size it has the "
-        "least error over the chart's scenes: %.3f, where a hard shadow map has %.3f, PCSS that reads "
-        "every texel %.3f and PCSS whose bias follows the receiver's plane %.3f, in %.1f "
-        "microseconds a receiver on one core. Within 5%% of that "
-        "error the fastest is \"%s\"; at most half of its time takes \"%s\". ",
-        best, error, method_error(f, "hard"), method_error(f, PCSS_ALL),
-        method_error(f, PCSS_NORMAL), method_ns(f, best) / 1e3,
-        choose(f, (choice){true, HUGE_VAL, 1.05 * error}, true),
-        choose(f, (choice){true, 0.5 * method_ns(f, best), HUGE_VAL}, false));
+    fprintf(page,
+            "**Take \"%s\".** Of all methods whose time does not depend on the light's size it has "
+            "the least error over the chart's scenes: %.3f, where a hard shadow map has %.3f, PCSS "
+            "that reads every texel %.3f and PCSS whose bias follows the receiver's plane %.3f, in "
+            "%.1f microseconds a receiver on one core. Within 5%% of that error the fastest is "
+            "\"%s\"; with at most half of its time the most accurate is \"%s\". ",
+            best, error, method_error(f, "hard"), method_error(f, PCSS_ALL),
+            method_error(f, PCSS_NORMAL), method_ns(f, best) / 1e3,
+            choose(f, (choice){true, HUGE_VAL, 1.05 * error}, true),
+            choose(f, (choice){true, 0.5 * method_ns(f, best), HUGE_VAL}, false));
     const comparison pcss = compare(f, "error", NULL, best, PCSS_NORMAL, "rms"),
                      exact = compare(f, "error", NULL, best, BACK_PROJECTION, "rms");
     fprintf(page,
-            "Where it loses: of %d pairs of scene and light size that PCSS has less error in %d, "
-            "back-projection in %d; ",
+            "Where it loses: of %d pairs of scene and light size, that PCSS has less error in %d "
+            "and back-projection in %d; ",
             pcss.cases, pcss.cases - pcss.lower, exact.cases - exact.lower);
     fprintf(page,
-            "PCSS that reads every texel is faster where kernels stay below about %g texels, and "
-            "in vectors of four below about %g; on a GPU, 16 samples of it take less than either "
+            "PCSS that reads every texel is faster where kernels stay below about %g texels, or in "
+            "vectors of four below about %g; on a GPU, PCSS of 16 samples takes less than either "
             "([OpenGL](#opengl)).\n\n",
             pcss_faster_up_to(f, PCSS_ALL, best), pcss_faster_up_to(f, PCSS_VECTORS, best));
     write_everything(f, page);
@@ -217,10 +212,10 @@ static void write_scenes(const figures *f, FILE *page)
 {
     static const char *const group[] = {"error", "new", "unseen"};
     if (!scenes_of(f, "error").count) return;
-    fprintf(
-        page,
-        "## Scene by scene\n\nRms error of visibility, mean over light sizes; the least is "
-        "bold. The chart's scenes, those that reviewers made up, those made after all tuning.\n\n");
+    fprintf(page,
+            "## Scene by scene\n\nRms error of visibility, mean over light sizes; the least is "
+            "bold. The chart's scenes, then those that reviewers made up, then those made after "
+            "all tuning.\n\n");
     write_columns(page, &soft, "scene");
     for (int k = 0; k < 3; k++) {
         const names scenes = scenes_of(f, group[k]);
@@ -271,9 +266,10 @@ static void write_temporal(const figures *f, FILE *page)
 {
     const names scenes = scenes_of(f, "temporal");
     if (!write_section(f, page, "Moving suns and casters", "temporal.svg") || !scenes.count) return;
-    fprintf(page, "The rms difference between how a method changes from one frame to the next and "
-                  "how the truth does; \"truth\" "
-                  "is the truth's own change. Mean over light sizes; the least is bold.\n\n");
+    fprintf(page,
+            "The rms difference between a method's change from one frame to the next and the "
+            "truth's; \"truth\" is the truth's own change. Mean over light sizes; the least is "
+            "bold.\n\n");
     write_columns(page, &soft, "scene");
     for (int i = 0; i < scenes.count; i++) {
         fprintf(page, "| %s |", scenes.list[i]);
@@ -303,19 +299,18 @@ static void write_lights(const figures *f, FILE *page)
 {
     const names probes = scenes_of(f, "lights"), methods = methods_of(f, "lights");
     if (!write_section(f, page, "Lights of a probe", "lights.svg")) return;
-    fprintf(
-        page,
-        "Rms errors in %% of the mean: of the irradiance behind 1200 random straight edges, of surface points "
-        "of a scene with shadows, and of the irradiance where nothing is in between; milliseconds to find the "
-        "lights. \"One sun and ambient\" (in the picture) is the brightest light and nine harmonics of all "
-        "else. Each way is shaded as its paper does: median cut by discs (Eq. 18), greedy rectangles (Annen "
-        "and others 2008, section 4.2) as area lights by the cosine to their middle, variance cuts "
-        "(Viriyothai and Debevec 2009) as points at the regions' centroids. Greedy rectangles have a "
-        "threshold instead of a number: the one that comes nearest from below is searched, and the search "
-        "is not part of the time. The last two are written plainly, so their times are those of a first "
-        "implementation.\n\n"
-        "| probe | lights by, 8 / 32 | lights | behind edges | with shadows | nothing between | ms |\n"
-        "|---|---|---|---|---|---|---|\n");
+    fprintf(page,
+            "Rms errors in %% of the mean: of the irradiance behind 1200 random straight edges, of "
+            "surface points of a scene with shadows, and of the irradiance where nothing is in "
+            "between; and milliseconds to find the lights. \"One sun and ambient\" (in the "
+            "picture) is the brightest light and nine harmonics of all else. Each way is shaded as "
+            "its paper does: median cut by discs (Eq. 18), greedy rectangles (Annen and others "
+            "2008, section 4.2) as area lights by the cosine to their middle, variance cuts "
+            "(Viriyothai and Debevec 2009) as points at the regions' centroids. Greedy rectangles "
+            "have a threshold instead of a number: the one that comes nearest from below is "
+            "searched for, which is not timed. The last two are written plainly, so their times "
+            "are those of a first implementation.\n\n| probe | lights by, 8 / 32 | lights | behind "
+            "edges | with shadows | nothing between | ms |\n|---|---|---|---|---|---|---|\n");
     static const char *const metric[][2] = {{"edges", "blocked_rms"},
                                             {"lights", "picture_rms"},
                                             {"lights", "irradiance_rms"},
@@ -382,8 +377,8 @@ static void write_hard_faults(const figures *f, FILE *page, double x)
     fprintf(page,
             "At a radius of %g: the error weighted by the receiver's cosine to the light, as it is "
             "shaded; light where all rays are blocked; darkness where none is; the rms difference "
-            "to percentage-closer filtering of the same map; what a new map costs.\n\n| method | "
-            "as shaded | leak | false shadow | against PCF | ms an update "
+            "from percentage-closer filtering of the same map; the cost of a new map.\n\n| method "
+            "| as shaded | leak | false shadow | against PCF | ms an update "
             "|\n|---|---|---|---|---|---|\n",
             x);
     for (int i = 0; i < methods.count; i++) {
@@ -413,15 +408,14 @@ static void write_hard(const figures *f, FILE *page)
     const numbers radii = sweep_of(f, "hard_scene", FILTERED_4, "rms");
     if (!write_section(f, page, "Filtered hard shadows", "hard.svg")) return;
     fprintf(page,
-            "A light without size over the same scenes, and one map of 256 x 256 under a Gaussian "
-            "of 2 radius + 1 texels, read bilinearly. The truth is what percentage-closer "
-            "filtering would give with endless texels and a bias that follows the surface: rays "
-            "along the light from the receiver's tangent plane, or what bends out of it, all over "
-            "the kernel. "
-            "Percentage-closer filtering reads every texel under the kernel, four at a time in "
-            "vectors. Rivals get the bias that suits them best at each radius, the library its "
-            "default. A texel takes 32 bits with depth alone, 64 with VSM and \"" FILTERED_4
-            "\", 96 with \"" FILTERED_6 "\" and 128 with EVSM.\n\n");
+            "A light without size over the same scenes; one map of 256 x 256 under a Gaussian of 2 "
+            "radius + 1 texels, read bilinearly. The truth is what percentage-closer filtering "
+            "would give with infinitely small texels and a bias that follows the surface: rays "
+            "along the light, all over the kernel, from the receiver's tangent plane or the "
+            "surface that bends out of it. Percentage-closer filtering reads every texel under the "
+            "kernel, four at a time in vectors. Rivals get the bias that suits them best at each "
+            "radius, the library its default. A texel takes 32 bits with depth alone, 64 with VSM "
+            "and \"" FILTERED_4 "\", 96 with \"" FILTERED_6 "\" and 128 with EVSM.\n\n");
     write_hard_sweep(f, page, "Rms error of visibility, mean over scenes", "rms", 3);
     write_hard_sweep(f, page, "Nanoseconds a receiver", "ns", 0);
     if (!radii.count) return;
@@ -524,11 +518,10 @@ static void write_gl_conclusion(const figures *f, FILE *page)
         fprintf(page,
                 "\nFrom kernels of %g to %g texels the time of its shading stays within %.0f%%.",
                 widths.list[0], widths.list[widths.count - 1], 100 * (all.most / all.least - 1));
-    fprintf(
-        page,
-        "\nTimes are of llvmpipe, a rasterizer on the CPU. What GPUs execute is in "
-        "[gpu.md](gpu.md): there convolution and PCSS from few samples need less arithmetic and "
-        "reads than layered shadows, and only those that read every texel need more.\n\n");
+    fprintf(page,
+            "\nTimes are of llvmpipe, a rasterizer on the CPU. What GPUs execute is in "
+            "[gpu.md](gpu.md): there convolution and PCSS of few samples need less arithmetic and "
+            "fewer reads than layered shadows; only methods that read every texel need more.\n\n");
 }
 
 // The error with each bias that was tried.
@@ -537,8 +530,7 @@ static void write_gl_bias(const figures *f, FILE *page)
     const names methods = methods_of(f, "gl_bias");
     const numbers tried = sweep_of(f, "gl_bias", NULL, "rms");
     if (!methods.count) return;
-    fprintf(page,
-            "Error, %%, by the bias in texels; the least is what the tables have.\n\n| bias |");
+    fprintf(page, "Error, %%, by the bias in texels; the tables above have the least.\n\n| bias |");
     for (int k = 0; k < tried.count; k++) fprintf(page, " %g |", tried.list[k]);
     fprintf(page, "\n|---|");
     for (int k = 0; k < tried.count; k++) fprintf(page, "---|");
@@ -559,30 +551,25 @@ static void write_gl(const figures *f, FILE *page)
     const names methods = methods_of(f, "gl");
     const numbers lights = sweep_of(f, "gl", LAYERED, "frame_ms");
     if (!lights.count) return;
-    fprintf(page, "## OpenGL\n\nThe same comparison where a user would run it, on the driver of "
-                  "the machine that measured. ");
+    fprintf(page, "## OpenGL\n\nThe same comparison in OpenGL, with the driver of the machine that "
+                  "measured. ");
     write_gl_conclusion(f, page);
-    fprintf(
-        page,
-        "Medians of rounds in which all methods take turns. The error is that of the whole "
-        "picture against the visibility of every surface by rays, in %% of its mean; \"truth\" is "
-        "what "
-        "those rays are off by themselves. Rivals have the bias that is best here, one for the "
-        "whole "
-        "map; with \"normal\" PCSS's follows the receiver's plane. The library's depth maps have 4 "
-        "samples a texel, its default, the rivals' one: PCSS has no use for more, and convolution of as many "
-        "is in [figures.md](figures.md#64-lights-of-a-probe-by-every-technique). MSSM has front faces alone, with which it errs less here than with its "
-        "paper's means of front and back. Convolution "
-        "has "
-        "the offset, scale and sharpening that were found best for this very picture. Samples over 8 frames are added up "
-        "under a light and a view "
-        "that stand still, which no history can do better; a frame pays for one of them. Reads are "
-        "texels for a receiver and light, updates everything between the depth maps and the "
-        "shading, "
-        "a frame depth maps, update and shading; memory is of what shading reads, all lights "
-        "together, "
-        "maps of 256 x 256. The picture is %g pixels wide, for errors 192.\n\n",
-        mean_of(f, "gl", NULL, LAYERED, lights.list[0], "width"));
+    fprintf(page,
+            "Medians of rounds in which all methods take turns. The error is that of the whole "
+            "picture against the visibility of every surface by rays, in %% of its mean; \"truth\" "
+            "is the rays' own error. Rivals have the bias that is best here, one for the whole "
+            "map; with \"normal\" that of PCSS follows the receiver's plane. The library's depth "
+            "maps have 4 samples a texel, its default; the rivals' have one: PCSS has no use for "
+            "more, and convolution with 4 is in "
+            "[figures.md](figures.md#64-lights-of-a-probe-by-every-technique). MSSM uses front "
+            "faces alone, with which it errs less here than with its paper's means of front and "
+            "back. Convolution has the offset, scale and sharpening that are best for this "
+            "picture. Samples over 8 frames add up under a light and a view that stand still, the "
+            "best case for any history; a frame pays for one of them. Reads are texels per "
+            "receiver and light; an update is everything between depth maps and shading, a frame "
+            "depth maps, update and shading; memory is what shading reads for all lights, with "
+            "maps of 256 x 256. The picture is %g pixels wide, for errors 192.\n\n",
+            mean_of(f, "gl", NULL, LAYERED, lights.list[0], "width"));
     for (int j = 0; j < lights.count; j++) {
         fprintf(page,
                 "| %g lights | error, %% | FLIP | shading, ms | update, ms | frame, ms | reads | "
@@ -614,16 +601,14 @@ static void write_pictures(const figures *f, FILE *page)
     const names methods = methods_of(f, "error");
     if (!methods.count) return;
     fprintf(page,
-            "## Side by side\n\n"
-            "One square light of tangent 0.25; every method sees the same depth map of 256 x 256 "
-            "texels, the truth sends 1024 rays a pixel. Below each picture its error: blue where "
-            "it is too bright, orange where it is too dark, grey where it is right, in the "
-            "strongest colour from a difference of 0.5 in visibility on; the rms error is of all "
-            "points that the whole light is above.\n\n"
-            "![The demo's scene by five methods, beside the truth](methods_demo.png)\n\n"
-            "Grids above each other, where blockers at several depths overlap and methods that "
-            "know one blocker depth fail:\n\n"
-            "![Grids above each other by five methods, beside the truth](methods_grids.png)\n\n");
+            "## Side by side\n\nThe light is a square of tangent 0.25; every method sees the same "
+            "depth map of 256 x 256 texels, and the truth takes 1024 rays a pixel. Below each "
+            "picture is its error: blue where it is too bright, orange where too dark, grey where "
+            "right, at full strength from a difference of 0.5 in visibility on. The rms error is "
+            "over all points whose horizon is below the whole light.\n\n![The demo's scene by five "
+            "methods, beside the truth](methods_demo.png)\n\nStacked grids, where blockers at "
+            "several depths overlap and methods that know one blocker depth fail:\n\n![Grids above "
+            "each other by five methods, beside the truth](methods_grids.png)\n\n");
 }
 
 // ---- Figures to reach
@@ -767,33 +752,27 @@ static void write_method(const figures *f, FILE *page)
                 mean_of(f, "truth", "all", "error", 0, "noise_most"));
     fprintf(page,
             ".\n- All %d methods see the same depth map, 256 texels a side, one sample a texel, "
-            "without back faces; MSSM, as its paper asks, the mean of front and back faces where "
-            "all parts of a scene are closed. The rivals are "
-            "written from their papers, in `tests/compare/`. Those that need a depth bias get the "
-            "one that is best for them "
-            "over all scenes.\n"
-            "- The library and its rivals are scalar C, compiled by gcc with -O2, which vectorises "
-            "hardly a loop. Exceptions, all in favour of rivals: convolution reads the "
-            "channels of its tables four at a time, \"" PCF_GAUSSIAN "\" and "
-            "\"" PCSS_NORMAL "\" their texels, and \"%s\" is "
-            "\"%s\" with four texels at a time, charted beside it. The bounds over arrays are "
-            "measured with other flags and have a section of their own.\n"
-            "- Times are of one core, in rounds that go through all methods, so that whatever "
-            "disturbs the machine disturbs all "
-            "of them. Compare ratios: nanoseconds are those of the machine that ran this.\n"
-            "- A method counts as of constant time if the widest kernel costs less than 1.5 times "
-            "the narrowest.\n\n"
-            "Run it again:\n\n```sh\nmake chart          # everything: accuracy.csv, this page, "
-            "its pictures; about ten minutes\n"
-            "make chart-quick    # the same with fewer receivers, to build/\n"
-            "make chart-check    # do README and docs still say what the figures say?\n```\n\n"
-            "On a mesh or a light probe of your own, after `make build/release/measure`:\n\n```sh\n"
-            "build/release/measure --scene mesh.obj --sun 0.3,1,0.45   # v and f lines, +Y up, any "
-            "unit; "
-            "a ground is put under it\n"
-            "build/release/measure --probe probe.hdr --out mine.csv    # lat-long, or six faces "
-            "from top "
-            "to bottom; .hdr or .pfm\n```\n",
+            "without back faces; MSSM sees, as its paper asks, the mean of front and back faces "
+            "where all parts of a scene are closed. The rivals are written from their papers, in "
+            "`tests/compare/`. Those that need a depth bias get the one that is best for them over "
+            "all scenes.\n- The library and its rivals are scalar C, compiled by gcc with -O2, "
+            "which vectorises hardly any loop. Exceptions, all in favour of rivals: convolution "
+            "reads the channels of its tables four at a time, \"" PCF_GAUSSIAN "\" and "
+            "\"" PCSS_NORMAL
+            "\" their texels, and \"%s\" is \"%s\" with four texels at a time, charted beside it. "
+            "The bounds over arrays are measured with other flags and have a section of their "
+            "own.\n- Times are of one core, in rounds that go through all methods, so that "
+            "whatever disturbs the machine disturbs all of them. Compare ratios: nanoseconds are "
+            "those of the machine that ran this.\n- A method's time counts as constant if the "
+            "widest kernel costs less than 1.5 times the narrowest.\n\nRun it "
+            "again:\n\n```sh\nmake chart          # everything: accuracy.csv, this page, its "
+            "pictures; about ten minutes\nmake chart-quick    # the same with fewer receivers, to "
+            "build/\nmake chart-check    # do README and docs still say what the figures "
+            "say?\n```\n\nOn a mesh or a light probe of your own, after `make "
+            "build/release/measure`:\n\n```sh\nbuild/release/measure --scene mesh.obj --sun "
+            "0.3,1,0.45   # v and f lines, +Y up, any unit; a ground is put under "
+            "it\nbuild/release/measure --probe probe.hdr --out mine.csv    # lat-long, or six "
+            "faces from top to bottom; .hdr or .pfm\n```\n",
             methods.count, PCSS_VECTORS, PCSS_ALL);
 }
 
@@ -806,9 +785,9 @@ void page_write(const figures *f, FILE *page)
     write_pictures(f, page);
     write_sweep(f, page, "Size of the light", "error_light.svg", "error", "rms",
                 "Rms error of visibility, mean over scenes; the least is bold.", 3);
-    write_sweep(
-        f, page, "Width of the kernel", "time_kernel.svg", "kernel", "ns",
-        "Nanoseconds a receiver under casters that leave no early way out; the least is bold.", 0);
+    write_sweep(f, page, "Width of the kernel", "time_kernel.svg", "kernel", "ns",
+                "Nanoseconds a receiver under casters that allow no early exit; the least is bold.",
+                0);
     write_side(f, page);
     write_temporal(f, page);
     write_hard(f, page);
@@ -816,7 +795,7 @@ void page_write(const figures *f, FILE *page)
     write_settings(f, page);
     write_arrays(f, page);
     write_all(f, page, "Map updates",
-              "Bytes read and written by an update against a plain copy in the same run.",
+              "Bytes read and written by an update, against a plain copy in the same run.",
               "bandwidth", "side");
     write_all(f, page, "A whole picture", "Through the public functions, from probe to picture.",
               "picture", "threads");
