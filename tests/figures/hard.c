@@ -129,23 +129,24 @@ static void judge(page *p, const bench *b, const panel panels[3])
                map = growth(&maps[OWN]) > growth(&maps[PCF]),
                pixel = each(b, &output[PCF]) > each(b, &output[OWN]);
     const int held = radius + map + pixel, last = b->measured - 1;
-    fprintf(p->file,
-            "**%s** Radius %d to %d: percentage-closer filtering takes %.1f times as long "
-            "(\"catastrophic\"), moments %.1f times (\"barely depends\"). Map %d² to %d²: %.1f "
-            "times (\"barely gets more expensive\") against %.1f times (\"the cost per texel is "
-            "higher\"). A pixel more costs %.0f ns with percentage-closer filtering, %.0f with "
-            "EVSM, %.0f with moments: that moments are cheaper there than the first %s%s.\n\n",
-            held == 3  ? "Agrees."
-            : held > 0 ? "Agrees in part."
-                       : "Does not agree.",
-            radii[0], radii[last], growth(&by_radius[PCF]), growth(&by_radius[OWN]), sides[0],
-            sides[last], growth(&maps[PCF]), growth(&maps[OWN]), each(b, &output[PCF]),
-            each(b, &output[EVSM]), each(b, &output[OWN]),
-            pixel ? "holds" : "does not hold at this radius",
-            pixel
-                ? ""
-                : ", because a processor reads the kernel's texels out of its cache, here four at "
-                  "a time, and pays for the moments' arithmetic, where a GPU waits for memory");
+    fprintf(
+        p->file,
+        "**%s** Radius %d to %d: percentage-closer filtering takes %.1f times as long "
+        "(\"catastrophic\"), moments %.1f times (\"barely depends\"). Map %d² to %d²: %.1f "
+        "times (\"barely gets more expensive\") against %.1f times (\"the cost per texel is "
+        "higher\"). Each further pixel costs %.0f ns with percentage-closer filtering, %.0f "
+        "with EVSM, %.0f with moments: that moments are cheaper per pixel %s%s.\n\n",
+        held == 3  ? "Agrees."
+        : held > 0 ? "Agrees in part."
+                   : "Does not agree.",
+        radii[0], radii[last], growth(&by_radius[PCF]), growth(&by_radius[OWN]), sides[0],
+        sides[last], growth(&maps[PCF]), growth(&maps[OWN]), each(b, &output[PCF]),
+        each(b, &output[EVSM]), each(b, &output[OWN]),
+        pixel ? "holds" : "does not hold at this radius",
+        pixel
+            ? ""
+            : ", because a processor reads the kernel's texels from its cache, here four at a time, "
+              "and pays for the moments' arithmetic, where a GPU waits for memory");
 }
 
 bool hard_shadow_times(page *p, message *why)
@@ -171,11 +172,12 @@ bool hard_shadow_times(page *p, message *why)
     }
     fprintf(p->file,
             "## Filtered hard shadows\n\nThe slides' plots of run time: radius, map and output. "
-            "One light, one core; update of the map and one visibility for each pixel that shows "
-            "the scene. Radius %d, maps of %d², pictures %d wide where they do not vary. "
-            "Percentage-closer filtering reads every texel of the kernel for each pixel; the "
-            "others filter the map in two passes and read one filtered texel. The soft shadows' "
-            "plots are above.\n\n![Filtered hard shadows](figure_hard_shadow_times.svg)\n\n",
+            "Times are of one light on one core: an update of the map and one visibility for each "
+            "pixel that shows the scene. Unless varied, the radius is %d, maps are %d², pictures "
+            "%d wide. Percentage-closer filtering reads every texel of the kernel for each pixel; "
+            "the others filter the map in two passes and read one filtered texel. The soft "
+            "shadows' plots are above.\n\n![Filtered hard "
+            "shadows](figure_hard_shadow_times.svg)\n\n",
             RADIUS, sides[b.side], pictures[b.picture]);
     static const char *const corner[3] = {"ms, by radius", "ms, by the map's side",
                                           "ms, by the picture's width"};
