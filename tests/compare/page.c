@@ -109,20 +109,21 @@ static void write_everything(const figures *f, FILE *page)
         fprintf(page, " %s |", method_constant_time(f, m) ? "yes" : "no");
         fprintf(page, isnan(bytes) ? " - |" : " %.2f |", bytes / 1048576);
     }
-    fprintf(page,
-            "\n\nrms: error of visibility against rays, over %d scenes and all light sizes; new: "
-            "over %d scenes that reviewers made up to show faults; unseen: over %d that were made "
-            "after all tuning. structure: rms difference between the errors of receivers a texel "
-            "apart. rows that fall: of rows of receivers outwards over the shadow of one box, "
-            "those in which visibility falls by more than 0.03 where the truth rises; deepest: the "
-            "deepest fall. FLIP (Andersson and others 2020): mean of two pictures against those by "
-            "rays. flicker: rms error of the change from frame to frame while sun or caster move. "
-            "bias: in texels, the one with which a rival errs least over the scenes. ns: per "
-            "receiver on one core, mean over light sizes; the library takes many at once. at any "
-            "width: does the widest kernel cost less than 1.5 times the narrowest? MiB: of a map "
-            "of 256 x 256 texels. \"normal\": knows the receiver's normal; PCSS takes from it a "
-            "bias that follows the receiver's plane (Isidoro 2006).\n\n",
-            scenes_of(f, "error").count, scenes_of(f, "new").count, scenes_of(f, "unseen").count);
+    fprintf(
+        page,
+        "\n\nrms: error of visibility against rays, over %d scenes and all light sizes; new: "
+        "over %d scenes that reviewers made up to show faults; unseen: over %d that were made "
+        "after all tuning. structure: rms difference between the errors of receivers a texel "
+        "apart. rows that fall: of rows of receivers outwards over the shadow of one box, those "
+        "in which visibility falls by more than 0.03 where the truth rises; deepest: the deepest "
+        "fall. FLIP (Andersson and others 2020): mean of two pictures against those by rays. "
+        "flicker: rms error of the change from frame to frame while sun or caster move. bias: in "
+        "texels, the one with which a rival errs least over the scenes. ns: per receiver on one "
+        "core, mean over light sizes; the library takes many at once. at any width: does the "
+        "widest kernel cost less than 1.5 times the narrowest? MiB: of a map of 256 x 256 "
+        "texels. \"normal\": knows the receiver's normal; PCSS takes from it a bias that follows "
+        "the receiver's plane (Isidoro 2006).\n\n",
+        scenes_of(f, "error").count, scenes_of(f, "new").count, scenes_of(f, "unseen").count);
 }
 
 static void write_advice(const figures *f, FILE *page)
@@ -142,10 +143,11 @@ static void write_advice(const figures *f, FILE *page)
             choose(f, (choice){true, 0.5 * method_ns(f, best), HUGE_VAL}, false));
     const comparison pcss = compare(f, "error", NULL, best, PCSS_NORMAL, "rms"),
                      exact = compare(f, "error", NULL, best, BACK_PROJECTION, "rms");
-    fprintf(page,
-            "Where it loses: of %d pairs of scene and light size, that PCSS has less error in %d "
-            "and back-projection in %d; ",
-            pcss.cases, pcss.cases - pcss.lower, exact.cases - exact.lower);
+    fprintf(
+        page,
+        "Where it loses: of %d pairs of scene and light size, that PCSS has less error in %d and "
+        "back-projection in %d; ",
+        pcss.cases, pcss.cases - pcss.lower, exact.cases - exact.lower);
     fprintf(page,
             "PCSS that reads every texel is faster where kernels stay below about %g texels, or in "
             "vectors of four below about %g; on a GPU, PCSS of 16 samples takes less than either "
@@ -212,10 +214,11 @@ static void write_scenes(const figures *f, FILE *page)
 {
     static const char *const group[] = {"error", "new", "unseen"};
     if (!scenes_of(f, "error").count) return;
-    fprintf(page,
-            "## Scene by scene\n\nRms error of visibility, mean over light sizes; the least is "
-            "bold. The chart's scenes, then those that reviewers made up, then those made after "
-            "all tuning.\n\n");
+    fprintf(
+        page,
+        "## Scene by scene\n\n"
+        "Rms error of visibility, mean over light sizes; the least is bold. The chart's scenes, "
+        "then those that reviewers made up, then those made after all tuning.\n\n");
     write_columns(page, &soft, "scene");
     for (int k = 0; k < 3; k++) {
         const names scenes = scenes_of(f, group[k]);
@@ -266,10 +269,11 @@ static void write_temporal(const figures *f, FILE *page)
 {
     const names scenes = scenes_of(f, "temporal");
     if (!write_section(f, page, "Moving suns and casters", "temporal.svg") || !scenes.count) return;
-    fprintf(page,
-            "The rms difference between a method's change from one frame to the next and the "
-            "truth's; \"truth\" is the truth's own change. Mean over light sizes; the least is "
-            "bold.\n\n");
+    fprintf(
+        page,
+        "The rms difference between a method's change from one frame to the next and the "
+        "truth's; \"truth\" is the truth's own change. Mean over light sizes; the least is bold."
+        "\n\n");
     write_columns(page, &soft, "scene");
     for (int i = 0; i < scenes.count; i++) {
         fprintf(page, "| %s |", scenes.list[i]);
@@ -299,18 +303,21 @@ static void write_lights(const figures *f, FILE *page)
 {
     const names probes = scenes_of(f, "lights"), methods = methods_of(f, "lights");
     if (!write_section(f, page, "Lights of a probe", "lights.svg")) return;
-    fprintf(page,
-            "Rms errors in %% of the mean: of the irradiance behind 1200 random straight edges, of "
-            "surface points of a scene with shadows, and of the irradiance where nothing is in "
-            "between; and milliseconds to find the lights. \"One sun and ambient\" (in the "
-            "picture) is the brightest light and nine harmonics of all else. Each way is shaded as "
-            "its paper does: median cut by discs (Eq. 18), greedy rectangles (Annen and others "
-            "2008, section 4.2) as area lights by the cosine to their middle, variance cuts "
-            "(Viriyothai and Debevec 2009) as points at the regions' centroids. Greedy rectangles "
-            "have a threshold instead of a number: the one that comes nearest from below is "
-            "searched for, which is not timed. The last two are written plainly, so their times "
-            "are those of a first implementation.\n\n| probe | lights by, 8 / 32 | lights | behind "
-            "edges | with shadows | nothing between | ms |\n|---|---|---|---|---|---|---|\n");
+    fprintf(
+        page,
+        "Rms errors in %% of the mean: of the irradiance behind 1200 random straight edges, of "
+        "surface points of a scene with shadows, and of the irradiance where nothing is in "
+        "between; and milliseconds to find the lights. \"One sun and ambient\" (in the picture) "
+        "is the brightest light and nine harmonics of all else. Each way is shaded as its paper "
+        "does: median cut by discs (Eq. 18), greedy rectangles (Annen and others 2008, section "
+        "4.2) as area lights by the cosine to their middle, variance cuts (Viriyothai and "
+        "Debevec 2009) as points at the regions' centroids. Greedy rectangles have a threshold "
+        "instead of a number: the one that comes nearest from below is searched for, which is "
+        "not timed. The last two are written plainly, so their times are those of a first "
+        "implementation.\n\n"
+        "| probe | lights by, 8 / 32 | lights | behind edges | with shadows | nothing between | "
+        "ms |\n"
+        "|---|---|---|---|---|---|---|\n");
     static const char *const metric[][2] = {{"edges", "blocked_rms"},
                                             {"lights", "picture_rms"},
                                             {"lights", "irradiance_rms"},
@@ -377,9 +384,9 @@ static void write_hard_faults(const figures *f, FILE *page, double x)
     fprintf(page,
             "At a radius of %g: the error weighted by the receiver's cosine to the light, as it is "
             "shaded; light where all rays are blocked; darkness where none is; the rms difference "
-            "from percentage-closer filtering of the same map; the cost of a new map.\n\n| method "
-            "| as shaded | leak | false shadow | against PCF | ms an update "
-            "|\n|---|---|---|---|---|---|\n",
+            "from percentage-closer filtering of the same map; the cost of a new map.\n\n"
+            "| method | as shaded | leak | false shadow | against PCF | ms an update |\n"
+            "|---|---|---|---|---|---|\n",
             x);
     for (int i = 0; i < methods.count; i++) {
         const char *m = methods.list[i];
@@ -407,15 +414,16 @@ static void write_hard(const figures *f, FILE *page)
     const names scenes = scenes_of(f, "hard_scene");
     const numbers radii = sweep_of(f, "hard_scene", FILTERED_4, "rms");
     if (!write_section(f, page, "Filtered hard shadows", "hard.svg")) return;
-    fprintf(page,
-            "A light without size over the same scenes; one map of 256 x 256 under a Gaussian of 2 "
-            "radius + 1 texels, read bilinearly. The truth is what percentage-closer filtering "
-            "would give with infinitely small texels and a bias that follows the surface: rays "
-            "along the light, all over the kernel, from the receiver's tangent plane or the "
-            "surface that bends out of it. Percentage-closer filtering reads every texel under the "
-            "kernel, four at a time in vectors. Rivals get the bias that suits them best at each "
-            "radius, the library its default. A texel takes 32 bits with depth alone, 64 with VSM "
-            "and \"" FILTERED_4 "\", 96 with \"" FILTERED_6 "\" and 128 with EVSM.\n\n");
+    fprintf(
+        page,
+        "A light without size over the same scenes; one map of 256 x 256 under a Gaussian of 2 "
+        "radius + 1 texels, read bilinearly. The truth is what percentage-closer filtering would "
+        "give with infinitely small texels and a bias that follows the surface: rays along the "
+        "light, all over the kernel, from the receiver's tangent plane or the surface that bends "
+        "out of it. Percentage-closer filtering reads every texel under the kernel, four at a "
+        "time in vectors. Rivals get the bias that suits them best at each radius, the library "
+        "its default. A texel takes 32 bits with depth alone, 64 with VSM and \"" FILTERED_4
+        "\", 96 with \"" FILTERED_6 "\" and 128 with EVSM.\n\n");
     write_hard_sweep(f, page, "Rms error of visibility, mean over scenes", "rms", 3);
     write_hard_sweep(f, page, "Nanoseconds a receiver", "ns", 0);
     if (!radii.count) return;
@@ -551,25 +559,26 @@ static void write_gl(const figures *f, FILE *page)
     const names methods = methods_of(f, "gl");
     const numbers lights = sweep_of(f, "gl", LAYERED, "frame_ms");
     if (!lights.count) return;
-    fprintf(page, "## OpenGL\n\nThe same comparison in OpenGL, with the driver of the machine that "
-                  "measured. ");
+    fprintf(page, "## OpenGL\n\n"
+                  "The same comparison in OpenGL, with the driver of the machine that measured. ");
     write_gl_conclusion(f, page);
-    fprintf(page,
-            "Medians of rounds in which all methods take turns. The error is that of the whole "
-            "picture against the visibility of every surface by rays, in %% of its mean; \"truth\" "
-            "is the rays' own error. Rivals have the bias that is best here, one for the whole "
-            "map; with \"normal\" that of PCSS follows the receiver's plane. The library's depth "
-            "maps have 4 samples a texel, its default; the rivals' have one: PCSS has no use for "
-            "more, and convolution with 4 is in "
-            "[figures.md](figures.md#64-lights-of-a-probe-by-every-technique). MSSM uses front "
-            "faces alone, with which it errs less here than with its paper's means of front and "
-            "back. Convolution has the offset, scale and sharpening that are best for this "
-            "picture. Samples over 8 frames add up under a light and a view that stand still, the "
-            "best case for any history; a frame pays for one of them. Reads are texels per "
-            "receiver and light; an update is everything between depth maps and shading, a frame "
-            "depth maps, update and shading; memory is what shading reads for all lights, with "
-            "maps of 256 x 256. The picture is %g pixels wide, for errors 192.\n\n",
-            mean_of(f, "gl", NULL, LAYERED, lights.list[0], "width"));
+    fprintf(
+        page,
+        "Medians of rounds in which all methods take turns. The error is that of the whole "
+        "picture against the visibility of every surface by rays, in %% of its mean; \"truth\" "
+        "is the rays' own error. Rivals have the bias that is best here, one for the whole map; "
+        "with \"normal\" that of PCSS follows the receiver's plane. The library's depth maps "
+        "have 4 samples a texel, its default; the rivals' have one: PCSS has no use for more, "
+        "and convolution with 4 is in "
+        "[figures.md](figures.md#64-lights-of-a-probe-by-every-technique). MSSM uses front faces "
+        "alone, with which it errs less here than with its paper's means of front and back. "
+        "Convolution has the offset, scale and sharpening that are best for this picture. "
+        "Samples over 8 frames add up under a light and a view that stand still, the best case "
+        "for any history; a frame pays for one of them. Reads are texels per receiver and light; "
+        "an update is everything between depth maps and shading, a frame depth maps, update and "
+        "shading; memory is what shading reads for all lights, with maps of 256 x 256. The "
+        "picture is %g pixels wide, for errors 192.\n\n",
+        mean_of(f, "gl", NULL, LAYERED, lights.list[0], "width"));
     for (int j = 0; j < lights.count; j++) {
         fprintf(page,
                 "| %g lights | error, %% | FLIP | shading, ms | update, ms | frame, ms | reads | "
@@ -600,15 +609,18 @@ static void write_pictures(const figures *f, FILE *page)
 {
     const names methods = methods_of(f, "error");
     if (!methods.count) return;
-    fprintf(page,
-            "## Side by side\n\nThe light is a square of tangent 0.25; every method sees the same "
-            "depth map of 256 x 256 texels, and the truth takes 1024 rays a pixel. Below each "
-            "picture is its error: blue where it is too bright, orange where too dark, grey where "
-            "right, at full strength from a difference of 0.5 in visibility on. The rms error is "
-            "over all points whose horizon is below the whole light.\n\n![The demo's scene by five "
-            "methods, beside the truth](methods_demo.png)\n\nStacked grids, where blockers at "
-            "several depths overlap and methods that know one blocker depth fail:\n\n![Grids above "
-            "each other by five methods, beside the truth](methods_grids.png)\n\n");
+    fprintf(
+        page,
+        "## Side by side\n\n"
+        "The light is a square of tangent 0.25; every method sees the same depth map of 256 x "
+        "256 texels, and the truth takes 1024 rays a pixel. Below each picture is its error: "
+        "blue where it is too bright, orange where too dark, grey where right, at full strength "
+        "from a difference of 0.5 in visibility on. The rms error is over all points whose "
+        "horizon is below the whole light.\n\n"
+        "![The demo's scene by five methods, beside the truth](methods_demo.png)\n\n"
+        "Stacked grids, where blockers at several depths overlap and methods that know one "
+        "blocker depth fail:\n\n"
+        "![Grids above each other by five methods, beside the truth](methods_grids.png)\n\n");
 }
 
 // ---- Figures to reach
@@ -750,30 +762,34 @@ static void write_method(const figures *f, FILE *page)
     if (!isnan(noise))
         fprintf(page, "; its own rms error is %.4f on average, %.4f at most", noise,
                 mean_of(f, "truth", "all", "error", 0, "noise_most"));
-    fprintf(page,
-            ".\n- All %d methods see the same depth map, 256 texels a side, one sample a texel, "
-            "without back faces; MSSM sees, as its paper asks, the mean of front and back faces "
-            "where all parts of a scene are closed. The rivals are written from their papers, in "
-            "`tests/compare/`. Those that need a depth bias get the one that is best for them over "
-            "all scenes.\n- The library and its rivals are scalar C, compiled by gcc with -O2, "
-            "which vectorises hardly any loop. Exceptions, all in favour of rivals: convolution "
-            "reads the channels of its tables four at a time, \"" PCF_GAUSSIAN "\" and "
-            "\"" PCSS_NORMAL
-            "\" their texels, and \"%s\" is \"%s\" with four texels at a time, charted beside it. "
-            "The bounds over arrays are measured with other flags and have a section of their "
-            "own.\n- Times are of one core, in rounds that go through all methods, so that "
-            "whatever disturbs the machine disturbs all of them. Compare ratios: nanoseconds are "
-            "those of the machine that ran this.\n- A method's time counts as constant if the "
-            "widest kernel costs less than 1.5 times the narrowest.\n\nRun it "
-            "again:\n\n```sh\nmake chart          # everything: accuracy.csv, this page, its "
-            "pictures; about ten minutes\nmake chart-quick    # the same with fewer receivers, to "
-            "build/\nmake chart-check    # do README and docs still say what the figures "
-            "say?\n```\n\nOn a mesh or a light probe of your own, after `make "
-            "build/release/measure`:\n\n```sh\nbuild/release/measure --scene mesh.obj --sun "
-            "0.3,1,0.45   # v and f lines, +Y up, any unit; a ground is put under "
-            "it\nbuild/release/measure --probe probe.hdr --out mine.csv    # lat-long, or six "
-            "faces from top to bottom; .hdr or .pfm\n```\n",
-            methods.count, PCSS_VECTORS, PCSS_ALL);
+    fprintf(
+        page,
+        ".\n"
+        "- All %d methods see the same depth map, 256 texels a side, one sample a texel, without "
+        "back faces; MSSM sees, as its paper asks, the mean of front and back faces where all "
+        "parts of a scene are closed. The rivals are written from their papers, in "
+        "`tests/compare/`. Those that need a depth bias get the one that is best for them over "
+        "all scenes.\n"
+        "- The library and its rivals are scalar C, compiled by gcc with -O2, which vectorises "
+        "hardly any loop. Exceptions, all in favour of rivals: convolution reads the channels of "
+        "its tables four at a time, \"" PCF_GAUSSIAN "\" and "
+        "\"" PCSS_NORMAL
+        "\" their texels, and \"%s\" is \"%s\" with four texels at a time, charted beside it. "
+        "The bounds over arrays are measured with other flags and have a section of their own.\n"
+        "- Times are of one core, in rounds that go through all methods, so that whatever "
+        "disturbs the machine disturbs all of them. Compare ratios: nanoseconds are those of the "
+        "machine that ran this.\n"
+        "- A method's time counts as constant if the widest kernel costs less than 1.5 times the "
+        "narrowest.\n\n"
+        "Run it again:\n\n"
+        "```sh\nmake chart          # everything: accuracy.csv, this page, its pictures; about "
+        "ten minutes\nmake chart-quick    # the same with fewer receivers, to build/\nmake "
+        "chart-check    # do README and docs still say what the figures say?\n```\n\n"
+        "On a mesh or a light probe of your own, after `make build/release/measure`:\n\n"
+        "```sh\nbuild/release/measure --scene mesh.obj --sun 0.3,1,0.45   # v and f lines, +Y "
+        "up, any unit; a ground is put under it\nbuild/release/measure --probe probe.hdr --out "
+        "mine.csv    # lat-long, or six faces from top to bottom; .hdr or .pfm\n```\n",
+        methods.count, PCSS_VECTORS, PCSS_ALL);
 }
 
 void page_write(const figures *f, FILE *page)

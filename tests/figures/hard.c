@@ -132,10 +132,10 @@ static void judge(page *p, const bench *b, const panel panels[3])
     fprintf(
         p->file,
         "**%s** Radius %d to %d: percentage-closer filtering takes %.1f times as long "
-        "(\"catastrophic\"), moments %.1f times (\"barely depends\"). Map %d² to %d²: %.1f "
-        "times (\"barely gets more expensive\") against %.1f times (\"the cost per texel is "
-        "higher\"). Each further pixel costs %.0f ns with percentage-closer filtering, %.0f "
-        "with EVSM, %.0f with moments: that moments are cheaper per pixel %s%s.\n\n",
+        "(\"catastrophic\"), moments %.1f times (\"barely depends\"). Map %d² to %d²: %.1f times "
+        "(\"barely gets more expensive\") against %.1f times (\"the cost per texel is higher\"). "
+        "Each further pixel costs %.0f ns with percentage-closer filtering, %.0f with EVSM, %.0f "
+        "with moments: that moments are cheaper per pixel %s%s.\n\n",
         held == 3  ? "Agrees."
         : held > 0 ? "Agrees in part."
                    : "Does not agree.",
@@ -170,15 +170,16 @@ bool hard_shadow_times(page *p, message *why)
             series_add(&panels[2].list[k], pictures[i], time_of(&b, m, RADIUS, b.side, i));
         }
     }
-    fprintf(p->file,
-            "## Filtered hard shadows\n\nThe slides' plots of run time: radius, map and output. "
-            "Times are of one light on one core: an update of the map and one visibility for each "
-            "pixel that shows the scene. Unless varied, the radius is %d, maps are %d², pictures "
-            "%d wide. Percentage-closer filtering reads every texel of the kernel for each pixel; "
-            "the others filter the map in two passes and read one filtered texel. The soft "
-            "shadows' plots are above.\n\n![Filtered hard "
-            "shadows](figure_hard_shadow_times.svg)\n\n",
-            RADIUS, sides[b.side], pictures[b.picture]);
+    fprintf(
+        p->file,
+        "## Filtered hard shadows\n\n"
+        "The slides' plots of run time: radius, map and output. Times are of one light on one "
+        "core: an update of the map and one visibility for each pixel that shows the scene. "
+        "Unless varied, the radius is %d, maps are %d², pictures %d wide. Percentage-closer "
+        "filtering reads every texel of the kernel for each pixel; the others filter the map in "
+        "two passes and read one filtered texel. The soft shadows' plots are above.\n\n"
+        "![Filtered hard shadows](figure_hard_shadow_times.svg)\n\n",
+        RADIUS, sides[b.side], pictures[b.picture]);
     static const char *const corner[3] = {"ms, by radius", "ms, by the map's side",
                                           "ms, by the picture's width"};
     for (int i = 0; i < 3; i++) chart_table(p->file, corner[i], &panels[i]);

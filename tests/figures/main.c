@@ -20,13 +20,14 @@ static const struct {
 enum { FIGURES = sizeof all / sizeof *all };
 
 static const char head[] =
-    "<!-- written by `make figures` -->\n# The papers' figures\n\nKneiphof's figures 2 to "
-    "7, Annen's table 1 and the plots of Peters' slides, re-made on the built-in scene and "
-    "probe by `make figures`. A paragraph after each says whether it agrees with the "
-    "paper, computed from the figure's own data. Errors in the papers are in "
-    "[errata.md](errata.md).\n\nTimes are of this machine's processor, also under OpenGL "
-    "(Mesa's llvmpipe): slopes and ratios can be compared with the papers', milliseconds "
-    "cannot. What GPUs execute is in [gpu.md](gpu.md).\n\n";
+    "<!-- written by `make figures` -->\n# The papers' figures\n\n"
+    "Kneiphof's figures 2 to 7, Annen's table 1 and the plots of Peters' slides, re-made on "
+    "the built-in scene and probe by `make figures`. A paragraph after each says whether it "
+    "agrees with the paper, computed from the figure's own data. Errors in the papers are in "
+    "[errata.md](errata.md).\n\n"
+    "Times are of this machine's processor, also under OpenGL (Mesa's llvmpipe): slopes and "
+    "ratios can be compared with the papers', milliseconds cannot. What GPUs execute is in "
+    "[gpu.md](gpu.md).\n\n";
 
 static bool write_page(page *p, char **names, int count, message *why)
 {

@@ -116,8 +116,8 @@ static void judge_sources(page *p, const source_row rows[SOURCES])
             ? " PCSS is off by more wherever one blocker depth does not describe what is "
               "in between."
             : " Even by rays, 32 uniform rectangles are further off than 256 points, each of which "
-              "leaves a step of a 256th of the light; PCSS adds error wherever one blocker depth "
-              "does not describe the occluders.",
+              "leaves a step of a 256th of the light; PCSS adds error wherever one blocker depth does "
+              "not describe the occluders.",
         library->edges, library->error, library->ray_edges, library->rays);
     fprintf(p->file,
             "16 area lights have %.1f times the rms error of 64 (%.1f by rays; this library's %.1f "
@@ -152,14 +152,15 @@ bool light_sources(page *p, message *why)
     if (done) {
         fprintf(
             p->file,
-            "## Light sources\n\nKneiphof's Figure 2: the probe as points and as area lights, "
-            "beside the truth. Median cut as in the paper, area lights under PCSS (all texels of "
-            "the kernel, the bias along the receiver's plane), points under one exact ray each; "
-            "the last row has this library's lights under layered shadows, 6 moments. Maps are of "
-            "256² (narrow lights, as the sun: 512²), this library's of 4 samples a texel. *Edges*: "
-            "rms of the steps between neighbouring pixels that the truth does not have, as hard "
-            "shadow boundaries make. *By rays*: the area lights without the errors of shadow maps. "
-            "The truth's noise is subtracted.\n\n");
+            "## Light sources\n\n"
+            "Kneiphof's Figure 2: the probe as points and as area lights, beside the truth. Median "
+            "cut as in the paper, area lights under PCSS (all texels of the kernel, the bias along "
+            "the receiver's plane), points under one exact ray each; the last row has this library's "
+            "lights under layered shadows, 6 moments. Maps are of 256² (narrow lights, as the sun: "
+            "512²), this library's of 4 samples a texel. *Edges*: rms of the steps between "
+            "neighbouring pixels that the truth does not have, as hard shadow boundaries make. *By "
+            "rays*: the area lights without the errors of shadow maps. The truth's noise is "
+            "subtracted.\n\n");
         fprintf(p->file, "![Light sources](figure_light_sources.png)\n\n");
         done = sheet_close(&to, page_path(p, "figure_light_sources.png"), why);
         judge_sources(p, rows);
@@ -254,15 +255,16 @@ static bool probe_lights(page *p, studio *s, const char *name, const char *title
 bool probe_lights_one(page *p, message *why)
 {
     studio s;
-    fprintf(p->file,
-            "## 64 lights of a probe, by every technique\n\nKneiphof's Figures 5 and 6. All use "
-            "depth maps of 256² (narrow lights: 512²): moments have 4 samples a texel as in the "
-            "paper (of front faces alone: MSSM errs more here with the paper's means of front and "
-            "back), CSSM has maps of twice the side, so as many samples. The lights are this "
-            "library's. CSSM's series, bias and sharpening were tuned on these two pictures; PCSS "
-            "has a bias that follows the receiver's plane, as in [the chart](accuracy.md). Errors "
-            "are rms, against rays to the same lights; *leaks* is excess light, in %% of all "
-            "light.\n\n");
+    fprintf(
+        p->file,
+        "## 64 lights of a probe, by every technique\n\n"
+        "Kneiphof's Figures 5 and 6. All use depth maps of 256² (narrow lights: 512²): moments "
+        "have 4 samples a texel as in the paper (of front faces alone: MSSM errs more here with "
+        "the paper's means of front and back), CSSM has maps of twice the side, so as many "
+        "samples. The lights are this library's. CSSM's series, bias and sharpening were tuned "
+        "on these two pictures; PCSS has a bias that follows the receiver's plane, as in [the "
+        "chart](accuracy.md). Errors are rms, against rays to the same lights; *leaks* is excess "
+        "light, in %% of all light.\n\n");
     const bool done = studio_open(&s, &front, width_of(p), p->quick ? 32 : 256, why) &&
                       probe_lights(p, &s, "figure_probe_lights_1.png", "64 lights of a probe", why);
     studio_close(&s);
@@ -295,10 +297,11 @@ bool blocker_bounds(page *p, message *why)
     bool done = studio_open(&s, &front, width_of(p), p->quick ? 32 : 256, why) &&
                 studio_extract(&s, &lights, 16, false, why);
     fprintf(p->file,
-            "## Lower and upper blocker, 4 and 6 moments\n\nKneiphof's Figure 7: 16 lights of the "
-            "probe, which are large; means of front and back faces, as in the paper. LB: the "
-            "receiver's own weight counts 1e-3 (Eq. 7). UB: it counts in full (Eq. 19).\n\n![Lower "
-            "and upper blocker](figure_blocker_bounds.png)\n\n");
+            "## Lower and upper blocker, 4 and 6 moments\n\n"
+            "Kneiphof's Figure 7: 16 lights of the probe, which are large; means of front and back "
+            "faces, as in the paper. LB: the receiver's own weight counts 1e-3 (Eq. 7). UB: it "
+            "counts in full (Eq. 19).\n\n"
+            "![Lower and upper blocker](figure_blocker_bounds.png)\n\n");
     if (done)
         done = draw_techniques(&s, &lights, t, COUNT + 1, true,
                                page_path(p, "figure_blocker_bounds.png"), why);
@@ -308,9 +311,9 @@ bool blocker_bounds(page *p, message *why)
         fprintf(
             p->file,
             "**%s** \"The shadows from MSSM4 are quite weak. When using 6 moments, the shadows are "
-            "stronger [...]. In both cases, using an upper bound for the average blocker depth "
-            "makes the shadows less weak.\" Leaked light, in %% of all: %.2f (LB4), %.2f (LB6), "
-            "%.2f (UB4), %.2f (UB6), layered %.2f; rms %.1f, %.1f, %.1f, %.1f, layered %.1f%%.\n\n",
+            "stronger [...]. In both cases, using an upper bound for the average blocker depth makes "
+            "the shadows less weak.\" Leaked light, in %% of all: %.2f (LB4), %.2f (LB6), %.2f "
+            "(UB4), %.2f (UB6), layered %.2f; rms %.1f, %.1f, %.1f, %.1f, layered %.1f%%.\n\n",
             moments && upper   ? "Agrees."
             : moments || upper ? "Agrees in part."
                                : "Does not agree.",

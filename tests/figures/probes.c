@@ -257,21 +257,22 @@ static void judge(page *p, const times *t, const range *r, const char *name)
                number = nearer(g.number, g.rounds, numbers);
     const int held = tables + most + side + number;
     const double all = t->sums[MIDDLE] + t->cuts[MIDDLE][MIDDLE] + t->lights[MIDDLE][MIDDLE];
-    fprintf(p->file,
-            "- *%s.* **%s** Tables grow with the side to the power %.1f (paper: \"quadratic\") and "
-            "take %.0f%% of the time at %d² (\"the major amount\"). From %d² to %d² cuts take %.1f "
-            "times as long (\"little impacted\"; their bisections %.1f); from %d to %d lights %.1f "
-            "times (\"logarithmic\": %.1f times the rounds; in proportion %.0f)%s. Making lights "
-            "of regions takes %.1f times as long. At %d² and %d lights all steps take %.2f ms, "
-            "lightprobe.h %.2f ms.\n",
-            name,
-            held == 4  ? "Agrees."
-            : held > 0 ? "Agrees in part."
-                       : "Does not agree.",
-            g.power, 100 * g.share, r->side[SIDES - 2], r->side[0], r->side[LAST], g.side,
-            g.halvings, r->number[0], r->number[LAST], g.number, g.rounds, numbers,
-            number ? "" : ", since a processor cuts and sorts one region after the other", g.lights,
-            r->side[MIDDLE], r->number[MIDDLE], all, t->ours[MIDDLE][MIDDLE]);
+    fprintf(
+        p->file,
+        "- *%s.* **%s** Tables grow with the side to the power %.1f (paper: \"quadratic\") and "
+        "take %.0f%% of the time at %d² (\"the major amount\"). From %d² to %d² cuts take %.1f "
+        "times as long (\"little impacted\"; their bisections %.1f); from %d to %d lights %.1f "
+        "times (\"logarithmic\": %.1f times the rounds; in proportion %.0f)%s. Making lights of "
+        "regions takes %.1f times as long. At %d² and %d lights all steps take %.2f ms, "
+        "lightprobe.h %.2f ms.\n",
+        name,
+        held == 4  ? "Agrees."
+        : held > 0 ? "Agrees in part."
+                   : "Does not agree.",
+        g.power, 100 * g.share, r->side[SIDES - 2], r->side[0], r->side[LAST], g.side, g.halvings,
+        r->number[0], r->number[LAST], g.number, g.rounds, numbers,
+        number ? "" : ", since a processor cuts and sorts one region after the other", g.lights,
+        r->side[MIDDLE], r->number[MIDDLE], all, t->ours[MIDDLE][MIDDLE]);
 }
 
 static bool measure(times t[2], const range *r, bool opened, message *why)
@@ -307,13 +308,15 @@ bool probe_times(page *p, message *why)
     if (!done) return false;
     panel panels[3];
     panels_of(t, r, panels);
-    fprintf(p->file,
-            "## Time to find the lights\n\nKneiphof's Figure 3. The paper's way is summed-area "
-            "tables of XYZ and of the moments of luminance, median cut in them, and lights from "
-            "them; in OpenGL by compute shaders, with one group of 256 threads and a bitonic "
-            "sorter for the cuts. Both sides find the same lights. CPU times are of one thread, "
-            "the least of %d runs.\n\n![Time to find the lights](figure_probe_times.svg)\n\n",
-            r->rounds);
+    fprintf(
+        p->file,
+        "## Time to find the lights\n\n"
+        "Kneiphof's Figure 3. The paper's way is summed-area tables of XYZ and of the moments of "
+        "luminance, median cut in them, and lights from them; in OpenGL by compute shaders, with "
+        "one group of 256 threads and a bitonic sorter for the cuts. Both sides find the same "
+        "lights. CPU times are of one thread, the least of %d runs.\n\n"
+        "![Time to find the lights](figure_probe_times.svg)\n\n",
+        r->rounds);
     chart_table(p->file, "ms, by the side of the faces", &panels[0]);
     fprintf(p->file, "By the number of lights, faces of %d²:\n\n", r->side[MIDDLE]);
     panel numbers_panel = panels[1];

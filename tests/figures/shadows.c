@@ -347,13 +347,13 @@ bool shadow_times(page *p, message *why)
     static panel panels[3];
     const range r = range_of(p);
     fprintf(p->file,
-            "## Time of soft shadows\n\nKneiphof's Figure 4, for %d lights instead of 16 (times "
-            "grow in proportion): resolve and tables, and shading, against the side of the maps "
-            "(pictures of %d x %d), and shading against the picture (maps of %d²). MSSM and "
-            "layered shadows resolve front and back faces of 4 samples a texel, as in the paper; "
-            "CSSM computes its terms from one sample a texel while it sums, less work than the "
-            "paper's. Resolve and tables of all lights are one call. MSSM4 and MSSM6 have the "
-            "paper's largest kernel of 27 x 27.\n\n",
+            "## Time of soft shadows\n\n"
+            "Kneiphof's Figure 4, for %d lights instead of 16 (times grow in proportion): resolve "
+            "and tables, and shading, against the side of the maps (pictures of %d x %d), and "
+            "shading against the picture (maps of %d²). MSSM and layered shadows resolve front and "
+            "back faces of 4 samples a texel, as in the paper; CSSM computes its terms from one "
+            "sample a texel while it sums, less work than the paper's. Resolve and tables of all "
+            "lights are one call. MSSM4 and MSSM6 have the paper's largest kernel of 27 x 27.\n\n",
             LIGHTS, r.width, r.width * 9 / 16, r.side);
     if (!has_gl(p)) return true;
     memset(panels, 0, sizeof panels);
@@ -427,10 +427,11 @@ bool many_lights(page *p, message *why)
     static frames fps;
     const int points = p->quick ? 1 : POINTS, at = p->quick ? 0 : 1;
     fprintf(p->file,
-            "## Frames per second by lights\n\nAnnen's Table 1: M = 4 terms (CSSM8) with mip maps "
-            "and tables, beside this library's layered shadows; whole frames of the built-in "
-            "scene, %d x %d. Convolution's maps have one sample a texel, this library's 4. 1024² "
-            "with 40 lights is left out, as in the paper.\n\n",
+            "## Frames per second by lights\n\n"
+            "Annen's Table 1: M = 4 terms (CSSM8) with mip maps and tables, beside this library's "
+            "layered shadows; whole frames of the built-in scene, %d x %d. Convolution's maps have "
+            "one sample a texel, this library's 4. 1024² with 40 lights is left out, as in the "
+            "paper.\n\n",
             SMALL_PICTURE, SMALL_PICTURE * 9 / 16);
     if (!has_gl(p)) return true;
     for (int n = 0; n < NUMBERS; n++) {

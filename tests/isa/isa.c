@@ -287,12 +287,15 @@ static void print_ratios(FILE *f)
     static const char *const rivals[] = {
         PCSS_TAPS,           PCSS_GATHER,        PCSS_POISSON,    PCSS_GATHER_NORMAL,
         PCSS_POISSON_NORMAL, CSSM16 CSSM_TABLES, CSSM16 CSSM_MIPS};
-    fprintf(f,
-            "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are "
-            "of llvmpipe, a rasterizer on\nthe CPU, where every read of a texture is arithmetic "
-            "too. On a GPU the slower of the two units decides. Arithmetic and\nreads, relative to "
-            "layered shadows with 6 moments (%s):\n\n| | arithmetic | reads |\n|---|---|---|\n",
-            gpus[CEILING_GPU].name);
+    fprintf(
+        f,
+        "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are of "
+        "llvmpipe, a rasterizer on\nthe CPU, where every read of a texture is arithmetic too. On "
+        "a GPU the slower of the two units decides. Arithmetic and\nreads, relative to layered "
+        "shadows with 6 moments (%s):\n\n"
+        "| | arithmetic | reads |\n"
+        "|---|---|---|\n",
+        gpus[CEILING_GPU].name);
     for (size_t i = 0; i < sizeof rivals / sizeof *rivals; i++) {
         fprintf(f, "| %s | %.2f | %.2f |\n", rivals[i],
                 ratio(rivals[i], "layered, 6 moments", ARITHMETIC),
@@ -309,10 +312,11 @@ static void write_page(const char *path, const figures *measured)
     FILE *f = fopen(path, "w");
     if (!f) stop("cannot write", path);
     fprintf(f,
-            "# What GPUs execute\n\nWritten by `make isa`, which needs no GPU: RADV, Mesa's driver "
-            "for AMD, compiles the shaders to\nmachine code for GPUs that are not installed. No "
-            "time is measured, and caches are not modelled.\n\nCompiler: %s. Numbers between "
-            "slashes: ",
+            "# What GPUs execute\n\n"
+            "Written by `make isa`, which needs no GPU: RADV, Mesa's driver for AMD, compiles the "
+            "shaders to\nmachine code for GPUs that are not installed. No time is measured, and "
+            "caches are not modelled.\n\n"
+            "Compiler: %s. Numbers between slashes: ",
             driver);
     for (int g = 0; g < GPUS; g++) fprintf(f, "%s%s", g ? ", " : "", gpus[g].name);
     fprintf(f, ".\nThe light is the same for all threads.\n");
@@ -321,19 +325,21 @@ static void write_page(const char *path, const figures *measured)
     fprintf(f,
             "\nPasses that make the tables of 256 x 256 texels with 6 moments, and the lights.\n");
     print_table(f, measured, true);
-    fprintf(f,
-            "\n- **registers**: vector registers of a thread; none is spilled to memory. "
-            "**waves**: how many waves fit on a SIMD\n  at once, to work while others wait for "
-            "memory (RDNA: waves of 32 threads).\n- **latency**: clocks of one wave alone, by the "
-            "compiler's model, which takes every loop for 8 turns.\n- **vector, slow, reads**: "
-            "instructions that a wave executes if it takes every branch, as it does as soon as "
-            "one\n  of its threads does: every block of the assembly times the turns of the loops "
-            "around it (2 lookups in the cone and 2 kernels, the chart's mean rounded up; for PCSS "
-            "its\n  widest kernel, twice; for columns 32 times eight rows). slow: reciprocals, "
-            "roots, powers, at a quarter of the rate. reads: of\n  images and buffers, with the "
-            "receiver's position. Empty where turns depend on the probe.\n- **arithmetic**: vector "
-            "+ 4 slow; **llvmpipe**: time of the shading pass with 16 lights (docs/accuracy.csv); "
-            "both\n  relative to the first row.\n");
+    fprintf(
+        f,
+        "\n- **registers**: vector registers of a thread; none is spilled to memory. **waves**: "
+        "how many waves fit on a SIMD\n  at once, to work while others wait for memory (RDNA: "
+        "waves of 32 threads).\n"
+        "- **latency**: clocks of one wave alone, by the compiler's model, which takes every "
+        "loop for 8 turns.\n"
+        "- **vector, slow, reads**: instructions that a wave executes if it takes every branch, "
+        "as it does as soon as one\n  of its threads does: every block of the assembly times the "
+        "turns of the loops around it (2 lookups in the cone and 2 kernels, the chart's mean "
+        "rounded up; for PCSS its\n  widest kernel, twice; for columns 32 times eight rows). "
+        "slow: reciprocals, roots, powers, at a quarter of the rate. reads: of\n  images and "
+        "buffers, with the receiver's position. Empty where turns depend on the probe.\n"
+        "- **arithmetic**: vector + 4 slow; **llvmpipe**: time of the shading pass with 16 "
+        "lights (docs/accuracy.csv); both\n  relative to the first row.\n");
     if (fclose(f)) stop("cannot write", path);
 }
 

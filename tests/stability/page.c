@@ -167,16 +167,17 @@ static int write_minute(FILE *f, results *r)
             "%.1f million, with 1e-5 for the rounding of sums.\n",
             (ours.queries + tables.queries) / 1e6, ours.failures + tables.failures, points.failures,
             points.queries / 1e6);
-    fprintf(f,
-            "- The published algorithm (Cholesky, roots, customary bias vector) fails in %.2f%% "
-            "of the queries at the bias that is\n  provably safe for its vector, without bias in "
-            "%.0f%%; with an explicit inverse of the moment matrix in %.0f%% at a safe bias.\n"
-            "- What the image-based lighting paper tried for the weights, with the cubic of its "
-            "reference [8], at the same safe bias: an explicit inverse of their system\n  fails "
-            "in %.2f%%, LU in %.2f%%, QR in %.2f%% of the queries.\n",
-            100 * published.failures / published.queries, 100 * bare.failures / bare.queries,
-            100 * inverse.failures / inverse.queries, 100 * paper[0].failures / paper[0].queries,
-            100 * paper[1].failures / paper[1].queries, 100 * paper[2].failures / paper[2].queries);
+    fprintf(
+        f,
+        "- The published algorithm (Cholesky, roots, customary bias vector) fails in %.2f%% of "
+        "the queries at the bias that is\n  provably safe for its vector, in %.0f%% without "
+        "bias; with an explicit inverse of the moment matrix, in %.0f%% at a safe bias.\n"
+        "- The methods that the image-based lighting paper tried for the weights, with the cubic "
+        "of its reference [8], at the same safe bias: an explicit inverse\n  of the system fails "
+        "in %.2f%%, LU in %.2f%%, QR in %.2f%% of the queries.\n",
+        100 * published.failures / published.queries, 100 * bare.failures / bare.queries,
+        100 * inverse.failures / inverse.queries, 100 * paper[0].failures / paper[0].queries,
+        100 * paper[1].failures / paper[1].queries, 100 * paper[2].failures / paper[2].queries);
     fprintf(
         f, "- **Error of the bounds** against `__float128` at the safe bias, 99.9%% of queries / "
            "the worst of them:\n\n"
@@ -196,13 +197,12 @@ static int write_minute(FILE *f, results *r)
         }
         fprintf(f, "\n");
     }
-    fprintf(f, "\nA reply that is not a number counts as an error of 1. `make stability` fails "
-               "where one of "
-               "ours is above 8e-3 / 2e-2 in float32,\n1e-3 / 3e-3 in 16 bits or 2.5e-2 / 6e-2 in "
-               "tables, where a false shadow exceeds the safe bias, or where that leaves moments "
-               "invalid.\n\n"
-               "![Distance to the truth against the bias](stability-bias.svg)\n\n"
-               "![Error against the distance of two depths](stability-distance.svg)\n\n");
+    fprintf(
+        f, "\nNaN counts as an error of 1. `make stability` fails if an error of mssm.h is above "
+           "8e-3 / 2e-2 in float32,\n1e-3 / 3e-3 in 16 bits or 2.5e-2 / 6e-2 in tables, if a false "
+           "shadow exceeds the safe bias, or if that bias leaves moments invalid.\n\n"
+           "![Distance to the truth against the bias](stability-bias.svg)\n\n"
+           "![Error against the distance of two depths](stability-distance.svg)\n\n");
     return (ours.failures + tables.failures + points.failures > 0) + beyond_limits(r);
 }
 
@@ -225,11 +225,10 @@ static void write_formats(FILE *f, results *r)
         f, "## Method by method, at the safe bias\n\n"
            "All families together. *False shadow*: how far the upper bound lies below the share of "
            "depths that are not nearer than the\nreceiver; *leak*: how far the lower bound lies "
-           "above the share that is behind it. Neither can happen in exact arithmetic beyond\nthe "
-           "bias itself. Errors are those of the worse bound against sharp bounds of the same "
-           "moments in `__float128`; the last column is\nthe blocker depth's, times the share "
-           "that it stands for. Without bias most moments are those of no distribution, so there "
-           "is no error.\n");
+           "above the share that is behind it. In exact arithmetic neither exceeds\nthe bias. "
+           "Errors are those of the worse bound against sharp bounds of the same moments in "
+           "`__float128`; the last column is the\nblocker depth's, times the share that it stands "
+           "for. Without bias most moments are of no distribution, so no error is defined.\n");
     for (int format = 0; format < OWN_FORMATS; format++) {
         const int per = results_figures(r, METHOD_BOUNDS, 4, format, safe_of(r), -1).samples;
         fprintf(f,
@@ -250,12 +249,13 @@ static void write_formats(FILE *f, results *r)
 static void write_storage(FILE *f, results *r)
 {
     fprintf(f,
-            "\n## Tables that do not hold their moments\n\nNo bias repairs what a float32 "
-            "summed-area table loses, or a uint32 table that wraps. The math then gets moments of "
-            "no\ndistribution; mssm.h answers from their longest valid part, in range, but cannot "
-            "know better. (At the safe bias of its own table.)\n\n"
+            "\n## Tables that do not hold their moments\n\n"
+            "No bias repairs what a float32 summed-area table loses, or a uint32 table that wraps. "
+            "The math then gets moments of no\ndistribution; mssm.h uses their longest valid part, "
+            "so results are in range but not right. (At the safe bias of its own table.)\n\n"
             "| table | moments | invalid moments | mssm.h: failures | false shadow | leak | "
-            "published: failures |\n|---|---|---|---|---|---|---|\n");
+            "published: failures |\n"
+            "|---|---|---|---|---|---|---|\n");
     for (int i = 0; i < 6; i++) {
         const int m = i % 2 ? 6 : 4, format = FORMAT_TABLE + i / 2;
         const figures g = results_figures(r, METHOD_BOUNDS, m, format, safe_of(r), -1);
@@ -288,12 +288,13 @@ static void write_families(FILE *f, results *r)
                                                     "two depths with noise"};
     fprintf(f, "\n## Family by family, at the safe bias\n\n");
     for (int i = 0; i < FAMILY_COUNT; i++) {
-        fprintf(f, "%s`%s` %s%s", i ? "; " : "", family_keys[i], about[i], i % 3 == 2 ? "\n" : "");
+        fprintf(f, "%s`%s` %s", !i ? "" : i % 3 ? "; " : ";\n", family_keys[i], about[i]);
     }
-    fprintf(f,
-            "\nLargest error, and in brackets how many of "
-            "the %d queries failed (NaN, out of range or crossed).\n",
-            r->p.patches * RECEIVERS);
+    fprintf(
+        f,
+        "\n\nLargest error, and in brackets how many of the %d queries failed (NaN, out of range "
+        "or crossed).\n",
+        r->p.patches * RECEIVERS);
     for (int i = 0; i < 2 * OWN_FORMATS; i++) {
         const int m = i % 2 ? 6 : 4, format = i / 2;
         fprintf(f, "\n**%s, %d moments**\n\n| family |", format_titles[format], m);
@@ -317,14 +318,15 @@ static void write_families(FILE *f, results *r)
 
 static void write_onset(FILE *f, results *r)
 {
-    fprintf(f,
-            "\n## Where each method starts to fail\n\nComing down from a bias of 1e-3: the largest "
-            "at which a query returned NaN, left [0,1] or crossed its bounds, what it did there, "
-            "and\nwhat mssm.h does at the same bias. Biases below the safe one are the user's own "
-            "choice: there the floors of the pivots step in.\n\n"
-            "| method | storage | moments | fails up to | NaN or Inf | out or crossed | false "
-            "shadow | leak | mssm.h there: failures | false shadow | leak |\n"
-            "|---|---|---|---|---|---|---|---|---|---|---|\n");
+    fprintf(
+        f,
+        "\n## Where each method starts to fail\n\n"
+        "The largest bias up to 1e-3 at which a query returned NaN, left [0,1] or crossed its "
+        "bounds, what the method did there, and\nwhat mssm.h does at the same bias. A bias below "
+        "the safe one is the user's choice; the floors of the pivots then step in.\n\n"
+        "| method | storage | moments | fails up to | NaN or Inf | out or crossed | false shadow "
+        "| leak | mssm.h there: failures | false shadow | leak |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (int i = 0; i < METHODS * 2 * OWN_FORMATS; i++) {
         const int method = i / 2 / OWN_FORMATS, format = i / 2 % OWN_FORMATS, m = i % 2 ? 6 : 4;
         if (method < METHOD_PUBLISHED) continue;
@@ -345,8 +347,9 @@ static int write_further(FILE *f)
 {
     const further *all[] = {further_tables, further_lights, further_probes};
     int broken = 0;
-    fprintf(f, "\n## Tables, lights and probes at their limits\n\nOne row with "
-               "`build/release/stability --case NAME`.\n\n| case | input | here | the usual way |\n"
+    fprintf(f, "\n## Tables, lights and probes at their limits\n\n"
+               "`build/release/stability --case NAME` runs one row.\n\n"
+               "| case | input | here | the usual way |\n"
                "|---|---|---|---|\n");
     for (int i = 0; i < 3; i++) {
         for (const further *c = all[i]; c->name; c++) {
@@ -366,37 +369,33 @@ static void write_reproduce(FILE *f, results *r, double seconds)
 {
     fprintf(
         f,
-        "\n## To run it again\n\n`make stability` writes this page (%.0f seconds here); `--quick` "
-        "takes one patch in 16. Any line alone, with the queries of its largest error "
-        "and\nfirst failure as hexadecimal floats:\n\n"
-        "    build/release/stability --method cholesky --moments 6 --format float32 --family "
-        "outlier --bias safe\n"
-        "    build/release/stability --case full-kernels\n"
-        "    build/release/stability --distance --moments 6 --format float32\n\n"
+        "\n## To run it again\n\n"
+        "`make stability` writes this page (%.0f seconds here); `--quick` takes one patch in 16. "
+        "To run one line, with the queries of its largest error\nand first failure as "
+        "hexadecimal floats:\n\n    build/release/stability --method cholesky --moments 6 "
+        "--format float32 --family outlier --bias safe\n    build/release/stability --case "
+        "full-kernels\n    build/release/stability --distance --moments 6 --format float32\n\n"
         "Methods: `mssm` (bounds and blocker depth), `mssm-points` (full reconstruction), "
         "`mssm-stored` (tables as the library reads them),\n`cholesky`, `cholesky-our-vector`, "
-        "`inverse`, `lu`, `newton`, `cubic`, `paper-inverse`, `paper-lu`, `paper-qr`; \"no bias\" is `cholesky-our-vector --bias 0`. Formats: "
-        "`float32`, `unorm16`,\n`filtered`, `table`, `float-sat`, `slides-table`. Leaving an "
-        "option "
-        "out means all. Each family has %d patches of 2 x 2 to 27 x 27\ntexels with five "
-        "receivers: "
-        "on a depth, 1e-7 to 3e-2 beside one, just outside of all, far outside, anywhere. The same "
-        "patches on every run (others with `--seed N`); last digits\ndepend on the compiler. All "
-        "lines at all biases: "
-        "`build/stability.csv`.\n\n"
+        "`inverse`, `lu`, `newton`, `cubic`, `paper-inverse`, `paper-lu`, `paper-qr`; \"no "
+        "bias\" is `cholesky-our-vector --bias 0`. Formats: `float32`, `unorm16`,\n`filtered`, "
+        "`table`, `float-sat`, `slides-table`. Leaving an option out means all. Each family has "
+        "%d patches of 2 x 2 to 27 x 27\ntexels with five receivers: on a depth, 1e-7 to 3e-2 "
+        "beside one, just outside of all, far outside, anywhere. Every run takes the same "
+        "patches (others with `--seed N`); last digits\ndepend on the compiler. "
+        "`build/stability.csv` has all lines at all biases.\n\n"
         "The other methods are textbook versions, written for this comparison in plain float32, "
-        "without the clamps that a shader may add: a clamp hides a\nvalue out of range, and turns "
-        "NaN into a light or a shadow. Customary bias vectors: even moments .375 .375 (float32) "
-        "and "
-        ".628 .628 (16 bits and tables) with 4,\n.5566 .489 .4787 with 6; the safe bias is that of "
-        "the vector in use (`make bias`), so the published method gets a larger one.\n\n"
-        "What the tests are worth: `make mutants` changes operators, constants, signs and "
+        "without the clamps that a shader may add: a clamp hides a\nvalue out of range, and "
+        "turns NaN into light or shadow. Customary bias vectors: even moments .375 .375 "
+        "(float32) and .628 .628 (16 bits and tables) with 4,\n.5566 .489 .4787 with 6; the safe "
+        "bias is that of the vector in use (`make bias`), so the published method gets a larger "
+        "one.\n\n"
+        "How much the tests notice: `make mutants` changes operators, constants, signs and "
         "statements of the moment math, the tables and the probe's cuts one at a time,\n240 of "
-        "about 3600, and reports what no test notices: 224 were noticed, 16 change nothing that "
-        "is promised (each with its reason in `tests/mutants.txt`), 0 survived.\n\n"
+        "about 3600, and reports those that no test notices: 224 were noticed, 16 change nothing "
+        "promised (each with its reason in `tests/mutants.txt`), 0 survived.\n\n"
         "The worst queries are kept in `tests/cases/` and run with `make test`. What is trusted "
-        "and "
-        "what is not: [security.md](security.md).\n",
+        "and what is not: [security.md](security.md).\n",
         seconds, r->p.patches);
 }
 
@@ -470,10 +469,10 @@ int page_write(results *r, const char *folder, const char *csv, int trials, doub
     FILE *f = fopen(path, "w");
     if (!f) return 0;
     fprintf(
-        f,
-        "# Stability\n\nWhere moment methods fail, and what `mssm.h` and `lightprobe.h` do there. "
-        "Every figure on this page was written by\n`make stability`; each line can be run "
-        "again by itself (see the end).\n\n");
+        f, "# Stability\n\n"
+           "Where moment methods fail, and what `mssm.h` and `lightprobe.h` do there. Every number "
+           "on this page was written by\n`make stability`; each line can be run again by itself "
+           "(see the end).\n\n");
     *broken += write_minute(f, r);
     write_formats(f, r);
     write_onset(f, r);
