@@ -39,8 +39,8 @@ EOF
 # leave_out WHAT IT TAKES
 leave_out()
 {
-    echo "skip  $name: left out; it takes $1"
-    echo "| $name | left out; it takes $1 |" >>$page
+    echo "skip  $name: left out; it needs $1"
+    echo "| $name | left out; it needs $1 |" >>$page
     absent=$((absent + 1))
 }
 
@@ -55,7 +55,7 @@ platform()
     can $compiler $cflags ${libs%%-lm*} && can $header_cc $cflags $header_cflags ${libs%%-lm*}
     case $? in
     0) ;;
-    3) leave_out "QEMU 8.0.4 or later: this one says that 3 * 5 is not 15" && return ;;
+    3) leave_out "QEMU 8.0.4 or later: this one has 3 * 5 wrong" && return ;;
     *) leave_out "$needs" && return ;;
     esac
     config=platforms/$(echo "$name" | tr -c 'a-z0-9A-Z\n' -)
