@@ -11,22 +11,22 @@ const char options_help[] =
     "Renders a scene lit by a light probe, with soft shadows from moment shadow maps.\n"
     "\n"
     "  --probe FILE      .hdr or .pfm: lat-long, cross or strip of six cube faces\n"
-    "  --mesh FILE.obj   takes the place of the knot in the middle\n"
-    "  --lights N        at most so many lights, 1..1024 (64)\n"
+    "  --mesh FILE.obj   replaces the knot in the middle\n"
+    "  --lights N        at most N lights, 1..1024 (64)\n"
     "  --tolerance T     stop adding lights at this error behind edges, 0..1 (0.02)\n"
-    "  --min-shadow S    weak lights lose their maps while that changes at most S (0)\n"
+    "  --min-shadow S    weak lights go without maps if that changes at most S (0)\n"
     "  --estimator NAME  horizon, layered, lower or upper (horizon)\n"
     "  --moments N       4, 6, or 0: as many as the maps have (0)\n"
     "  --faces WHICH     front or both: what the depth maps are made of (front)\n"
     "  --size WxH        of the picture, 16..8192 (960x540)\n"
-    "  --exposure E      what radiance is multiplied by, 1e-6..1e6; the log says what was taken\n"
-    "                    (the median of the lit surfaces becomes a light grey)\n"
+    "  --exposure E      factor on radiance, 1e-6..1e6; the log prints it\n"
+    "                    (by default the median of the lit surfaces becomes light grey)\n"
     "  --out FILE        where the PNG goes (build/demo.png)\n"
     "  --orbit N         N numbered frames with a turning probe and moving objects\n"
-    "  --truth           also trace rays to the probe and say how far off the picture is\n"
+    "  --truth           also trace rays to the probe and print the picture's error\n"
     "  --truth-lights    the same with rays to the lights: the error of the shadows alone\n"
-    "  --cpu, --gl       the pipeline; without either: OpenGL 4.5 if it can be had\n"
-    "  --help            this text\n";
+    "  --cpu, --gl       the pipeline to use (OpenGL 4.5 if available)\n"
+    "  --help            print this text\n";
 
 static bool parse_int(const char *text, int low, int high, int *value)
 {
