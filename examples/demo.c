@@ -1,7 +1,7 @@
-// A light probe and a scene in, a picture with soft shadows out:
+// Renders a scene lit by a light probe, with soft shadows:
 //     cc -O2 -I. examples/demo.c examples/common/*.c -lm -lpthread && ./a.out --out demo.png
-// The two headers are used in common/lighting.c, and through OpenGL in common/gl_lighting.c; this
-// file says in which order, and takes times.
+// common/lighting.c uses the two headers on the CPU, common/gl_lighting.c with OpenGL; this file
+// calls them in order and measures times.
 #include "common/gl_context.h"
 #include "common/gl_lighting.h"
 #include "common/lighting.h"
