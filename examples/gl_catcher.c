@@ -1,7 +1,7 @@
-// Shadowed image-based lighting with an irradiance map of one's own, OpenGL 4.5, no window: objects
-// stand in a photograph, whose ground is invisible but for the shadows that it catches.
+// Shadowed image-based lighting with your irradiance map, OpenGL 4.5, no window: objects in a
+// photograph, on a ground that shows only the shadows it catches.
 //     cc -O2 -I. examples/gl_catcher.c examples/common/*.c -lm -lpthread -ldl && ./a.out --truth
-// The extracted lights shade nothing: they only say, in shadow_ratio(), which part of the light is
+// The extracted lights do not shade: shadow_ratio() computes from them which part of the light is
 // left.
 #include "common/gl_example.h"
 #include "common/gl_probe_lights.h"
