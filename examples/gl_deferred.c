@@ -1,5 +1,5 @@
-// Deferred shading by all area lights of a turning probe, OpenGL 4.5, no window. The lights stay on
-// the GPU; the CPU reads them a frame late, for the depth maps, and shading goes by what it read.
+// Deferred shading with all area lights of a turning probe, OpenGL 4.5, no window. The lights stay
+// on the GPU; the CPU reads them a frame late for the depth maps, and shading uses the same lights.
 //     cc -O2 -I. examples/gl_deferred.c examples/common/*.c -lm -lpthread -ldl && ./a.out --orbit 8
 #include "common/gl_example.h"
 #include "common/probe.h"
@@ -107,7 +107,7 @@ static bool frame(renderer *r, const probe *p, const scene *s, const char *file,
     gl_probe_upload(&r->cube, p->face, p->side); // whatever animates it
     if (!gl_mesh_upload(&r->casters, s, why)) return false;
     if (lightprobe_gl_update(r->probe, r->cube)) return fail(why, "no lights in the probe");
-    // Waits for the first lights alone; after that it takes what is there, those of the last frame.
+    // Waits only for the first lights; later it takes those of the previous frame.
     lightprobe_gl_read(r->probe, r->lights == 0, r->light, &r->lights, NULL);
     draw_shadows(r, s);
     draw_picture(r);
