@@ -1,7 +1,7 @@
-// A sun with filtered hard shadows and 16 lamps with soft ones in one forward shader, with OpenGL
-// 4.5 and without a window:
+// A sun with filtered hard shadows and 16 lamps with soft ones in one forward shader, OpenGL 4.5,
+// no window:
 //     cc -O2 -I. examples/gl_forward.c examples/common/*.c -lm -lpthread -ldl && ./a.out forward.png
-// Two objects of mssm.h with maps of their own side, and a name each for what the shader calls.
+// Two mssm_gl objects with different map sides and different names for their GLSL functions.
 #include "common/gl_example.h"
 
 enum { LAMPS = 16, WIDTH = 960, HEIGHT = 540 };
