@@ -1,5 +1,5 @@
-// Antialiased hard shadows of a sun from a moment map of 64 bits a texel, beside percentage-closer
-// filtering of the same kernel and beside rays, with errors and costs, OpenGL 4.5, no window:
+// Antialiased hard shadows of a sun from a moment map of 64 bits a texel, compared with PCF by the
+// same kernel and with rays: errors and costs. OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_hard.c examples/common/*.c -lm -lpthread -ldl && ./a.out hard 2
 #include "common/gl_example.h"
 #include "common/raytrace.h"
@@ -48,8 +48,8 @@ static const char pcf_text[] = // every texel of the same Gaussian
     "}\n";
 
 static const char usage[] =
-    "gl_hard [STEM [RADIUS [MOMENTS]]]: filtered hard shadows beside PCF and rays; writes STEM.png,\n"
-    "STEM-pcf.png and STEM-truth.png. RADIUS of the Gaussian in texels (2), MOMENTS 4 or 6";
+    "gl_hard [STEM [RADIUS [MOMENTS]]]: compares filtered hard shadows with PCF and rays; writes\n"
+    "STEM.png, STEM-pcf.png, STEM-truth.png. RADIUS of the Gaussian in texels (2), MOMENTS 4 or 6";
 
 static float sunlight(vec3 n, bool seen) // as the shader has it
 {
