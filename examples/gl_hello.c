@@ -1,6 +1,6 @@
-// One area light, one caster, one soft shadow, with OpenGL 4.5 and without a window:
+// One area light, one caster, one soft shadow, OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_hello.c examples/common/*.c -lm -lpthread -ldl && ./a.out hello.png
-// All that mssm.h asks of a renderer is in shadow_create(), shadow_draw() and the fragment shader.
+// All that mssm.h needs is in shadow_create(), shadow_draw() and the fragment shader.
 #include "common/gl_example.h"
 
 static const float to_light[3] = {-1, 1.1f, 0.15f}, axis[3] = {1, 0, 0};
@@ -18,7 +18,7 @@ static bool shadow_create(mssm_gl **shadow, mssm_light *light, message *why)
     return result == MSSM_OK || fail(why, "%s", mssm_result_string(result));
 }
 
-// Whenever the light or the casters have moved.
+// Call this whenever the light or the casters have moved.
 static void shadow_draw(mssm_gl *shadow, const mssm_light *light, GLuint depth,
                         const gl_mesh *casters)
 {
