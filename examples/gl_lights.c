@@ -1,6 +1,6 @@
-// Every kind of light over one scene, with OpenGL 4.5 and without a window:
+// Every kind of light over one scene, OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_lights.c examples/common/*.c -lm -lpthread -ldl && ./a.out lights.png
-// Above: a sun, the sun in a box, a spot. Below: a lamp on all sides, an area light, that sampled.
+// Above: a sun, the sun in a box, a spot. Below: a point light, an area light, that light sampled.
 #include "common/gl_example.h"
 #include "common/gl_range.h"
 #include "common/gl_sampled.h"
@@ -108,7 +108,7 @@ static void shade(int kind)
     const float *at = kind <= BOXED ? sun : kind == LAMP ? lamp : position;
     gl.Viewport(kind % 3 * WIDTH, kind < 3 ? HEIGHT : 0, WIDTH, HEIGHT);
     gl.ProgramUniform1i(program, 0, kind);
-    gl.ProgramUniform3fv(program, 1, 1, at); // where the light is, or the way to the sun
+    gl.ProgramUniform3fv(program, 1, 1, at); // the light's position, or the direction to the sun
     gl.ProgramUniform3fv(program, 2, 1, kind == SPOT ? aim : up);
     gl.ProgramUniform3fv(program, 3, 2, box[0]);
     gl_mesh_draw(&triangle);
