@@ -1,9 +1,7 @@
-// gl_hello where OpenGL ends at 3.3 (or 4.1 of macOS), or is OpenGL ES 3.0: tables are made on the
-// CPU and uploaded, the shading is the same. Draws with what these two have in common, and without
-// a window:
+// gl_hello for OpenGL 3.3 (or macOS's 4.1) and OpenGL ES 3.0: the CPU makes the tables and uploads
+// them; the shading is the same. Uses only calls that both versions have. No window:
 //     cc -O2 -I. examples/gl_portable.c examples/common/*.c -lm -lpthread -ldl && ./a.out --es portable.png
-// All that mssm.h asks of a renderer is in common/gl33_shadows.c, shadow_draw() and the fragment
-// shader.
+// All that mssm.h needs is in common/gl33_shadows.c, shadow_draw() and the fragment shader.
 #include "mssm.h"
 
 #include "common/gl33_shadows.h"
@@ -19,7 +17,7 @@ enum { SIDE = 256, SAMPLES = 4, WIDTH = 1024, HEIGHT = 768 };
 static const float to_light[3] = {-1, 1.1f, 0.15f}, axis[3] = {1, 0, 0};
 static const float box_min[3] = {-0.15f, 0, -0.5f}, box_max[3] = {0.15f, 1.5f, 0.5f};
 
-// With the text of mssm.h before it.
+// Goes after the text of mssm.h.
 static const char fragment[] =
     "uniform vec3 to_light;\n"
     "in vec3 position, normal, albedo;\n"
@@ -32,7 +30,7 @@ static const char fragment[] =
     "    color = vec4(albedo * (light + sky), 1.0);\n"
     "}\n";
 
-// The depth map, drawn by OpenGL and read back, and its tables.
+// Draws the depth map with OpenGL, reads it back and makes its tables.
 static bool shadow_draw(mssm_map **map, mssm_light *light, const char *version,
                         const gl33_mesh *casters, message *why)
 {
