@@ -1,7 +1,6 @@
-// A light probe that is rendered each frame: a room with a swinging lamp and a sliding door is
-// drawn into a cube map with distances, its lights are found on the GPU, and things on a table lit
-// by them, so that they get the light that the walls reflect, with its shadows. OpenGL 4.5, no
-// window:
+// A light probe rendered each frame: a room with a swinging lamp and a sliding door is drawn into a
+// cube map with distances, the GPU finds its lights, and these light objects on a table: so the
+// objects receive light from the walls, with shadows. OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_room.c examples/common/*.c -lm -lpthread -ldl && ./a.out --truth
 #include "common/gl_example.h"
 #include "common/gl_probe_lights.h"
