@@ -1,5 +1,5 @@
-// Light shafts in a hazy hall from a filtered moment map, one lookup a pixel, beside marching along
-// view rays on the GPU and, with 1024 steps, on the CPU, which is the truth. OpenGL 4.5, no window:
+// Light shafts in a hazy hall from a filtered moment map, one lookup a pixel, compared with ray
+// marching on the GPU and, as the truth, with 1024 steps on the CPU. OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_shafts.c examples/common/*.c -lm -lpthread -ldl && ./a.out shafts.png
 // writes shafts.png, shafts.png-marched.png (in equal time) and shafts.png-truth.png.
 #include "common/gl_example.h"
@@ -73,8 +73,8 @@ static bool prepare(message *why)
     return gl_target_read(&target, &shaded, why) && gl_target_read(&seen.target, &positions, why);
 }
 
-// Shafts alone, by moments of rows x columns, or by marching where there are no rows. Returns the
-// least time of the process for a frame.
+// Draws the shafts alone, with moments of rows x columns, or by marching if rows is 0. Returns the
+// least process time of a frame.
 static double draw(const char *name, int rows, int columns, image *out)
 {
     gl_shafts s = {0};
