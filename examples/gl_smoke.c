@@ -1,5 +1,5 @@
-// Smoke that shadows solids and itself and stands in the shadow of solids, under a sun without size
-// (a filtered moment map) and under a wide one (tables of the same moments), OpenGL 4.5, no window:
+// Smoke that shadows solids and itself and is shadowed by solids, under a sun without size
+// (a filtered moment map) and a wide one (tables of the same moments), OpenGL 4.5, no window:
 //     cc -O2 -I. examples/gl_smoke.c examples/common/*.c -lm -lpthread -ldl && ./a.out smoke
 #include "common/gl_example.h"
 #include "common/gl_smoke_plume.h"
@@ -29,8 +29,8 @@ static const char layer_text[] =
     "void main() { mssm_translucent(2 * gl_FragCoord.z - 1, opacity()); }\n";
 
 static const char usage[] =
-    "gl_smoke [STEM [MOMENTS]]: smoke and its shadows beside rays; writes STEM.png, STEM-soft.png and\n"
-    "their -truth.png. MOMENTS of the first: 4 (64 bits a texel) or 6 (96)";
+    "gl_smoke [STEM [MOMENTS]]: compares smoke and its shadows with rays; writes STEM.png,\n"
+    "STEM-soft.png and their -truth.png. MOMENTS of the first: 4 (64 bits a texel) or 6 (96)";
 
 static scene solids;
 static gl_mesh casters, receivers; // the latter with floor and wall too, which shade nothing
