@@ -1,4 +1,4 @@
-// The moment math alone: what four and six moments know about a handful of depths.
+// The moment math alone: what four and six moments tell about a few depths.
 //     cc -I. examples/moments.c -lm && ./a.out
 #define MSSM_IMPLEMENTATION
 #include "mssm.h"
