@@ -1,7 +1,7 @@
-// The scene of gl_hello, and that of the demo under its probe, live in a browser: WebGL 2, the maps
-// made on the CPU.
-//     make page     with emscripten: build/page/page.html, one file to open
-// Dragging turns the light or the probe, the wheel changes the light's size.
+// The scenes of gl_hello and of the demo with its probe, interactive in a browser: WebGL 2, with the
+// maps made on the CPU.
+//     make page     with emscripten: makes build/page/page.html, a single file
+// Drag to turn the light or the probe; the wheel changes the light's size.
 #include "../lightprobe.h"
 #include "../mssm.h"
 
@@ -53,7 +53,7 @@ static const char fragment[] =
 
 // ---- Lights
 
-// One light, with the sky of gl_hello as what it leaves over.
+// One light, with the sky of gl_hello as the residual.
 static bool light_hello(void)
 {
     const float c = cosf(page.elevation);
