@@ -1,5 +1,4 @@
-// From a light probe to area lights: a table of them, and the probe with their rectangles drawn on
-// it.
+// Prints the area lights of a light probe, and draws their rectangles on it:
 //     probe_lights --probe FILE --out lights.png
 #include "common/options.h"
 #include "common/probe.h"
@@ -17,11 +16,11 @@ static const char help[] =
     "Prints the area lights of a light probe, and draws them on it.\n"
     "\n"
     "  --probe FILE      .hdr or .pfm: lat-long, cross or strip of six cube faces (built in)\n"
-    "  --lights N        at most so many lights, 1..1024 (64)\n"
+    "  --lights N        at most N lights, 1..1024 (64)\n"
     "  --tolerance T     stop adding lights at this error behind edges, 0..1 (0.02)\n"
     "  --out FILE        a lat-long PNG of the probe with the lights' rectangles (none)\n"
-    "  --exposure E      of that PNG, 1e-6..1e6 (the median becomes a middle grey)\n"
-    "  --help            this text\n";
+    "  --exposure E      of that PNG, 1e-6..1e6 (by default the median becomes middle grey)\n"
+    "  --help            print this text\n";
 
 static const float pi = 3.14159265f;
 
