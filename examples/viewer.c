@@ -1,7 +1,7 @@
-// The demo's scene in a window (GLFW): turn it, change the settings, compare with other methods.
+// The demo's scene in a window (GLFW): turn it, change settings, compare methods.
 //     cc -O2 -I. examples/viewer.c examples/common/*.c -lglfw -lm -lpthread -ldl && ./a.out
-// For tests: --screenshot FILE after --frames N, with --keys "S]E" pressed before the first; a .
-// among them draws one.
+// For tests: --screenshot FILE after --frames N; --keys "S]E" presses these keys before the first
+// frame, where a . draws a frame.
 #include "common/gl_lighting.h"
 #include "common/gl_reference.h"
 #include "common/gl_text.h"
