@@ -1,4 +1,4 @@
-// The scenes of gl_hello and of the demo with its probe, interactive in a browser: WebGL 2, with the
+// The scenes of gl_hello and of the demo with its probe, interactive in a browser: WebGL 2, with
 // maps made on the CPU.
 //     make page     with emscripten: makes build/page/page.html, a single file
 // Drag to turn the light or the probe; the wheel changes the light's size.
