@@ -21,8 +21,8 @@ enum { METHOD_NONE = -1, METHOD_HARD = 3 }; // the first three are mssm_estimato
 static const char *const method_name[METHODS] = {
     "layered", "lower blocker", "upper blocker", "hard", "pcss 27x27", "sampled truth", "none"};
 static const char help[] =
-    "[ ] lights   - = size   E method   M moments   F faces   S compare with\n"
-    "A animate   H hold a frame time   T text   P picture\n"
+    "[ ] lights   - = size   E method   M moments   F faces   S other method\n"
+    "A animate   H frame-time target   T text   P picture\n"
     "drag: turn   right drag: split\n";
 static const float budgets[] = {0, 1000.0f / 60, 1000.0f / 30, 100}; // milliseconds, 0: hold none
 
