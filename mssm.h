@@ -258,7 +258,7 @@ MSSM_API mssm_result mssm_light_area(mssm_light *light, const float probe[3],
                                      const float box_min[3], const float box_max[3]);
 
 // Shadow-space x, y, depth of a world-space point: what a depth map for mssm_map_update must hold.
-// Returns 0, with shadow untouched, where the point has none (behind a spot light, not finite).
+// Returns 0, with shadow untouched, where the point has none (behind a spot light, not finite, NULL).
 MSSM_API int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3]);
 
 // The six frusta of a light that shines everywhere: +x, -x, +y, -y, +z, -z. Each is a square of
@@ -1857,6 +1857,7 @@ mssm_result mssm_light_area(mssm_light *light, const float probe[3], const float
 
 int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3])
 {
+    if (!light || !point || !shadow) return 0;
     const float *m = light->world_to_shadow;
     float c[4];
     for (int i = 0; i < 4; i++)
@@ -1943,7 +1944,7 @@ mssm_result mssm_light_fit(mssm_light *light, float nearest, float farthest)
 float mssm_light_depth(const mssm_light *light, float stored, int reversed)
 {
     const float nearness = reversed ? stored : 1.0f - stored; // floats are finest at its 0
-    if (!(nearness > 0)) return 1;
+    if (!light || !(nearness > 0)) return 1;
     if (!light->perspective) return mssm_clamp(1.0f - 2.0f * nearness, -1.0f, 1.0f);
     const float ratio = light->z_near / light->z_far;
     const float w = light->z_near / (nearness + ratio * (1.0f - nearness));
@@ -1954,13 +1955,13 @@ float mssm_light_depth(const mssm_light *light, float stored, int reversed)
 int mssm_depth_range(const float *depth, size_t count, float *nearest, float *farthest)
 {
     float low = 2, high = -2;
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; depth && i < count; i++) {
         const float z = depth[i];
         if (!mssm__is_finite(z) || z >= 1) continue;
         low = z < low ? z : low;
         high = z > high ? z : high;
     }
-    if (high < low) return 0;
+    if (high < low || !nearest || !farthest) return 0;
     *nearest = mssm_clamp(low, -1.0f, 1.0f);
     *farthest = mssm_clamp(high, -1.0f, 1.0f);
     return 1;

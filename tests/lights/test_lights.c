@@ -443,6 +443,16 @@ static void bad_lights_are_refused(void)
     CHECK(!mssm_depth_range(none, 3, &low, &high) && !mssm_depth_range(some, 0, &low, &high) &&
               low == 7 && high == 7,
           "a range of nothing");
+    const mssm_light good = scene_spot(0.1f);
+    const float ahead[3] = {0, 0, 0};
+    float at[3] = {7, 7, 7};
+    CHECK(!mssm_depth_range(NULL, 3, &low, &high) && !mssm_depth_range(some, 3, NULL, &high) &&
+              !mssm_depth_range(some, 3, &low, NULL) && !mssm_light_project(NULL, ahead, at) &&
+              !mssm_light_project(&good, NULL, at) && !mssm_light_project(&good, ahead, NULL) &&
+              low == 7 && high == 7 && at[0] == 7,
+          "no pointers");
+    CHECK(mssm_light_project(&good, ahead, at), "ahead");
+    CHECK(mssm_light_depth(NULL, 0.5f, 0) == 1, "depth without a light");
     CHECK(mssm_depth_range(some, 3, &low, &high) && low == -0.5f && high == 0.5f, "range");
     // A diagonal of 8.5e38 leaves float; half of it does where the range is opened to 1.12 times.
     const float up[3] = {0, 1, 0}, across[3] = {1, 0, 1}, ends[3] = {3e38f, 0, 3e38f},

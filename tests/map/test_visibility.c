@@ -358,6 +358,9 @@ static void an_empty_map_is_lit(void)
                              test_range(&state, -9, 9)};
         CHECK(visibility(&u, NULL, p) > 0.999, "at %g %g %g: %g", p[0], p[1], p[2],
               visibility(&u, NULL, p));
+        const float at[3] = {(float)p[0], (float)p[1], (float)p[2]}, normal[3] = {1, 8, 1};
+        const float v = mssm_map_visibility_normal(u.map, &u.light, NULL, at, normal);
+        CHECK(v > 0.999f, "with a normal, at %g %g %g: %g", p[0], p[1], p[2], (double)v);
     }
     setup_free(&u);
 }
@@ -978,17 +981,17 @@ static void blockers_fade_in_behind_the_bias(void)
 // faces the light, all of both where it rises by two texels of depth in one, linear between.
 static void bias_and_fade_follow_the_planes_rise(void)
 {
-    const float wall = -0.2f;
     double worst = 0;
-    for (int way = 0; way < 14; way++) {
+    for (int way = 0; way < 28; way++) {
         const int is_spot = way % 2;
-        const double rise = way / 2 * 0.4, fade = fmin(0.75 + 0.375 * rise, 1.5),
+        const float wall = way < 14 ? -0.2f : 0.76f;
+        const double rise = way / 2 % 7 * 0.4, fade = fmin(0.75 + 0.375 * rise, 1.5),
                      bias = fmin(0.5 + 0.125 * rise, 0.75);
-        const float normal[3] = {(float)rise, 1, 0};
+        const float normal[3] = {(float)(0.6 * rise), 1, (float)(-0.4 * rise)};
         setup u;
         setup_depths(&u, is_spot, 0.02f, 1, &wall, 0);
         const double range = (u.light.z_far - u.light.z_near) / 2,
-                     width = is_spot ? 1 + 0.8 / 2 * 4 : 1;
+                     width = is_spot ? 1 + ((double)wall + 1) / 2 * 4 : 1;
         const double texel = 2 * u.light.extent_u * width / 128 / range;
         const mssm_settings settings = {6, MSSM_LAYERED, 0, 0, 0, 1e-4f};
         for (double behind = fmax(0.1, 0.5 * rise); behind < 3; behind += 0.1) {
