@@ -1276,7 +1276,7 @@ static void check_longest_valid_part(int m, int valid, moments b, double varianc
 }
 
 // Symmetric moments with chosen pivots D1 = b2, D2 = b4 - b2^2, D3 = b6 - b4^2/b2. Below half of
-// what the safe bias leaves (docs/moments.md, "Bounds"), with the smaller bias that fits a
+// what the safe bias leaves (docs/moments.md, "Bias"), with the smaller bias that fits a
 // function, a pivot does not count.
 static void pivots_below_half_the_bias_do_not_count(void)
 {
