@@ -978,22 +978,29 @@ static void blockers_fade_in_behind_the_bias(void)
 }
 
 // Before the same wall on a plane whose normal is known: 1/2 texel of bias and 3/4 of fading where it
-// faces the light, all of both where it rises by two texels of depth in one, linear between.
+// faces the light, all of both where it rises by two texels of depth in one, linear between. A bias of
+// the caller's and the fading of back faces stay.
 static void bias_and_fade_follow_the_planes_rise(void)
 {
     double worst = 0;
-    for (int way = 0; way < 28; way++) {
-        const int is_spot = way % 2;
-        const float wall = way < 14 ? -0.2f : 0.76f;
-        const double rise = way / 2 % 7 * 0.4, fade = fmin(0.75 + 0.375 * rise, 1.5),
-                     bias = fmin(0.5 + 0.125 * rise, 0.75);
+    for (int way = 0; way < 84; way++) {
+        const int is_spot = way % 2, own = way / 28 == 1, back = way / 28 == 2;
+        const float wall = way % 28 < 14 ? -0.2f : 0.76f;
+        const double rise = way / 2 % 7 * 0.4;
+        double fade = fmin(0.75 + 0.375 * rise, 1.5), bias = fmin(0.5 + 0.125 * rise, 0.75);
+        if (own) bias = fade / 2;
+        if (back) {
+            bias = 0;
+            fade = 2;
+        }
         const float normal[3] = {(float)(0.6 * rise), 1, (float)(-0.4 * rise)};
         setup u;
-        setup_depths(&u, is_spot, 0.02f, 1, &wall, 0);
+        setup_depths(&u, is_spot, 0.02f, 1, &wall, back);
         const double range = (u.light.z_far - u.light.z_near) / 2,
                      width = is_spot ? 1 + ((double)wall + 1) / 2 * 4 : 1;
         const double texel = 2 * u.light.extent_u * width / 128 / range;
-        const mssm_settings settings = {6, MSSM_LAYERED, 0, 0, 0, 1e-4f};
+        const mssm_settings settings = {6, MSSM_LAYERED, 0, own ? (float)(bias * texel) : 0,
+                                        0, 1e-4f};
         for (double behind = fmax(0.1, 0.5 * rise); behind < 3; behind += 0.1) {
             const double z = (double)wall + behind * texel,
                          distance = u.light.z_near + (z + 1) * range;
