@@ -116,11 +116,11 @@ static void lights_are_as_steady_as_the_map(void)
     static const double most[PROBES][COUNTS] = {
         {1.2, 1.2, 1.2}, // interior
         {1.2, 1.2, 1.2}, // city_sun
-        {1.6, 1.8, 1.9}, // overcast (12.5 8.6 5.3): the map's own step is 0.2% of the mean
-        {2.6, 1.7, 3.9}, // sky and sun (2.8 1.9 4.8): a sun of three texels
+        {1.5, 1.8, 1.8}, // overcast (12.5 8.6 5.3): the map's own step is 0.2% of the mean
+        {2.6, 1.7, 2.9}, // sky and sun (2.8 1.9 4.8): a sun of three texels
         {1.2, 1.2, 1.2}, // window (1.7 5.7 3.4)
         {1.2, 1.2, 1.2}, // lamps (7.2 3.3 5.1)
-        {3.0, 2.5, 1.2}, // gradient (8.7 21.8 10.0): 0.1%
+        {2.5, 2.5, 1.2}, // gradient (8.7 21.8 10.0): 0.1%
         {1.2, 1.3, 1.4}, // noise (0.8 4.9 2.6)
     };
     for (int i = 0; i < PROBES; i++) {
@@ -176,7 +176,7 @@ static void brightest(const test_probe *p, float direction[3])
 static void a_flickering_lamp_leaves_the_rest_alone(void)
 {
     enum { N = 32, FRAMES = 60, VALUES = 3 * N * N };
-    static const double most[COUNTS] = {0.017, 0.012, 0.01};
+    static const double most[COUNTS] = {0.01, 0.012, 0.01};
     static lightprobe_light lights[COUNTS][32];
     int count[COUNTS] = {0};
     double now[COUNTS + 1][EDGES], last[COUNTS + 1][EDGES] = {{0}}, step[COUNTS] = {0}, mean = 0;
