@@ -5200,8 +5200,10 @@ static mssm_result mssm__check_limits(mssm_gl *gl)
     const int texels = mssm__get(gl, MSSM__GL_MAX_TEXTURE_SIZE);
     const int samples = mssm__get(gl, MSSM__GL_MAX_DEPTH_TEXTURE_SAMPLES);
     const int own = gl->filtered ? 2 : 3;
-    if (!mssm__in_range(gl, "first_texture_unit", d->first_texture_unit, 0, units - own) ||
-        !mssm__in_range(gl, "first_buffer_binding", d->first_buffer_binding, 0, bindings - 1) ||
+    if (!mssm__in_range(gl, "first_texture_unit", d->first_texture_unit, 0,
+                        units < own ? -1 : units - own) ||
+        !mssm__in_range(gl, "first_buffer_binding", d->first_buffer_binding, 0,
+                        bindings < 1 ? -1 : bindings - 1) ||
         !mssm__in_range(gl, "this driver: lights", d->lights, 1, layers)) {
         return MSSM_ERROR_ARGUMENT;
     }
