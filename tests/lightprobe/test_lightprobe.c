@@ -1216,8 +1216,15 @@ static void bad_arguments_are_refused(void)
               stats.lights == 0 && stats.total[0] == 0 && stats.residual[0] == 0 &&
               stats.error == 0,
           "a black probe has no lights");
-    for (int r = -3; r < 20; r++)
-        CHECK(lightprobe_result_string((lightprobe_result)r)[0], "no text for result %d", r);
+    static const char *const says[] = {"no error",   "null",           "side",     "channels",
+                                       "max_lights", "mode",           "scratch",  "memory",
+                                       "4.5",        "driver refused", "cube map", "not finished",
+                                       "feedback",   "proportions"};
+    for (int r = -3; r < 20; r++) {
+        const int known = r >= 0 && r <= LIGHTPROBE_ERROR_IMAGE;
+        const char *text = lightprobe_result_string((lightprobe_result)r);
+        CHECK(strstr(text, known ? says[r] : "unknown"), "result %d: %s", r, text);
+    }
     test_probe_free(&p);
 }
 
