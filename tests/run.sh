@@ -125,6 +125,16 @@ format()
     fi
 }
 
+# Both sides of a conflict once stood in docs/lightprobe.md.
+merged()
+{
+    if grep -rnIE '^(<<<<<<<|>>>>>>>) ' ./*.h ./*.md Makefile docs examples tests; then
+        echo "FAIL  marks of a merge are left"
+    else
+        echo "ok    no marks of a merge are left"
+    fi
+}
+
 # Mutants themselves take too long for here.
 mutants_listed()
 {
@@ -281,6 +291,7 @@ more()
 
 section "GLSL text" fresh_glsl
 section "format" format
+section "merges" merged
 section "list of mutants" mutants_listed
 section "docs" sh tests/snippets.sh
 [ -z "$all" ] || beside &
