@@ -76,7 +76,7 @@ static bool next_word(reader *in, char *word, size_t room)
         word[length++] = (char)*in->at++;
     }
     word[length] = 0;
-    return length > 0 && left(in) > 0;
+    return length > 0 && left(in) > 0 && (is_blank(*in->at) || *in->at == '#');
 }
 
 // A size written in decimal digits alone; 0 when it is anything else or larger than any picture.
@@ -115,6 +115,18 @@ static reader end_of_line(reader in)
     return cr || lf ? at : in;
 }
 
+// Past further blanks, where these are what the file has too many of. As many at its end make that
+// uncertain: then they are values.
+static reader past_blanks(reader in, size_t size)
+{
+    const size_t more = left(&in) > size ? left(&in) - size : 0;
+    size_t first = 0, last = 0;
+    while (first < more && is_blank(in.at[first])) first++;
+    while (last < more && is_blank(in.end[-1 - (ptrdiff_t)last])) last++;
+    in.at += first == more && last < more ? more : 0;
+    return in;
+}
+
 // Where the values of a PFM begin. By the book one blank ends the header, but writers also put CR
 // LF, blanks or comments there, and any of these may as well be a value's first byte. So the line
 // ends it, with comments below, or that one blank in headers without LF; what fits the size of the
@@ -124,13 +136,13 @@ static reader pfm_values(reader in, const unsigned char *start, size_t size)
     const reader one = {in.at + 1, in.end};
     reader line = end_of_line(in);
     const bool single = !memchr(start, '\n', (size_t)(in.at - start));
-    if (line.at == in.at || (single && left(&one) == size)) return one;
+    if (line.at == in.at || (single && left(&one) == size)) return past_blanks(one, size);
     while (left(&line) != size && left(&line) && *line.at == '#') {
         const reader more = end_of_line(line);
         if (more.at == line.at) break;
         line = more;
     }
-    return line;
+    return past_blanks(line, size);
 }
 
 static bool decode_pfm(image *im, reader in, message *why)
@@ -318,7 +330,9 @@ static bool decode_hdr_header(reader *in, int *width, int *height, bool *flip_x,
     message reason = {{0}};
     for (int number = 1; next_hdr_line(in, line, sizeof line); number++) {
         if (!line[0]) break;
-        if (line[0] != '#' && !parse_hdr_line(line + strspn(line, " \t"), scale, &reason)) {
+        // Lines behind a tab are of the pictures that this one was composed of, by Radiance's pcompos.
+        if (line[0] != '#' && line[0] != '\t' &&
+            !parse_hdr_line(line + strspn(line, " \t"), scale, &reason)) {
             return fail(why, "line %d: %.200s", number, reason.text);
         }
     }

@@ -153,11 +153,24 @@ static bool parse_face(parser *p, char *at)
     return true;
 }
 
-// What gives a shape that would be missing.
+// What gives a shape that would be missing: surfaces, other files, and what faces and patches were
+// called before 1990.
 static bool is_unread(const char *at)
 {
+    static const char *const words[] = {"surf", "call", "fo", "bsp", "bzp"};
     const size_t length = strcspn(at, " \t\v\f\r\n");
-    return length == 4 && (!strncmp(at, "surf", 4) || !strncmp(at, "call", 4));
+    for (int i = 0; i < 5; i++) {
+        if (length == strlen(words[i]) && !strncmp(at, words[i], length)) return true;
+    }
+    return false;
+}
+
+// A vertex or a face, not vn or usemtl. What follows may be missing or be no blank, one of UTF-8 say:
+// a vertex that is passed over gives all later ones wrong numbers.
+static bool is_word(const char *at)
+{
+    const char after = at[0] == 'v' || at[0] == 'f' ? at[1] : 'x';
+    return !((after >= 'a' && after <= 'z') || (after >= 'A' && after <= 'Z'));
 }
 
 static bool parse_text(parser *p, char *text)
@@ -165,10 +178,13 @@ static bool parse_text(parser *p, char *text)
     for (char *line = text; *line; p->line++) {
         char *at = skip_blanks(line), *end;
         int more = 0;
-        const bool word = (at[0] == 'v' || at[0] == 'f') && at[1] && strchr(" \t\v\f\\", at[1]);
+        const bool word = is_word(at);
         end = word ? join_lines(at, &more) : obj_line_end(at);
         if (word && !(at[0] == 'v' ? parse_vertex : parse_face)(p, at + 1)) return false;
-        if (is_unread(at)) return fail(p->why, "line %d: %.4s is not read", p->line, at);
+        if (is_unread(at)) {
+            return fail(p->why, "line %d: %.*s is not read", p->line,
+                        (int)strcspn(at, " \t\v\f\r\n"), at);
+        }
         p->line += more;
         line = obj_next_line(end);
     }
@@ -225,6 +241,31 @@ static void flatten(const parser *p, const obj_face *f, flat_point *flat)
     }
 }
 
+static bool same_place(const flat_point *a, const flat_point *b)
+{
+    return a->x == b->x && a->y == b->y;
+}
+
+// Leaves out corners that repeat the one before and spikes, which go out and back: they have no area
+// and hide that a polygon is concave. Returns how many are left.
+static int drop_repeats(flat_point *flat, int count)
+{
+    int kept = 0;
+    for (int i = 0; i < count; i++) {
+        flat[kept++] = flat[i];
+        if (kept > 1 && same_place(flat + kept - 1, flat + kept - 2)) kept--;
+        if (kept > 2 && same_place(flat + kept - 1, flat + kept - 3)) kept -= 2;
+    }
+    for (bool dropped = true; dropped && kept > 2;) { // where the last corner meets the first
+        const bool repeated = same_place(flat + kept - 1, flat);
+        const bool tip = same_place(flat + kept - 1, flat + 1);
+        dropped = repeated || tip || same_place(flat + kept - 2, flat);
+        if (dropped) kept -= repeated ? 1 : 2;
+        if (dropped && !repeated && tip) memmove(flat, flat + 1, (size_t)kept * sizeof *flat);
+    }
+    return kept;
+}
+
 static bool is_convex(const flat_point *flat, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -243,7 +284,7 @@ static bool is_ear(const flat_point *flat, int count, int b)
         const flat_point *q = flat + i;
         bool own = false, inside = true;
         for (int k = 0; k < 3; k++) {
-            own |= q->x == c[k]->x && q->y == c[k]->y;
+            own |= same_place(q, c[k]);
             inside &= turn_of(c[k], c[(k + 1) % 3], q) >= 0;
         }
         if (inside && !own) return false;
@@ -253,9 +294,8 @@ static bool is_ear(const flat_point *flat, int count, int b)
 
 // Cuts ears off (Meisters 1975) until three corners are left. A polygon that crosses itself may
 // come to have none: then any corner is cut.
-static bool cut_ears(parser *p, const obj_face *f, flat_point *flat)
+static bool cut_ears(parser *p, const obj_face *f, flat_point *flat, int count)
 {
-    int count = f->corners;
     long long work = 0;
     for (int b = 0, tried = 0; count > 3;) {
         b %= count;
@@ -282,13 +322,12 @@ static bool cut_ears(parser *p, const obj_face *f, flat_point *flat)
 
 static bool triangulate(parser *p, const obj_face *f, flat_point *flat)
 {
-    const int *corner = p->corner + f->first;
-    if (f->corners > 3) {
-        flatten(p, f, flat);
-        if (!is_convex(flat, f->corners)) return cut_ears(p, f, flat);
-    }
-    for (int i = 2; i < f->corners; i++) {
-        if (!add_triangle(p, corner[0], corner[i - 1], corner[i])) return false;
+    if (f->corners < 3) return true;
+    flatten(p, f, flat);
+    const int count = f->corners > 3 ? drop_repeats(flat, f->corners) : 3;
+    if (count > 3 && !is_convex(flat, count)) return cut_ears(p, f, flat, count);
+    for (int i = 2; i < count; i++) {
+        if (!add_triangle(p, flat[0].vertex, flat[i - 1].vertex, flat[i].vertex)) return false;
     }
     return true;
 }
@@ -362,7 +401,7 @@ static bool make_mesh(parser *p)
     bool made = flat || no_memory(p);
     for (int i = 0; i < p->faces && made; i++) made = triangulate(p, p->face + i, flat);
     free(flat);
-    return made;
+    return made && (p->m->triangles > 0 || fail(p->why, "no faces"));
 }
 
 bool mesh_parse_obj(mesh *m, const char *text, size_t size, message *why)

@@ -233,8 +233,8 @@ static int compare_corners(const void *first, const void *second)
 }
 
 // Smooth normals, weighted by area. Vertices in the same place share theirs, because many files
-// repeat the vertices along the seams of patches.
-static bool smooth_normals(const mesh *m, vec3 *normal)
+// repeat the vertices along the seams of patches. The scale keeps squares of areas in range.
+static bool smooth_normals(const mesh *m, float scale, vec3 *normal)
 {
     corner *sorted = malloc((size_t)m->vertices * sizeof *sorted);
     if (!sorted) return false;
@@ -246,7 +246,8 @@ static bool smooth_normals(const mesh *m, vec3 *normal)
     for (int i = 0; i < m->triangles; i++) {
         const int *t = m->triangle[i];
         const vec3 a = m->position[t[0]];
-        const vec3 n = vec_cross(vec_sub(m->position[t[1]], a), vec_sub(m->position[t[2]], a));
+        const vec3 n = vec_cross(vec_scale(vec_sub(m->position[t[1]], a), scale),
+                                 vec_scale(vec_sub(m->position[t[2]], a), scale));
         for (int k = 0; k < 3; k++) normal[t[k]] = vec_add(normal[t[k]], n);
     }
     qsort(sorted, (size_t)m->vertices, sizeof *sorted, compare_corners);
@@ -265,7 +266,6 @@ void scene_put_mesh(scene *s, const frame *f, const mesh *m, float radius, float
 {
     vec3 low = m->position[0], high = low;
     vec3 *normal = malloc((size_t)m->vertices * sizeof *normal);
-    if (!normal || !smooth_normals(m, normal)) s->failed = true;
     for (int i = 1; i < m->vertices; i++) {
         low = vec_min(low, m->position[i]);
         high = vec_max(high, m->position[i]);
@@ -274,6 +274,7 @@ void scene_put_mesh(scene *s, const frame *f, const mesh *m, float radius, float
     const float across = 0.5f * hypotf(size.x, size.z);
     float fit = across * height > size.y * radius ? radius / across : height / size.y;
     if (!isfinite(fit)) fit = 1;
+    if (!normal || !smooth_normals(m, fit, normal)) s->failed = true;
     const vec3 foot = vec(0.5f * low.x + 0.5f * high.x, low.y, 0.5f * low.z + 0.5f * high.z);
     const int first = s->vertices;
     for (int i = 0; i < m->vertices && !s->failed; i++) {

@@ -333,7 +333,9 @@ static void hdr_headers_have_dialects(void)
         {"EXPOSURE=1e20\nEXPOSURE=1e20\n", {0}, "line 3"},
         {"COLORCORR=1 2\n", {0}, "line 2"},
         {"GAMMA=2.2\n", {0}, "not linear"},
-        {" EXPOSURE=2\n\tCOLORCORR= 1 1 2\n", {0.5, 0.5, 0.25}, ""},
+        {" EXPOSURE=2\n COLORCORR= 1 1 2\n", {0.5, 0.5, 0.25}, ""},
+        // Behind tabs: pictures that pcompos put together, at the values that they had.
+        {"a.hdr:\n\tEXPOSURE=2\n\tCOLORCORR=1 1 2\npcompos a.hdr 0 0\n", {1, 1, 1}, ""},
         {"FORMAT=32-bit_rle_xyze\n", {0}, "32-bit_rle_xyze"},
         {" FORMAT=32-bit_rle_xyze\n", {0}, "32-bit_rle_xyze"},
     };
@@ -350,6 +352,27 @@ static void hdr_headers_have_dialects(void)
             CHECK((double)im.rgb[c] == ldexp(header[k].scale[c], -c), "header %d: %g", (int)k,
                   (double)im.rgb[c]);
         }
+        image_free(&im);
+    }
+}
+
+// What is too much before the values is told from them by the file's size, where it can be.
+static void pfm_values_may_begin_late(void)
+{
+    static bytes b;
+    const char *const text[] = {"PF\n3 2\n-1.0\n\n", "PF\r\n3 2\r\n-1\r\n\r\n", "PF 3 2 -1  ",
+                                "PF\n3 2\n-1\0\n"};
+    const int length[] = {13, 15, 11, 11};
+    for (int k = 0; k < 4; k++) {
+        image im;
+        message why = {{0}};
+        b.size = 0;
+        for (int i = 0; i < length[k]; i++) put(&b, text[k][i]);
+        for (int i = 0; i < 18; i++) put_float(&b, 1.5f + (float)i, true);
+        const bool decoded = decode_exact(&im, b.at, b.size, &why);
+        CHECK(decoded == (k < 3) && (decoded || why.text[0]), "header %d: %s", k, why.text);
+        CHECK(!decoded || (im.rgb[0] == 10.5f && im.rgb[17] == 9.5f), "header %d: %g", k,
+              decoded ? (double)im.rgb[0] : 0);
         image_free(&im);
     }
 }
@@ -996,6 +1019,17 @@ static void obj_edge_cases(void)
         {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 x 2\n", 0, 0},
         {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 99999999999999999999 2 3\n", 0, 0},
         {"v 0 0\n0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+        // No numbers, no blank, old names; corners that repeat.
+        {"v\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 0, 0},
+        {"v\xc2\xa0"
+         "0 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+         0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nv", 0, 0},
+        {"v 0 0 0\nv-1 0 0\nv 0 1 0\nf\nf1 3 2#f\n", 3, 1},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nfo 1 2 3\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nbzp 1 1 1 1 2 2 2 2 3 3 3 3 1 2 3 1\n", 0, 0},
+        {"v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 1 2 2 3 3 1\n", 3, 1},
+        {"v 0 0 0\nv 1 0 0\nf 1 2 1 2\n", 0, 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         mesh m;
@@ -1070,7 +1104,13 @@ static void obj_polygons_may_be_concave(void)
                 p[0] * (double)u.y + p[1] * (double)v.y, p[0] * (double)u.z + p[1] * (double)v.z);
         }
         size += (size_t)sprintf(text + size, "f");
-        for (int i = 0; i < count; i++) size += (size_t)sprintf(text + size, " %d", i + 1);
+        for (int i = 0; i < count; i++) {
+            // Some are there twice, or the way to the next one and back: no area.
+            const int next = (i + 1) % count, more = trial / 3 % 4 * (int)test_random(&random) & 3;
+            size += (size_t)sprintf(text + size, " %d", i + 1);
+            if (more & 1) size += (size_t)sprintf(text + size, " %d", i + 1);
+            if (more & 2) size += (size_t)sprintf(text + size, " %d %d", next + 1, i + 1);
+        }
         mesh m;
         message why;
         CHECK(mesh_parse_obj(&m, text, size, &why), "trial %d: %s", trial, why.text);
@@ -1144,6 +1184,27 @@ static void obj_far_from_the_origin(void)
     CHECK(mesh_parse_obj(&m, "v 5 5 5\nv 6 5 5\nv 5 6 5\nf 1 2 3", 31, &why), "%s", why.text);
     CHECK(m.origin[0] == 0 && m.position[0].x == 5, "moved for nothing");
     mesh_free(&m);
+}
+
+// In nanometres or light years, a mesh in the scene has the normals that it has in metres.
+static void meshes_of_any_size_have_normals(void)
+{
+    for (int power = -26; power <= 17; power++) {
+        char text[256];
+        mesh m;
+        scene s;
+        message why = {{0}};
+        int bad = 0;
+        sprintf(text,
+                "v 0 0 0\nv 1e%d 0 0\nv 0 1e%d 0\nv 0 0 1e%d\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4",
+                power, power, power);
+        CHECK(mesh_parse_obj(&m, text, strlen(text), &why), "1e%d: %s", power, why.text);
+        CHECK(scene_create(&s, 0, &m), "memory");
+        for (int i = 0; i < s.vertices; i++) bad += !(fabsf(vec_length(s.normal[i]) - 1) < 1e-5f);
+        CHECK(!bad, "1e%d: %d of %d normals are none", power, bad, s.vertices);
+        scene_free(&s);
+        mesh_free(&m);
+    }
 }
 
 typedef struct edge {
@@ -1554,6 +1615,7 @@ const test_case files_tests[] = {
     {"a PFM of either byte order keeps every value", pfm_keeps_values},
     {"flat, old and new HDR coding give the same pixels", hdr_codings_agree},
     {"PFM headers are read in every dialect", pfm_headers_have_dialects},
+    {"PFM values may begin late", pfm_values_may_begin_late},
     {"HDR headers are read in every dialect, or refused", hdr_headers_have_dialects},
     {"flat HDR pictures may look coded", flat_pictures_may_look_coded},
     {"pictures cut short anywhere are refused", truncated_pictures_are_refused},
@@ -1577,6 +1639,7 @@ const test_case files_tests[] = {
     {"OBJ polygons may be concave", obj_polygons_may_be_concave},
     {"OBJ polygons may be long, within reason", obj_polygons_may_be_long},
     {"OBJ meshes far from the origin keep their shape", obj_far_from_the_origin},
+    {"meshes of any size have normals", meshes_of_any_size_have_normals},
     {"the default scene is closed and faces outwards", default_scene_is_closed},
     {"depth maps agree with rays", depth_maps_agree_with_rays},
     {"depth maps cull and cut as OpenGL does", depth_maps_cut_as_opengl_does},
