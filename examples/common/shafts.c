@@ -23,6 +23,12 @@ mssm_light shafts_sun(const scene *s, const float to_sun[3])
     const float high[3] = {s->high.x, s->high.y, s->high.z};
     mssm_light light = {{0}, 0, 0, 0, 1, 1, -1, 1};
     mssm_light_directional(&light, to_sun, axis, 0, 0, low, high);
+    // Without its empty rim, which soft shadows want. Here it would be one more depth in each row, and
+    // six moments know three: the hall would err by .0211, not .0185.
+    const float rim = 1 + 1 / 64.0f;
+    for (int i = 0; i < 8; i++) light.world_to_shadow[i / 2 * 4 + i % 2] *= rim;
+    light.extent_u /= rim;
+    light.extent_v /= rim;
     return light;
 }
 

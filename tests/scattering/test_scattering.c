@@ -363,10 +363,10 @@ static void pictures_are_those_of_marching(void)
         vec3 from, to;
         float angle, extinction, far_end, limit;
     } cases[] = {
-        {"hall, windows ahead", 1, {-.4f, .8f, -1}, {2.5f, 1.4f, 3.2f}, {-.5f, 1.2f, -2}, .9f, .2f, 14, .025f},
-        {"hall, thick smoke", 1, {-.4f, .8f, -1}, {2.5f, 1.4f, 3.2f}, {-.5f, 1.2f, -2}, .9f, .5f, 14, .02f},
-        {"the sun in the picture", 1, {-.4f, .8f, -1}, {1.2f, 1, 2.2f}, {.8f, 1.9f, -1}, .9f, .2f, 14, .03f},
-        {"the camera's own shadow", 1, {-.4f, .8f, -1}, {-1, 1.4f, -1.5f}, {-.4f, .2f, 0}, 1.2f, .2f, 14, .02f},
+        {"hall, windows ahead", 1, {-.4f, .8f, -1}, {2.5f, 1.4f, 3.2f}, {-.5f, 1.2f, -2}, .9f, .2f, 14, .02f},
+        {"hall, thick smoke", 1, {-.4f, .8f, -1}, {2.5f, 1.4f, 3.2f}, {-.5f, 1.2f, -2}, .9f, .5f, 14, .01f},
+        {"the sun in the picture", 1, {-.4f, .8f, -1}, {1.2f, 1, 2.2f}, {.8f, 1.9f, -1}, .9f, .2f, 14, .027f},
+        {"the camera's own shadow", 1, {-.4f, .8f, -1}, {-1, 1.4f, -1.5f}, {-.4f, .2f, 0}, 1.2f, .2f, 14, .015f},
         {"demo, sun behind", 0, {-.6f, 1, .5f}, {.3f, 2.25f, 7.7f}, {0, .9f, 0}, .57f, .15f, 14, .01f},
         {"demo, sun ahead", 0, {-.6f, .5f, .8f}, {2, 1, -4}, {0, 1, 0}, .7f, .15f, 14, .035f},
         {"demo, from above", 0, {-.6f, 1, .5f}, {-6, 9, 5}, {0, 0, 0}, .6f, .15f, 14, .01f},
