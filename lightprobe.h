@@ -875,14 +875,14 @@ typedef struct lightprobe__work {
     lightprobe_cell *cells[LIGHTPROBE__LEVELS]; // of tiles and larger squares
     lightprobe_leaf *leaves;
     lightprobe__share *shares;
-    float *errors; // of the leaves; -1: a texel
+    float *leaf_errors; // -1: a texel
     int *order;
     lightprobe_cluster *clusters;
     float *gains; // errors of the clusters that can be split, or what that gains; else 0
     lightprobe_region *regions;
     int leaf_count, cluster_count, repaired;
-    double total[3];
-    float total_luminance, mean, reach; // mean: of 1 sr; reach: 1 / distance becomes parallax by it
+    double sum_of_all[3];
+    float total, mean, reach; // mean: of 1 sr; reach: 1 / distance becomes parallax by it
     int jumps;    // the map is another one than in the last frame, or there was none: nothing fades
     float fading; // frames to go; below 0: the last frame was the first
     float pace;   // how many frames this one counts for
@@ -921,7 +921,7 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
     }
     w->leaves = LIGHTPROBE__TAKE(lightprobe_leaf, leaves);
     w->shares = LIGHTPROBE__TAKE(lightprobe__share, leaves);
-    w->errors = LIGHTPROBE__TAKE(float, leaves);
+    w->leaf_errors = LIGHTPROBE__TAKE(float, leaves);
     w->order = LIGHTPROBE__TAKE(int, leaves);
     w->clusters = LIGHTPROBE__TAKE(lightprobe_cluster, lights);
     w->gains = LIGHTPROBE__TAKE(float, lights);
@@ -1594,10 +1594,10 @@ static void lightprobe__find_total(lightprobe__work *w)
     const int level = w->top > LIGHTPROBE_TILE_LEVEL ? LIGHTPROBE_TILE_LEVEL + 1 : w->top;
     const int n = lightprobe_level_side(w->side, level);
     for (int i = 0; i < 6 * n * n; i++)
-        for (int c = 0; c < 3; c++) w->total[c] += (double)w->cells[level][i].flux[c];
-    const float rgb[3] = {(float)w->total[0], (float)w->total[1], (float)w->total[2]};
-    w->total_luminance = lightprobe_luminance(rgb);
-    w->mean = w->total_luminance / 12.5663706f;
+        for (int c = 0; c < 3; c++) w->sum_of_all[c] += (double)w->cells[level][i].flux[c];
+    const float rgb[3] = {(float)w->sum_of_all[0], (float)w->sum_of_all[1], (float)w->sum_of_all[2]};
+    w->total = lightprobe_luminance(rgb);
+    w->mean = w->total / 12.5663706f;
 }
 
 static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
@@ -1710,14 +1710,14 @@ static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int l
 {
     const lightprobe_cell cell = lightprobe__cell_at(w, face, level, x, y);
     w->leaves[index] = lightprobe_leaf_of(cell, w->mean, w->reach, w->side, face, level, x, y);
-    w->errors[index] = level > 0 ? lightprobe_leaf_error(w->leaves[index]) : -1;
+    w->leaf_errors[index] = level > 0 ? lightprobe_leaf_error(w->leaves[index]) : -1;
 }
 
 // Six faces, then down to single texels where the light is.
 static void lightprobe__make_leaves(lightprobe__work *w)
 {
     const int enough = w->max_leaves - LIGHTPROBE_MORE_LEAVES;
-    const float total = w->total_luminance;
+    const float total = w->total;
     float last = 0;
     float inverse = 0;
     for (int face = 0; face < 6; face++) inverse += w->cells[w->top][face].resultant[3];
@@ -1725,9 +1725,9 @@ static void lightprobe__make_leaves(lightprobe__work *w)
     for (int face = 0; face < 6; face++) lightprobe__set_leaf(w, face, face, w->top, 0, 0);
     w->leaf_count = 6;
     while (w->leaf_count + 3 <= w->max_leaves) {
-        const int index = lightprobe__largest(w->errors, w->leaf_count);
+        const int index = lightprobe__largest(w->leaf_errors, w->leaf_count);
         const lightprobe_leaf parent = w->leaves[index];
-        const float error = w->errors[index];
+        const float error = w->leaf_errors[index];
         if (error <= 1e-7f * total) break; // rounding
         if (w->leaf_count >= enough && error < 0.9999f * last) break;
         last = error;
@@ -2488,7 +2488,7 @@ static void lightprobe__measure(lightprobe__work *w, lightprobe_cluster *c)
     }
     LIGHTPROBE_PRECISE float uneven =
         lightprobe_unevenness(along, u, luminance) + lightprobe_unevenness(across, v, luminance);
-    c->error = lightprobe_edge_error(c->sum, 0.5f * uneven, w->total_luminance);
+    c->error = lightprobe_edge_error(c->sum, 0.5f * uneven, w->total);
     c->axis = along;
     c->tone_axis = lightprobe_axis_around(mean_tone, spread.tone2);
     c->planned = 0;
@@ -2513,7 +2513,7 @@ static void lightprobe__find_cut(const lightprobe__work *w, lightprobe_cluster *
     for (int cut = 0; cut + 1 < LIGHTPROBE_BINS; cut++) {
         if (!bins[cut].count) continue;
         below = lightprobe_add_sum(below, bins[cut]);
-        const float cost = lightprobe_cut_cost(below, above[cut], w->total_luminance);
+        const float cost = lightprobe_cut_cost(below, above[cut], w->total);
         if (cost >= *least) continue;
         *least = cost;
         c->axis = axis;
@@ -2528,7 +2528,7 @@ static void lightprobe__plan_split(lightprobe__work *w, lightprobe_cluster *c)
     float least = FLT_MAX;
     lightprobe__find_cut(w, c, c->axis, &least);
     lightprobe__find_cut(w, c, c->tone_axis, &least);
-    c->gain = least < FLT_MAX ? lightprobe_cost(c->sum, w->total_luminance) - least : 0;
+    c->gain = least < FLT_MAX ? lightprobe_cost(c->sum, w->total) - least : 0;
     if (!(least < FLT_MAX)) w->gains[c - w->clusters] = 0;
     c->planned = 1;
 }
@@ -2571,7 +2571,7 @@ static void lightprobe__divide(lightprobe__work *w, float tolerance)
 {
     lightprobe_errors e = lightprobe__measure_all(w);
     while (w->cluster_count < w->max_lights &&
-           lightprobe_root_error(e, w->total_luminance) > tolerance) {
+           lightprobe_root_error(e, w->total) > tolerance) {
         const int most = lightprobe__largest(w->gains, w->cluster_count);
         lightprobe_cluster *parent = w->clusters + most, *fresh = w->clusters + w->cluster_count;
         if (!(w->gains[most] > 0)) break;
@@ -2621,7 +2621,7 @@ static void lightprobe__find_near(lightprobe__work *w)
 // cuts and faces. The one that adds most stays, so that no cluster runs empty.
 static void lightprobe__relax(lightprobe__work *w, int rounds)
 {
-    const float total = w->total_luminance;
+    const float total = w->total;
     for (int round = 0; round < rounds; round++) {
         int moved = 0;
         for (int i = 0; i < w->leaf_count; i++) {
@@ -2656,7 +2656,7 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
         for (int k = 0; k < c->near_count; k++) {
             const lightprobe_cluster *d = w->clusters + c->nearby[k];
             if (d->changed || c->nearby[k] == not_this) continue;
-            const float cost = lightprobe_merge_cost(c->sum, d->sum, w->total_luminance);
+            const float cost = lightprobe_merge_cost(c->sum, d->sum, w->total);
             if (cost >= least) continue;
             least = cost;
             const int brighter = c->sum.luminance >= d->sum.luminance; // keeps its id
@@ -2671,7 +2671,7 @@ static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this,
 // the next frame has one for where one is not enough, or for nothing if the tolerance can spare it.
 static void lightprobe__reassign_lights(lightprobe__work *w, float tolerance)
 {
-    const float total = w->total_luminance;
+    const float total = w->total;
     int fades = w->fading < 0 || w->fading > 1; // one change after the other
     for (int k = 0; k < w->cluster_count; k++) fades |= !w->clusters[k].lives;
     if (fades) return;
@@ -2774,7 +2774,7 @@ static void lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c,
         c->slopes[i] = l->slope_u * l->axis_u[i] + l->slope_v * l->axis_v[i];
     if (w->jumps) return;
     w->fading = l->state[5];
-    c->late = lightprobe_late(l->state, w->total_luminance);
+    c->late = lightprobe_late(l->state, w->total);
     c->past = lightprobe_past(*l, c->late);
     c->longest = lightprobe_evenness(lightprobe_more(c->past, c->late, 1));
 }
@@ -2789,7 +2789,7 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
                    ? (double)lightprobe_luminance(previous[i].irradiance)
                    : 0;
     w->jumps =
-        w->jumps || count > w->max_lights || !lightprobe_goes_on((float)all, w->total_luminance);
+        w->jumps || count > w->max_lights || !lightprobe_goes_on((float)all, w->total);
     w->fading = 0;
     for (int i = 0; i < count && w->cluster_count < w->max_lights; i++)
         if (lightprobe__is_sound(previous, i))
@@ -2827,7 +2827,7 @@ static void lightprobe__set_seeds(lightprobe__work *w)
         if (!(lightprobe_normalize(c->seed) > 0)) c->seed[1] = 1;
         const float luminance = lightprobe_luminance(c->now.flux);
         c->seed_tone = luminance > LIGHTPROBE_BLACK ? c->now.tones / luminance : 0;
-        c->seed_share = luminance / w->total_luminance + 1e-9f;
+        c->seed_share = luminance / w->total + 1e-9f;
         if (!(luminance > 0)) c->lives = 0;
     }
 }
@@ -2855,7 +2855,7 @@ static void lightprobe__fade(lightprobe__work *w)
     const int changes = w->fading < 0 || lightprobe__is_changed(w);
     float moved = 0; // not known where leaves have been given away
     for (int k = 0; k < w->cluster_count && !changes; k++)
-        moved += lightprobe_moved(w->clusters[k].now, w->clusters[k].past, w->total_luminance);
+        moved += lightprobe_moved(w->clusters[k].now, w->clusters[k].past, w->total);
     w->pace = lightprobe_pace(moved);
     for (int k = 0; k < w->cluster_count; k++) {
         lightprobe_cluster *c = w->clusters + k;
@@ -3353,14 +3353,14 @@ static void lightprobe__insert(int *list, int count, const float *key, int k)
 // Marks the clusters (as changed) that are no lights: too dim, or the weakest.
 static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings *settings)
 {
-    const float least = settings->min_share * w->total_luminance;
+    const float least = settings->min_share * w->total;
     int count = 0;
     float lost = 0;
     for (int k = 0; k < w->cluster_count; k++) {
         const float luminance = (float)w->regions[k].luminance;
         w->clusters[k].changed = luminance < least;
         if (!(luminance > 0) || luminance < least || !(settings->min_shadow > 0)) continue;
-        w->gains[k] = lightprobe_shadow(w->clusters[k].sum, w->total_luminance);
+        w->gains[k] = lightprobe_shadow(w->clusters[k].sum, w->total);
         lightprobe__insert(w->order, count++, w->gains, k);
     }
     for (int i = 0; i < count; i++) {
@@ -3436,7 +3436,7 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
         out[i] = lightprobe_widened(lightprobe_light_of(w->regions[k]), w->clusters[k].width, pace,
                                     (float)w->side);
         out[i] = lightprobe_tilted(out[i], w->regions[k], tilt);
-        out[i] = lightprobe_carry_on(out[i], w->clusters[k], pace, w->fading, w->total_luminance);
+        out[i] = lightprobe_carry_on(out[i], w->clusters[k], pace, w->fading, w->total);
         out[i].id = w->clusters[k].id < 0 ? next_id++ : w->clusters[k].id;
     }
     return count;
@@ -3470,7 +3470,7 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
     if (settings->tolerance > 0)
         lightprobe__divide(w, settings->tolerance); // if it is not met any more
     if (w->wants_error)
-        w->error = lightprobe_root_error(lightprobe__measure_all(w), w->total_luminance);
+        w->error = lightprobe_root_error(lightprobe__measure_all(w), w->total);
     lightprobe__set_seeds(w);
     if (animated && (w->jumps || lightprobe__is_changed(w))) lightprobe__share_out(w);
     if (!w->jumps) lightprobe__fade(w);
@@ -3494,7 +3494,7 @@ static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *set
         double luminance;
         sum += lightprobe__paper_light(w, ring + (first + i) % capacity, &light, &luminance);
         if (!(luminance > 0)) continue;
-        if (luminance < (double)(settings->min_share * w->total_luminance) ||
+        if (luminance < (double)(settings->min_share * w->total) ||
             written == w->max_lights) {
             lightprobe__add_residual(w, &light);
             continue;
@@ -3502,7 +3502,7 @@ static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *set
         light.id = written;
         lights[written++] = light;
     }
-    w->error = (float)(sum / (double)w->total_luminance);
+    w->error = (float)(sum / (double)w->total);
     return written;
 }
 
@@ -3561,7 +3561,7 @@ static void lightprobe__fill_stats(const lightprobe__work *w, const lightprobe_l
 {
     memcpy(stats->residual_sh, w->residual_sh, sizeof stats->residual_sh);
     for (int i = 0; i < 3; i++) {
-        const double all = w->total[i] / (double)LIGHTPROBE_SCALE;
+        const double all = w->sum_of_all[i] / (double)LIGHTPROBE_SCALE;
         double carried = 0;
         for (int k = 0; k < count; k++) carried += (double)lights[k].irradiance[i];
         stats->total[i] = lightprobe__clamp(all);
@@ -3603,7 +3603,7 @@ lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
     lightprobe__make_pyramid(&work);
     lightprobe__find_total(&work);
     *light_count = 0; // of a black probe
-    if (work.total_luminance >= LIGHTPROBE_BLACK)
+    if (work.total >= LIGHTPROBE_BLACK)
         *light_count = (s.mode ? lightprobe__paper : lightprobe__best)(&work, &s, lights);
     if (stats) lightprobe__fill_stats(&work, lights, *light_count, stats);
     return LIGHTPROBE_OK;

@@ -13,7 +13,9 @@
 # In mssm.h the parts between "// [plumbing begin]" and "// [plumbing end]" go into the same places of other
 # headers in its folder, the first into the first and so on, with their prefix for its own.
 # GLSL has no typedef, so "typedef struct NAME { ... } NAME;" becomes "struct NAME { ... };"; and it
-# names a struct without the word, so "struct NAME x" becomes "NAME x".
+# names a struct without the word, so "struct NAME x" becomes "NAME x". Nor has it pointers: what a function
+# finds through its parameter w, a pointer to PREFIX__work, lies in buffers of the same names there, so "w->"
+# and w are left out.
 # Comments stay: a driver's error message then names a line that a reader finds in the C source.
 
 set -u
@@ -87,6 +89,13 @@ rewrite()
         if (open_struct != "" && match(text, "}[ \t]*" open_struct "[ \t]*;")) {
             text = substr(text, 1, RSTART) ";" substr(text, RSTART + RLENGTH)
             open_struct = ""
+        }
+        if (gsub(/(const )?[a-z]+__work \*w,? ?/, "", text)) has_work = 1
+        if (text ~ /^}/) has_work = 0
+        if (has_work) {
+            gsub(/\(w, ?/, "(", text)
+            gsub(/\(w\)/, "()", text)
+            gsub(/w->/, "", text)
         }
         # "struct NAME", followed by anything but what opens its body, is NAME.
         if (text !~ /^[ \t]*struct [A-Za-z_][A-Za-z_0-9]*[ \t]*([{;].*)?$/) text = drop_struct(text)

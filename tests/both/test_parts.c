@@ -461,7 +461,7 @@ static void cells_are_sums_over_their_texels(void)
         }
         lightprobe__find_total(&p.work);
         for (int c = 0; c < 3; c++)
-            CHECK(fabs(p.work.total[c] / total[c] - 1) < 2e-6, "side %d: total", sides[i]);
+            CHECK(fabs(p.work.sum_of_all[c] / total[c] - 1) < 2e-6, "side %d: total", sides[i]);
         close_parts(&p);
     }
 }
@@ -492,7 +492,7 @@ static float open_clusters(parts *p, test_scene scene, int side, int lights)
     lightprobe__divide(&p->work, 0);
     lightprobe__sum_clusters(&p->work);
     lightprobe__sort_leaves(&p->work);
-    return p->work.total_luminance;
+    return p->work.total;
 }
 
 static void leaves_tile_the_sphere(void)
@@ -571,7 +571,7 @@ static void planned_cuts_are_the_best_of_fourteen(void)
         lightprobe__sum_clusters(w);
         lightprobe__sort_leaves(w);
         w->clusters->sum.count = count;
-        w->total_luminance = 2 * w->clusters->sum.luminance;
+        w->total = 2 * w->clusters->sum.luminance;
         lightprobe__measure(w, w->clusters);
         const lightprobe_axis axes[2] = {w->clusters->axis, w->clusters->tone_axis};
         lightprobe__plan_split(w, w->clusters);
@@ -591,7 +591,7 @@ static void planned_cuts_are_the_best_of_fourteen(void)
             const double gain =
                 (all.luminance * (all.direction + all.tone) - a.luminance * (a.direction + a.tone) -
                  b.luminance * (b.direction + b.tone)) /
-                (double)w->total_luminance;
+                (double)w->total;
             if (k == 14)
                 planned = gain;
             else if (!near_border && gain > best)
@@ -640,14 +640,14 @@ static void neighbours_are_the_nearest_clusters(void)
             for (int i = 0; i < c->near_count && !c->changed && a != not_this; i++) {
                 const lightprobe_cluster *d = w->clusters + c->nearby[i];
                 if (d->changed || c->nearby[i] == not_this) continue;
-                CHECK(lightprobe_merge_cost(c->sum, d->sum, w->total_luminance) >= least,
+                CHECK(lightprobe_merge_cost(c->sum, d->sum, w->total) >= least,
                       "%d and %d cost less", a, c->nearby[i]);
             }
         }
         const lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
         CHECK(pair[0] != not_this && pair[1] != not_this && !a->changed && !b->changed,
               "a pair left out");
-        CHECK(lightprobe_merge_cost(a->sum, b->sum, w->total_luminance) <= least * 1.00001f,
+        CHECK(lightprobe_merge_cost(a->sum, b->sum, w->total) <= least * 1.00001f,
               "another pair's cost");
         CHECK(a->sum.luminance >= b->sum.luminance, "the dimmer keeps its id");
         w->clusters[pair[0]].changed = w->clusters[pair[1]].changed = 1;
