@@ -468,9 +468,10 @@ extern "C" {
 // is quoted by `make glsl` at the end (>>generated), one text for every program that needs it. So
 // structs go in and out by value, and these names stand for what the languages call differently.
 #define LIGHTPROBE_SHARED static inline
-#define LIGHTPROBE_PRECISE // in GLSL: nothing may be fused or reordered
-#define LIGHTPROBE_INOUT   // in GLSL: what the function changes,
-#define LIGHTPROBE_OUT     // or makes
+#define LIGHTPROBE_PRECISE       // in GLSL: nothing may be fused or reordered
+#define LIGHTPROBE_INOUT         // in GLSL: what the function changes,
+#define LIGHTPROBE_OUT           // or makes
+#define LIGHTPROBE_ROLLED(n) (n) // in GLSL: rounds of a loop that is not to be unrolled
 #define LIGHTPROBE_FLOAT(x) ((float)(x))
 #define LIGHTPROBE_INT(x) ((int)(x))
 typedef float lightprobe_vec3[3], lightprobe_vec4[4];
@@ -1287,15 +1288,15 @@ static inline float lightprobe__sum4(const float v[4])
     return (v[0] + v[1]) + (v[2] + v[3]);
 }
 
-// Index of a texel's weights; they are the same in all quarters of all faces.
-static size_t lightprobe__quarter(const lightprobe__work *w, int x, int y)
-{
-    const int right = 2 * x + 1 - w->side, down = 2 * y + 1 - w->side;
-    const int dx = (right < 0 ? -right : right) / 2, dy = (down < 0 ? -down : down) / 2;
-    return (size_t)dy * (size_t)w->half + (size_t)dx;
-}
-
 // [glsl begin cells]
+
+// Index of a texel's weights; they are the same in all quarters of all faces.
+LIGHTPROBE_SHARED int lightprobe_quarter(const lightprobe__work *w, int x, int y)
+{
+    int right = 2 * x + 1 - w->side, down = 2 * y + 1 - w->side;
+    int dx = (right < 0 ? -right : right) / 2, dy = (down < 0 ? -down : down) / 2;
+    return dy * ((w->side + 1) / 2) + dx;
+}
 
 // Centre of a texel in [-1,1].
 LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)
@@ -1369,7 +1370,7 @@ static const float *lightprobe__texel(const lightprobe__work *w, int face, int x
 }
 
 // Copies a texel with 0 for bad channels, told by their bits; returns 1 if there was one.
-static int lightprobe__read(const float *texel, float rgb[3])
+static int lightprobe__repair(const float *texel, float rgb[3])
 {
     int bad = 0;
     for (int i = 0; i < 3; i++) {
@@ -1380,12 +1381,15 @@ static int lightprobe__read(const float *texel, float rgb[3])
     return bad;
 }
 
-// The same with the distance, 0 where it is infinite or there is none.
-static void lightprobe__read_distance(const lightprobe__work *w, const float *texel, float rgbd[4])
+// A texel's and its distance, 0 where it is infinite or there is none.
+LIGHTPROBE_SHARED int lightprobe_read(const lightprobe__work *w, int face, int x, int y,
+                                      float rgbd[4])
 {
-    lightprobe__read(texel, rgbd);
+    const float *texel = lightprobe__texel(w, face, x, y);
+    const int bad = lightprobe__repair(texel, rgbd);
     rgbd[3] = w->distances && lightprobe__is_number(texel[3]) ? texel[3] : 0;
     if (w->distances == 2) rgbd[3] = lightprobe_whole_distance(rgbd, rgbd[3]);
+    return bad;
 }
 
 // Copies a tile that the border cuts, that has a fourth channel or bad texels. Counts the bad ones.
@@ -1395,8 +1399,8 @@ static int lightprobe__gather(const lightprobe__work *w, int face, int tx, int t
     memset(out, 0, 48 * sizeof *out);
     for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++)
         for (int x = 4 * tx; x < 4 * tx + 4 && x < w->side; x++)
-            bad += lightprobe__read(lightprobe__texel(w, face, x, y),
-                                    out + 12 * (y & 3) + 3 * (x & 3));
+            bad += lightprobe__repair(lightprobe__texel(w, face, x, y),
+                                      out + 12 * (y & 3) + 3 * (x & 3));
     return bad;
 }
 
@@ -1470,11 +1474,11 @@ static void lightprobe__make_band(lightprobe__work *w, int ty)
     const int stride = 24 * w->tiles;
     float *tile_omega = w->band + (4 * 24 + 12) * w->tiles;
     for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++) {
-        const size_t first = lightprobe__quarter(w, w->side / 2, y);
+        const int first = lightprobe_quarter(w, w->side / 2, y);
         float *row = w->band + (y & 3) * stride; // twice three floats a texel
         if (y == 4 * ty) memset(tile_omega, 0, (size_t)w->tiles * sizeof(float));
         for (int d = 0; d < w->half; d++) { // from the middle to both sides
-            const float omega = w->omega[first + (size_t)d], q = w->weight[first + (size_t)d];
+            const float omega = w->omega[first + d], q = w->weight[first + d];
             const float r = 0.2126f * q, g = 0.7152f * q, blue = 0.0722f * q;
             for (ptrdiff_t x = w->side / 2 + d;; x = w->side - 1 - x) {
                 float *to = row + 3 * x, *v = to + stride / 2;
@@ -1489,34 +1493,42 @@ static void lightprobe__make_band(lightprobe__work *w, int ty)
     }
 }
 
-static void lightprobe__add_cell(lightprobe_cell *sum, const lightprobe_cell *cell)
+// [glsl begin cells]
+LIGHTPROBE_SHARED lightprobe_cell lightprobe_add_cell(lightprobe_cell a, lightprobe_cell b)
 {
-    const lightprobe__four flux = lightprobe__load4(cell->flux);
-    const lightprobe__four vector = lightprobe__load4(cell->resultant);
-    lightprobe__store4(sum->flux, lightprobe__add4(lightprobe__load4(sum->flux), flux));
-    lightprobe__store4(sum->resultant, lightprobe__add4(lightprobe__load4(sum->resultant), vector));
+    LIGHTPROBE_PRECISE lightprobe_cell sum = a;
+    for (int i = 0; i < 4; i++) {
+        sum.flux[i] += b.flux[i];
+        sum.resultant[i] += b.resultant[i];
+    }
+    return sum;
 }
 
+LIGHTPROBE_SHARED int lightprobe_read(const lightprobe__work *w, int face, int x, int y,
+                                      LIGHTPROBE_OUT lightprobe_vec4 rgbd);
+
 // A cell no larger than a tile, straight from its texels.
-static lightprobe_cell lightprobe__small_cell(const lightprobe__work *w, int face, int level,
-                                              int cx, int cy)
+LIGHTPROBE_SHARED lightprobe_cell lightprobe_small_cell(const lightprobe__work *w, int face,
+                                                        int level, int cx, int cy)
 {
-    const int size = 1 << level;
+    int size = 1 << level, end_x = size * cx + LIGHTPROBE_ROLLED(size);
+    int end_y = size * cy + LIGHTPROBE_ROLLED(size);
     lightprobe_cell sum;
-    memset(&sum, 0, sizeof sum);
-    for (int y = size * cy; y < size * cy + size && y < w->side; y++) {
-        for (int x = size * cx; x < size * cx + size && x < w->side; x++) {
-            const size_t i = lightprobe__quarter(w, x, y);
-            float rgb[4];
-            lightprobe__read_distance(w, lightprobe__texel(w, face, x, y), rgb);
-            const lightprobe_cell texel =
-                lightprobe_texel_cell(rgb, w->omega[i], w->weight[i], lightprobe_centre(w->side, x),
-                                      lightprobe_centre(w->side, y));
-            lightprobe__add_cell(&sum, &texel);
+    for (int i = 0; i < 4; i++) sum.flux[i] = sum.resultant[i] = 0.0f;
+    for (int y = size * cy; y < end_y && y < w->side; y++) {
+        for (int x = size * cx; x < end_x && x < w->side; x++) {
+            int at = lightprobe_quarter(w, x, y);
+            lightprobe_vec4 rgbd;
+            lightprobe_read(w, face, x, y, rgbd);
+            lightprobe_cell texel =
+                lightprobe_texel_cell(rgbd, w->omega[at], w->weight[at],
+                                      lightprobe_centre(w->side, x), lightprobe_centre(w->side, y));
+            sum = lightprobe_add_cell(sum, texel);
         }
     }
     return sum;
 }
+// [glsl end]
 
 // One row of tiles of one face. The band was made for row band_ty, which is ty or its mirror image.
 static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band_ty)
@@ -1546,7 +1558,7 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
         lightprobe__tile_cell(sums + 24 * tx, t, omega[tx], cell + tx);
     for (int tx = 0; tx < w->tiles && w->distances; tx++)
         cell[tx].resultant[3] =
-            lightprobe__small_cell(w, face, LIGHTPROBE_TILE_LEVEL, tx, ty).resultant[3];
+            lightprobe_small_cell(w, face, LIGHTPROBE_TILE_LEVEL, tx, ty).resultant[3];
 }
 
 static void lightprobe__sum_tiles(lightprobe__work *w)
@@ -1579,9 +1591,9 @@ static void lightprobe__make_pyramid(lightprobe__work *w)
             const lightprobe_cell *from = w->cells[level - 1] + (row / n * m + y) * m;
             for (int x = 0; x < m; x += 2) {
                 lightprobe_cell sum = from[x];
-                if (x + 1 < m) lightprobe__add_cell(&sum, from + x + 1);
-                if (y + 1 < m) lightprobe__add_cell(&sum, from + m + x);
-                if (x + 1 < m && y + 1 < m) lightprobe__add_cell(&sum, from + m + x + 1);
+                if (x + 1 < m) sum = lightprobe_add_cell(sum, from[x + 1]);
+                if (y + 1 < m) sum = lightprobe_add_cell(sum, from[m + x]);
+                if (x + 1 < m && y + 1 < m) sum = lightprobe_add_cell(sum, from[m + x + 1]);
                 *to++ = sum;
             }
         }
@@ -1595,7 +1607,8 @@ static void lightprobe__find_total(lightprobe__work *w)
     const int n = lightprobe_level_side(w->side, level);
     for (int i = 0; i < 6 * n * n; i++)
         for (int c = 0; c < 3; c++) w->sum_of_all[c] += (double)w->cells[level][i].flux[c];
-    const float rgb[3] = {(float)w->sum_of_all[0], (float)w->sum_of_all[1], (float)w->sum_of_all[2]};
+    const float rgb[3] = {(float)w->sum_of_all[0], (float)w->sum_of_all[1],
+                          (float)w->sum_of_all[2]};
     w->total = lightprobe_luminance(rgb);
     w->mean = w->total / 12.5663706f;
 }
@@ -1603,7 +1616,7 @@ static void lightprobe__find_total(lightprobe__work *w)
 static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
                                            int y)
 {
-    if (level < LIGHTPROBE_TILE_LEVEL) return lightprobe__small_cell(w, face, level, x, y);
+    if (level < LIGHTPROBE_TILE_LEVEL) return lightprobe_small_cell(w, face, level, x, y);
     const int n = lightprobe_level_side(w->side, level);
     return w->cells[level][(face * n + y) * n + x];
 }
@@ -1611,6 +1624,15 @@ static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, 
 // ---- Leaves: the cell with the largest error is divided first ---- >>leaves
 
 // [glsl begin cells]
+// Whether leaves are fine enough where the largest error is this one: the rest is rounding, or there is no
+// room. Of those with last's error, the one before, all or none are divided.
+LIGHTPROBE_SHARED int lightprobe_is_enough(int count, int room, float error, float last,
+                                           float total)
+{
+    if (count + 3 > room || error <= 1e-7f * total) return 1;
+    return count + LIGHTPROBE_MORE_LEAVES >= room && error < 0.9999f * last ? 1 : 0;
+}
+
 LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)
 {
     return leaf.luminance - leaf.strength;
@@ -1716,20 +1738,16 @@ static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int l
 // Six faces, then down to single texels where the light is.
 static void lightprobe__make_leaves(lightprobe__work *w)
 {
-    const int enough = w->max_leaves - LIGHTPROBE_MORE_LEAVES;
-    const float total = w->total;
-    float last = 0;
-    float inverse = 0;
+    float last = 0, inverse = 0;
     for (int face = 0; face < 6; face++) inverse += w->cells[w->top][face].resultant[3];
-    w->reach = inverse > 0 ? LIGHTPROBE_PARALLAX * (total / inverse) : 0;
+    w->reach = inverse > 0 ? LIGHTPROBE_PARALLAX * (w->total / inverse) : 0;
     for (int face = 0; face < 6; face++) lightprobe__set_leaf(w, face, face, w->top, 0, 0);
     w->leaf_count = 6;
-    while (w->leaf_count + 3 <= w->max_leaves) {
+    for (;;) {
         const int index = lightprobe__largest(w->leaf_errors, w->leaf_count);
         const lightprobe_leaf parent = w->leaves[index];
         const float error = w->leaf_errors[index];
-        if (error <= 1e-7f * total) break; // rounding
-        if (w->leaf_count >= enough && error < 0.9999f * last) break;
+        if (lightprobe_is_enough(w->leaf_count, w->max_leaves, error, last, w->total)) break;
         last = error;
         const int level = parent.level - 1, n = lightprobe_level_side(w->side, level);
         for (int k = 0; k < 4; k++) {
@@ -1848,12 +1866,13 @@ LIGHTPROBE_SHARED float lightprobe_cost(lightprobe_sum s, float total)
 
 // Of a leaf to a cluster's seed on a moving probe, however fine the leaves are: the 4th root of the
 // distance grows about as the angle does. The tone counts half, since it jumps as cells change.
-LIGHTPROBE_SHARED float lightprobe_seed_distance(const lightprobe_vec3 direction, float tone,
-                                                 const lightprobe_vec3 seed, float seed_tone,
-                                                 float share)
+LIGHTPROBE_SHARED float lightprobe_seed_distance(const lightprobe__work *w, int leaf, int k)
 {
-    LIGHTPROBE_PRECISE float all = share + 0.01f;
-    return sqrtf(sqrtf(lightprobe_distance(all, direction, 0.5f * tone, seed, 0.5f * seed_tone)));
+    LIGHTPROBE_PRECISE float share = w->clusters[k].seed_share + 0.01f;
+    if (w->clusters[k].lives == 0) return FLT_MAX;
+    return sqrtf(
+        sqrtf(lightprobe_distance(share, w->leaves[leaf].direction, 0.5f * w->leaves[leaf].tone,
+                                  w->clusters[k].seed, 0.5f * w->clusters[k].seed_tone)));
 }
 
 // Tone of what shines in a leaf, however dark the rest of it is: 7% less error of 8 lights at rest.
@@ -1874,6 +1893,13 @@ LIGHTPROBE_SHARED float lightprobe_part(float distance, float least, float half_
     LIGHTPROBE_PRECISE float softness = unit * (1.0f + 5.0f * half_width);
     LIGHTPROBE_PRECISE float part = 1.0f - (distance - least) / softness;
     return part > 0.0f ? part : 0.0f;
+}
+
+LIGHTPROBE_SHARED float lightprobe_takes(const lightprobe__work *w, int leaf, int k)
+{
+    return lightprobe_part(lightprobe_seed_distance(w, leaf, k), w->leaves[leaf].least,
+                           w->leaves[leaf].half_width, w->unit) /
+           w->leaves[leaf].parts;
 }
 
 LIGHTPROBE_SHARED lightprobe_leaf lightprobe_part_of(lightprobe_leaf leaf, float part)
@@ -1989,6 +2015,41 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightpr
             du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];
     }
     return m;
+}
+
+// A cluster that has no leaves yet.
+LIGHTPROBE_SHARED lightprobe_cluster lightprobe_fresh(void)
+{
+    lightprobe_cluster c;
+    c.sum = lightprobe_nothing();
+    c.now = c.past = c.late = lightprobe_no_moments();
+    for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = 0.0f;
+    c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = c.width = 0.0f;
+    c.id = -1;
+    c.lives = 1;
+    return c;
+}
+
+// The cluster of a previous light. jumps: nothing fades that it had besides its leaves.
+LIGHTPROBE_SHARED lightprobe_cluster lightprobe_recalled(lightprobe_light l, float total, int jumps)
+{
+    LIGHTPROBE_PRECISE lightprobe_cluster c = lightprobe_fresh();
+    for (int i = 0; i < 3; i++) {
+        c.seed[i] = l.state[i];
+        c.slopes[i] = l.slope_u * l.axis_u[i] + l.slope_v * l.axis_v[i];
+    }
+    lightprobe_normalize(c.seed);
+    c.seed_tone = l.state[3];
+    c.seed_share = l.state[4];
+    c.lives = c.seed_share > 0.0f ? 1 : 0;
+    c.id = l.id;
+    c.distance = l.distance > 0.0f && l.distance <= 1e9f ? l.distance : 0.0f;
+    c.width = 0.5f - 0.5f * l.cos_alpha;
+    if (jumps != 0) return c;
+    c.late = lightprobe_late(l.state, total);
+    c.past = lightprobe_past(l, c.late);
+    c.longest = lightprobe_evenness(lightprobe_more(c.past, c.late, 1.0f));
+    return c;
 }
 
 // Turns v as a turns into b, both of length 1 and not opposite.
@@ -2109,25 +2170,10 @@ LIGHTPROBE_SHARED float lightprobe_moved(lightprobe_moments now, lightprobe_mome
     return moved;
 }
 
-// How many frames one counts for in which all lights have moved so far.
-LIGHTPROBE_SHARED float lightprobe_pace(float moved)
-{
-    LIGHTPROBE_PRECISE float pace = moved / LIGHTPROBE_STEP;
-    return pace > 1.0f ? (pace < LIGHTPROBE_FASTEST ? pace : LIGHTPROBE_FASTEST) : 1.0f;
-}
-
 // Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.
 typedef struct lightprobe_excess {
     lightprobe_wide above[3], below[3], weighted_above[3], weighted_below[3];
 } lightprobe_excess;
-
-LIGHTPROBE_SHARED lightprobe_excess lightprobe_no_excess(void)
-{
-    lightprobe_excess e;
-    for (int i = 0; i < 3; i++)
-        e.above[i] = e.below[i] = e.weighted_above[i] = e.weighted_below[i] = LIGHTPROBE_ZERO;
-    return e;
-}
 
 // A light's flux in this frame or the last, whichever is more.
 LIGHTPROBE_SHARED float lightprobe_most(float late, float now)
@@ -2136,19 +2182,22 @@ LIGHTPROBE_SHARED float lightprobe_most(float late, float now)
 }
 
 // weighted: 1, or 0 for sums alone.
-LIGHTPROBE_SHARED lightprobe_excess lightprobe_add_excess(lightprobe_excess excess,
-                                                          lightprobe_moments late,
-                                                          lightprobe_moments now, int weighted)
+LIGHTPROBE_SHARED lightprobe_excess lightprobe_all_excess(const lightprobe__work *w, int weighted)
 {
-    lightprobe_excess e = excess;
-    for (int i = 0; i < 3; i++) {
-        float size = fabsf(late.flux[i]), above = late.flux[i] > 0.0f ? size : 0.0f;
-        float weight = weighted != 0 ? lightprobe_most(late.flux[i], now.flux[i]) : 0.0f;
-        LIGHTPROBE_PRECISE float more = weight * above, less = weight * (size - above);
-        LIGHTPROBE_ADD(e.above[i], above);
-        LIGHTPROBE_ADD(e.below[i], size - above);
-        LIGHTPROBE_ADD(e.weighted_above[i], more);
-        LIGHTPROBE_ADD(e.weighted_below[i], less);
+    lightprobe_excess e;
+    for (int i = 0; i < 3; i++)
+        e.above[i] = e.below[i] = e.weighted_above[i] = e.weighted_below[i] = LIGHTPROBE_ZERO;
+    for (int k = 0; k < w->cluster_count; k++) {
+        for (int i = 0; i < 3; i++) {
+            float late = w->clusters[k].late.flux[i], now = w->clusters[k].now.flux[i];
+            float size = fabsf(late), above = late > 0.0f ? size : 0.0f;
+            float weight = weighted != 0 ? lightprobe_most(late, now) : 0.0f;
+            LIGHTPROBE_PRECISE float more = weight * above, less = weight * (size - above);
+            LIGHTPROBE_ADD(e.above[i], above);
+            LIGHTPROBE_ADD(e.below[i], size - above);
+            LIGHTPROBE_ADD(e.weighted_above[i], more);
+            LIGHTPROBE_ADD(e.weighted_below[i], less);
+        }
     }
     return e;
 }
@@ -2189,6 +2238,15 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late
     }
     return m;
 }
+
+// Of a cluster that is summed; without light it keeps those it had.
+LIGHTPROBE_SHARED void lightprobe_set_means(lightprobe__work *w, int k)
+{
+    lightprobe_sum s = w->clusters[k].sum;
+    float size = lightprobe_normalize(s.resultant);
+    for (int i = 0; i < 3 && size > 0.0f; i++) w->clusters[k].centre[i] = s.resultant[i];
+    if (s.luminance > LIGHTPROBE_BLACK) w->clusters[k].tone = s.tones / s.luminance;
+}
 // [glsl end]
 
 // Sums of all clusters from the leaves' numbers.
@@ -2200,11 +2258,7 @@ static void lightprobe__sum_clusters(lightprobe__work *w)
         c->sum = lightprobe_add_leaf(c->sum, w->leaves[i]);
     }
     for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe_cluster *c = w->clusters + k;
-        float v[3];
-        memcpy(v, c->sum.resultant, sizeof v);
-        if (lightprobe_normalize(v) > 0) memcpy(c->centre, v, sizeof v);
-        if (c->sum.luminance > LIGHTPROBE_BLACK) c->tone = c->sum.tones / c->sum.luminance;
+        lightprobe_set_means(w, k);
         w->gains[k] = -FLT_MAX; // the largest worth so far
     }
     for (int i = 0; i < w->leaf_count; i++) {
@@ -2238,14 +2292,6 @@ static void lightprobe__sort_leaves(lightprobe__work *w)
 typedef struct lightprobe_spread {
     float m[6], tone2, own;
 } lightprobe_spread;
-
-LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)
-{
-    lightprobe_spread s;
-    for (int i = 0; i < 6; i++) s.m[i] = 0.0f;
-    s.tone2 = s.own = 0.0f;
-    return s;
-}
 
 // scale: 1 over the luminance of all.
 LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,
@@ -2342,6 +2388,34 @@ LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_across(lightprobe_axis axis,
     }
     if (!(lightprobe_normalize(d) > 1e-3f)) return axis;
     return lightprobe_axis_along(d, spread, mean);
+}
+
+// Along which a cluster is split, or its unevenness measured.
+typedef struct lightprobe_axes {
+    lightprobe_axis along, across, by_tone;
+} lightprobe_axes;
+
+// first: in order[], of sum.count leaves. The second axis and the leaves' own spread change errors by .2%,
+// but without them rounding chooses the cut of what is as wide as high.
+LIGHTPROBE_SHARED lightprobe_axes lightprobe_axes_of(const lightprobe__work *w, int first,
+                                                     lightprobe_sum sum)
+{
+    lightprobe_axes axes;
+    lightprobe_spread spread;
+    lightprobe_vec3 mean;
+    LIGHTPROBE_PRECISE float scale = sum.luminance > LIGHTPROBE_BLACK ? 1.0f / sum.luminance : 0.0f;
+    LIGHTPROBE_PRECISE float tone = sum.tones * scale;
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_PRECISE float part = sum.resultant[i] * scale;
+        mean[i] = part;
+        spread.m[i] = spread.m[3 + i] = spread.tone2 = spread.own = 0.0f;
+    }
+    for (int at = first; at < first + sum.count; at++)
+        spread = lightprobe_add_spread(spread, w->leaves[w->order[at]], mean, tone, scale);
+    axes.along = lightprobe_longest_axis(spread, mean);
+    axes.across = lightprobe_axis_across(axes.along, spread, mean);
+    axes.by_tone = lightprobe_axis_around(tone, spread.tone2);
+    return axes;
 }
 
 // Where a leaf lies on an axis, and in which bin.
@@ -2452,6 +2526,75 @@ LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lig
     return e;
 }
 
+// Moves the leaves beyond the planned plane from one cluster to another, fresh one, and sums both.
+LIGHTPROBE_SHARED void lightprobe_split(lightprobe__work *w, int k, int fresh)
+{
+    int i = w->clusters[k].first, end = i + w->clusters[k].sum.count;
+    lightprobe_sum below = lightprobe_nothing(), above = below;
+    lightprobe_axis axis = w->clusters[k].axis;
+    while (i < end) {
+        int index = w->order[i];
+        lightprobe_leaf leaf = w->leaves[index];
+        if (lightprobe_along(axis, leaf) < axis.threshold) {
+            below = lightprobe_add_leaf(below, leaf);
+            i++;
+        } else {
+            above = lightprobe_add_leaf(above, leaf);
+            w->leaves[index].cluster = fresh;
+            w->order[i] = w->order[--end];
+            w->order[end] = index;
+        }
+    }
+    w->clusters[k].sum = below;
+    w->clusters[fresh].sum = above;
+    w->clusters[fresh].first = i;
+}
+
+LIGHTPROBE_SHARED lightprobe_errors lightprobe_all_errors(const lightprobe__work *w)
+{
+    LIGHTPROBE_PRECISE lightprobe_errors e;
+    e.squares = e.width = 0.0f;
+    for (int k = 0; k < w->cluster_count; k++) {
+        e.squares += w->clusters[k].error;
+        e.width += lightprobe_sum_error(w->clusters[k].sum);
+    }
+    return e;
+}
+
+// Two neighbours, and what merging them costs.
+typedef struct lightprobe_pair {
+    int a, b;
+    float cost;
+} lightprobe_pair;
+
+// The cheapest so far, or that of this cluster, which takes two unchanged ones.
+LIGHTPROBE_SHARED lightprobe_pair lightprobe_cheapest(const lightprobe__work *w,
+                                                      lightprobe_pair so_far, int a, int not_this)
+{
+    lightprobe_pair least = so_far;
+    if (w->clusters[a].changed != 0 || a == not_this) return least;
+    for (int n = 0; n < w->clusters[a].near_count; n++) {
+        int b = w->clusters[a].nearby[n];
+        if (w->clusters[b].changed != 0 || b == not_this) continue;
+        float cost = lightprobe_merge_cost(w->clusters[a].sum, w->clusters[b].sum, w->total);
+        if (cost >= least.cost) continue;
+        least.a = a;
+        least.b = b;
+        least.cost = cost;
+    }
+    return least;
+}
+
+// The dimmer's light fades out; the brighter keeps its id. from: the cluster that gets one for it.
+LIGHTPROBE_SHARED void lightprobe_merge(lightprobe__work *w, lightprobe_pair pair, int from)
+{
+    int a = pair.a, b = pair.b;
+    w->clusters[a].lives = w->clusters[a].sum.luminance >= w->clusters[b].sum.luminance ? 2 : 0;
+    w->clusters[b].lives = 2 - w->clusters[a].lives;
+    w->clusters[a].changed = w->clusters[b].changed = w->clusters[from].changed = 1;
+    w->gains[a] = w->gains[b] = w->gains[from] = 0.0f;
+}
+
 // For a moving probe: whether a pair of clusters may give up a light, since it does not need it any more
 // or another gains 16 times what that costs (errors squared). error: with the pair merged.
 LIGHTPROBE_SHARED int lightprobe_should_reassign(float error, float tolerance, float gain,
@@ -2463,34 +2606,26 @@ LIGHTPROBE_SHARED int lightprobe_should_reassign(float error, float tolerance, f
 // [glsl end]
 
 // Finds the error of a cluster, and the axes for a split. Leaves as points in the bins, instead of
-// streaks, would add 5% to the errors of 32 lights. The second axis and the leaves' own spread change
-// errors by .2%, but without them rounding chooses the cut of what is as wide as high.
+// streaks, would add 5% to the errors of 32 lights.
 static void lightprobe__measure(lightprobe__work *w, lightprobe_cluster *c)
 {
-    lightprobe_spread spread = lightprobe_no_spread();
-    float mean[3], u[LIGHTPROBE_BINS] = {0}, v[LIGHTPROBE_BINS] = {0};
+    float u[LIGHTPROBE_BINS] = {0}, v[LIGHTPROBE_BINS] = {0};
     const float luminance = c->sum.luminance;
-    const float scale = luminance > LIGHTPROBE_BLACK ? 1 / luminance : 0;
-    const float mean_tone = c->sum.tones * scale;
-    const int *order = w->order + c->first;
-    for (int i = 0; i < 3; i++) mean[i] = c->sum.resultant[i] * scale;
-    for (int k = 0; k < c->sum.count; k++)
-        spread = lightprobe_add_spread(spread, w->leaves[order[k]], mean, mean_tone, scale);
-    const lightprobe_axis along = lightprobe_longest_axis(spread, mean);
-    const lightprobe_axis across = lightprobe_axis_across(along, spread, mean);
+    const lightprobe_axes axes = lightprobe_axes_of(w, c->first, c->sum);
     for (int k = 0; k < c->sum.count; k++) {
-        const lightprobe_streak a = lightprobe_streak_of(along, w->leaves[order[k]]);
-        const lightprobe_streak b = lightprobe_streak_of(across, w->leaves[order[k]]);
+        const lightprobe_leaf *leaf = w->leaves + w->order[c->first + k];
+        const lightprobe_streak a = lightprobe_streak_of(axes.along, *leaf);
+        const lightprobe_streak b = lightprobe_streak_of(axes.across, *leaf);
         for (int bin = 0; bin < LIGHTPROBE_BINS; bin++) { // the last too: eight are vectors
             u[bin] += lightprobe_below(a, bin);
             v[bin] += lightprobe_below(b, bin);
         }
     }
-    LIGHTPROBE_PRECISE float uneven =
-        lightprobe_unevenness(along, u, luminance) + lightprobe_unevenness(across, v, luminance);
+    LIGHTPROBE_PRECISE float uneven = lightprobe_unevenness(axes.along, u, luminance) +
+                                      lightprobe_unevenness(axes.across, v, luminance);
     c->error = lightprobe_edge_error(c->sum, 0.5f * uneven, w->total);
-    c->axis = along;
-    c->tone_axis = lightprobe_axis_around(mean_tone, spread.tone2);
+    c->axis = axes.along;
+    c->tone_axis = axes.by_tone;
     c->planned = 0;
     w->gains[c - w->clusters] = c->error;
 }
@@ -2533,45 +2668,17 @@ static void lightprobe__plan_split(lightprobe__work *w, lightprobe_cluster *c)
     c->planned = 1;
 }
 
-// Moves the leaves beyond the planned plane from one cluster to another, empty one, and sums both.
-static void lightprobe__split(lightprobe__work *w, lightprobe_cluster *c, lightprobe_cluster *d)
-{
-    int i = c->first, end = c->first + c->sum.count;
-    const int number = (int)(d - w->clusters);
-    c->sum = d->sum = lightprobe_nothing();
-    while (i < end) {
-        const int index = w->order[i];
-        lightprobe_leaf *leaf = w->leaves + index;
-        if (lightprobe_along(c->axis, *leaf) < c->axis.threshold) {
-            c->sum = lightprobe_add_leaf(c->sum, *leaf);
-            i++;
-        } else {
-            d->sum = lightprobe_add_leaf(d->sum, *leaf);
-            leaf->cluster = number;
-            w->order[i] = w->order[--end];
-            w->order[end] = index;
-        }
-    }
-    d->first = i;
-}
-
 static lightprobe_errors lightprobe__measure_all(lightprobe__work *w)
 {
-    LIGHTPROBE_PRECISE lightprobe_errors e = {0, 0};
-    for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe__measure(w, w->clusters + k);
-        e.squares += w->clusters[k].error;
-        e.width += lightprobe_sum_error(w->clusters[k].sum);
-    }
-    return e;
+    for (int k = 0; k < w->cluster_count; k++) lightprobe__measure(w, w->clusters + k);
+    return lightprobe_all_errors(w);
 }
 
 // Splits the cluster with the largest error until there are enough or the error is small enough.
 static void lightprobe__divide(lightprobe__work *w, float tolerance)
 {
     lightprobe_errors e = lightprobe__measure_all(w);
-    while (w->cluster_count < w->max_lights &&
-           lightprobe_root_error(e, w->total) > tolerance) {
+    while (w->cluster_count < w->max_lights && lightprobe_root_error(e, w->total) > tolerance) {
         const int most = lightprobe__largest(w->gains, w->cluster_count);
         lightprobe_cluster *parent = w->clusters + most, *fresh = w->clusters + w->cluster_count;
         if (!(w->gains[most] > 0)) break;
@@ -2581,11 +2688,8 @@ static void lightprobe__divide(lightprobe__work *w, float tolerance)
         }
         e.squares -= parent->error;
         e.width -= lightprobe_sum_error(parent->sum);
-        w->cluster_count++;
-        memset(fresh, 0, sizeof *fresh);
-        fresh->id = -1;
-        fresh->lives = 1;
-        lightprobe__split(w, parent, fresh);
+        *fresh = lightprobe_fresh();
+        lightprobe_split(w, most, w->cluster_count++);
         lightprobe__measure(w, parent);
         lightprobe__measure(w, fresh);
         e.squares += parent->error + fresh->error;
@@ -2593,78 +2697,68 @@ static void lightprobe__divide(lightprobe__work *w, float tolerance)
     }
 }
 
-// The clusters whose centres are nearest to each cluster's.
-static void lightprobe__find_near(lightprobe__work *w)
+// [glsl begin moving]
+// The clusters whose centres are nearest to this one's.
+LIGHTPROBE_SHARED void lightprobe_find_near(lightprobe__work *w, int a)
 {
-    for (int a = 0; a < w->cluster_count; a++) {
-        lightprobe_cluster *c = w->clusters + a;
-        float score[LIGHTPROBE_NEAR];
-        int n = 0;
-        for (int b = 0; b < w->cluster_count; b++) {
-            const lightprobe_cluster *d = w->clusters + b;
-            if (b == a || !(d->sum.luminance > 0)) continue;
-            const float s = lightprobe_nearness(c->centre, c->tone, d->centre, d->tone);
-            if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;
-            int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;
-            for (; at > 0 && score[at - 1] < s; at--) {
-                score[at] = score[at - 1];
-                c->nearby[at] = c->nearby[at - 1];
-            }
-            score[at] = s;
-            c->nearby[at] = b;
+    float score[LIGHTPROBE_NEAR];
+    int n = 0;
+    for (int b = 0; b < w->cluster_count; b++) {
+        if (b == a || !(w->clusters[b].sum.luminance > 0.0f)) continue;
+        float s = lightprobe_nearness(w->clusters[a].centre, w->clusters[a].tone,
+                                      w->clusters[b].centre, w->clusters[b].tone);
+        if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;
+        int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;
+        for (; at > 0; at--) {
+            if (score[at - 1] >= s) break;
+            score[at] = score[at - 1];
+            w->clusters[a].nearby[at] = w->clusters[a].nearby[at - 1];
         }
-        c->near_count = n;
+        score[at] = s;
+        w->clusters[a].nearby[at] = b;
     }
+    w->clusters[a].near_count = n;
 }
 
-// Lloyd's iteration: each leaf goes to the neighbour of its cluster that holds least against it, across
-// cuts and faces. The one that adds most stays, so that no cluster runs empty.
+// Of a leaf's cluster and its neighbours, across cuts and faces, the one that holds least against it. The
+// leaf that adds most stays, so that no cluster runs empty.
+LIGHTPROBE_SHARED int lightprobe_nearest(const lightprobe__work *w, int leaf)
+{
+    int own = w->leaves[leaf].cluster, to = own;
+    float best = FLT_MAX;
+    if (w->clusters[own].brightest == leaf) return own;
+    for (int j = -1; j < w->clusters[own].near_count; j++) {
+        int k = j < 0 ? own : w->clusters[own].nearby[j];
+        float added = j < 0 ? 0.0f : w->leaves[leaf].luminance;
+        LIGHTPROBE_PRECISE float share = (w->clusters[k].sum.luminance + added) / w->total;
+        float d = lightprobe_distance(share, w->leaves[leaf].direction, w->leaves[leaf].tone,
+                                      w->clusters[k].centre, w->clusters[k].tone);
+        if (d >= best) continue;
+        best = d;
+        to = k;
+    }
+    return to;
+}
+// [glsl end]
+
+static void lightprobe__find_near(lightprobe__work *w)
+{
+    for (int a = 0; a < w->cluster_count; a++) lightprobe_find_near(w, a);
+}
+
+// Lloyd's iteration.
 static void lightprobe__relax(lightprobe__work *w, int rounds)
 {
-    const float total = w->total;
     for (int round = 0; round < rounds; round++) {
         int moved = 0;
         for (int i = 0; i < w->leaf_count; i++) {
-            lightprobe_leaf *leaf = w->leaves + i;
-            const lightprobe_cluster *own = w->clusters + leaf->cluster;
-            if (own->brightest == i) continue;
-            float best = lightprobe_distance(own->sum.luminance / total, leaf->direction,
-                                             leaf->tone, own->centre, own->tone);
-            for (int k = 0; k < own->near_count; k++) {
-                const lightprobe_cluster *c = w->clusters + own->nearby[k];
-                const float share = (c->sum.luminance + leaf->luminance) / total;
-                const float d =
-                    lightprobe_distance(share, leaf->direction, leaf->tone, c->centre, c->tone);
-                if (d >= best) continue;
-                best = d;
-                leaf->cluster = own->nearby[k];
-                moved = 1;
-            }
+            const int to = lightprobe_nearest(w, i);
+            moved |= to != w->leaves[i].cluster;
+            w->leaves[i].cluster = to;
         }
         if (!moved) break;
         lightprobe__sum_clusters(w);
     }
-}
-
-// The two unchanged neighbours that cost least to merge; returns the cost, or FLT_MAX.
-static float lightprobe__cheapest_merge(const lightprobe__work *w, int not_this, int pair[2])
-{
-    float least = FLT_MAX;
-    for (int a = 0; a < w->cluster_count; a++) {
-        const lightprobe_cluster *c = w->clusters + a;
-        if (c->changed || a == not_this) continue;
-        for (int k = 0; k < c->near_count; k++) {
-            const lightprobe_cluster *d = w->clusters + c->nearby[k];
-            if (d->changed || c->nearby[k] == not_this) continue;
-            const float cost = lightprobe_merge_cost(c->sum, d->sum, w->total);
-            if (cost >= least) continue;
-            least = cost;
-            const int brighter = c->sum.luminance >= d->sum.luminance; // keeps its id
-            pair[0] = brighter ? a : c->nearby[k];
-            pair[1] = brighter ? c->nearby[k] : a;
-        }
-    }
-    return least;
 }
 
 // For a moving probe: lets a light fade into another where two do little more than one does, so that
@@ -2684,19 +2778,17 @@ static void lightprobe__reassign_lights(lightprobe__work *w, float tolerance)
     }
     for (int changes = w->cluster_count / 4; changes >= 0; changes--) {
         const int most = lightprobe__largest(w->gains, w->cluster_count);
-        int pair[2] = {0, 0};
-        const float cost = lightprobe__cheapest_merge(w, most, pair);
-        lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
+        lightprobe_pair pair = {0, 0, FLT_MAX};
+        for (int k = 0; k < w->cluster_count; k++) pair = lightprobe_cheapest(w, pair, k, most);
+        const lightprobe_cluster *a = w->clusters + pair.a, *b = w->clusters + pair.b;
         const lightprobe_errors merged =
             lightprobe_merged(e, a->sum, a->error, b->sum, b->error, total);
-        if (cost >= FLT_MAX || !lightprobe_should_reassign(lightprobe_root_error(merged, total),
-                                                           tolerance, w->gains[most], cost, total))
+        if (pair.cost >= FLT_MAX ||
+            !lightprobe_should_reassign(lightprobe_root_error(merged, total), tolerance,
+                                        w->gains[most], pair.cost, total))
             break;
         e = merged; // at most: what the split gains is not counted
-        a->lives = 2;
-        b->lives = 0;
-        a->changed = b->changed = w->clusters[most].changed = 1;
-        w->gains[pair[0]] = w->gains[pair[1]] = w->gains[most] = 0;
+        lightprobe_merge(w, pair, most);
     }
     lightprobe__sum_clusters(w);
     lightprobe__find_near(w);
@@ -2712,10 +2804,7 @@ static void lightprobe__share_out(lightprobe__work *w)
         float least = FLT_MAX, parts = 0;
         int nearest = 0;
         for (int k = 0; k < w->cluster_count; k++) {
-            const lightprobe_cluster *c = w->clusters + k;
-            w->gains[k] = !c->lives ? FLT_MAX
-                                    : lightprobe_seed_distance(leaf->direction, leaf->tone, c->seed,
-                                                               c->seed_tone, c->seed_share);
+            w->gains[k] = lightprobe_seed_distance(w, i, k);
             if (!(w->gains[k] < least)) continue;
             least = w->gains[k];
             nearest = k;
@@ -2757,28 +2846,6 @@ static int lightprobe__is_sound(const lightprobe_light *all, int i)
     return sound && lightprobe_dot(l->state, l->state) > 0.1f;
 }
 
-// The cluster of a previous light.
-static void lightprobe__recall(lightprobe__work *w, lightprobe_cluster *c,
-                               const lightprobe_light *l)
-{
-    memset(c, 0, sizeof *c);
-    memcpy(c->seed, l->state, sizeof c->seed);
-    lightprobe_normalize(c->seed);
-    c->seed_tone = l->state[3];
-    c->seed_share = l->state[4];
-    c->lives = c->seed_share > 0;
-    c->id = l->id;
-    c->distance = l->distance > 0 && l->distance <= 1e9f ? l->distance : 0;
-    c->width = 0.5f - 0.5f * l->cos_alpha;
-    for (int i = 0; i < 3; i++)
-        c->slopes[i] = l->slope_u * l->axis_u[i] + l->slope_v * l->axis_v[i];
-    if (w->jumps) return;
-    w->fading = l->state[5];
-    c->late = lightprobe_late(l->state, w->total);
-    c->past = lightprobe_past(*l, c->late);
-    c->longest = lightprobe_evenness(lightprobe_more(c->past, c->late, 1));
-}
-
 // One cluster of everything, or those of the previous frame's lights.
 static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previous, int count)
 {
@@ -2788,20 +2855,19 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         all += lightprobe__is_sound(previous, i)
                    ? (double)lightprobe_luminance(previous[i].irradiance)
                    : 0;
-    w->jumps =
-        w->jumps || count > w->max_lights || !lightprobe_goes_on((float)all, w->total);
+    w->jumps = w->jumps || count > w->max_lights || !lightprobe_goes_on((float)all, w->total);
     w->fading = 0;
-    for (int i = 0; i < count && w->cluster_count < w->max_lights; i++)
-        if (lightprobe__is_sound(previous, i))
-            lightprobe__recall(w, w->clusters + w->cluster_count++, previous + i);
+    for (int i = 0; i < count && w->cluster_count < w->max_lights; i++) {
+        if (!lightprobe__is_sound(previous, i)) continue;
+        w->clusters[w->cluster_count++] = lightprobe_recalled(previous[i], w->total, w->jumps);
+        w->fading = w->jumps ? 0 : previous[i].state[5];
+    }
     int lives = 0;
     for (int k = 0; k < w->cluster_count; k++) lives |= w->clusters[k].lives;
     if (!lives) {
         w->jumps = 1;
         w->fading = 0;
-        memset(w->clusters, 0, sizeof *w->clusters);
-        w->clusters->id = -1;
-        w->clusters->lives = 1;
+        w->clusters[0] = lightprobe_fresh();
         w->cluster_count = 1;
     }
     for (int i = 0; i < w->leaf_count && count; i++)
@@ -2811,71 +2877,79 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
     lightprobe__sort_leaves(w);
 }
 
-// Seeds of lights that have none: at the light, as all are in a first frame or where the map jumped.
-static void lightprobe__set_seeds(lightprobe__work *w)
+// [glsl begin moving]
+// Of a light that has none, as all are in a first frame or where the map jumped: at the light.
+LIGHTPROBE_SHARED void lightprobe_set_seed(lightprobe__work *w, int k)
 {
-    for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe_cluster *c = w->clusters + k;
-        if (!w->jumps && c->id >= 0) continue;
-        c->now = lightprobe_no_moments();
-        for (int i = 0; i < c->sum.count; i++) {
-            lightprobe_leaf leaf = w->leaves[w->order[c->first + i]];
-            leaf.tone = lightprobe_own_tone(leaf, w->mean);
-            c->now = lightprobe_add_moments(c->now, leaf, 1);
-        }
-        memcpy(c->seed, c->now.resultant, sizeof c->seed);
-        if (!(lightprobe_normalize(c->seed) > 0)) c->seed[1] = 1;
-        const float luminance = lightprobe_luminance(c->now.flux);
-        c->seed_tone = luminance > LIGHTPROBE_BLACK ? c->now.tones / luminance : 0;
-        c->seed_share = luminance / w->total + 1e-9f;
-        if (!(luminance > 0)) c->lives = 0;
+    int end = w->clusters[k].first + w->clusters[k].sum.count;
+    lightprobe_moments now = lightprobe_no_moments();
+    for (int at = w->clusters[k].first; at < end; at++) {
+        lightprobe_leaf leaf = w->leaves[w->order[at]];
+        leaf.tone = lightprobe_own_tone(leaf, w->mean);
+        now = lightprobe_add_moments(now, leaf, 1.0f);
     }
+    w->clusters[k].now = now;
+    if (!(lightprobe_normalize(now.resultant) > 0.0f)) now.resultant[1] = 1.0f;
+    for (int i = 0; i < 3; i++) w->clusters[k].seed[i] = now.resultant[i];
+    float luminance = lightprobe_luminance(now.flux);
+    LIGHTPROBE_PRECISE float tone = luminance > LIGHTPROBE_BLACK ? now.tones / luminance : 0.0f;
+    LIGHTPROBE_PRECISE float share = luminance / w->total + 1e-9f;
+    w->clusters[k].seed_tone = tone;
+    w->clusters[k].seed_share = share;
+    if (!(luminance > 0.0f)) w->clusters[k].lives = 0;
 }
 
 // Whether a light is new, or has taken over another's place.
-static int lightprobe__is_changed(const lightprobe__work *w)
+LIGHTPROBE_SHARED int lightprobe_is_changed(const lightprobe__work *w)
 {
     for (int k = 0; k < w->cluster_count; k++)
         if (w->clusters[k].id < 0 || w->clusters[k].lives == 2) return 1;
     return 0;
 }
 
+// How many frames one counts for in which all lights have moved so far; that is not known where leaves have
+// been given away.
+LIGHTPROBE_SHARED float lightprobe_pace(const lightprobe__work *w, int changes)
+{
+    LIGHTPROBE_PRECISE float moved = 0.0f;
+    for (int k = 0; k < w->cluster_count && changes == 0; k++)
+        moved += lightprobe_moved(w->clusters[k].now, w->clusters[k].past, w->total);
+    moved = moved / LIGHTPROBE_STEP;
+    return moved > 1.0f ? (moved < LIGHTPROBE_FASTEST ? moved : LIGHTPROBE_FASTEST) : 1.0f;
+}
+
+// What a light has of the last frame, and of lights that have changed, so that nothing jumps.
+LIGHTPROBE_SHARED void lightprobe_fade(lightprobe__work *w, int k, int changes, float pace,
+                                       float frames)
+{
+    lightprobe_moments now = w->clusters[k].now, past = w->clusters[k].past;
+    lightprobe_moments late = w->clusters[k].late;
+    float longest = lightprobe_evenness(now),
+          rest = lightprobe_rest(frames, pace, w->clusters[k].lives);
+    if (longest > w->clusters[k].longest) w->clusters[k].longest = longest;
+    if (changes != 0)
+        late = lightprobe_more(lightprobe_more(late, past, 1.0f), now, -1.0f);
+    else
+        late = lightprobe_more(late, lightprobe_reshaped(now, past, LIGHTPROBE_STEP * pace),
+                               LIGHTPROBE_LATE);
+    w->clusters[k].late = lightprobe_faded(late, now, rest);
+}
+// [glsl end]
+
 static void lightprobe__balance(lightprobe__work *w, int weighted)
 {
-    lightprobe_excess e = lightprobe_no_excess();
-    for (int k = 0; k < w->cluster_count; k++)
-        e = lightprobe_add_excess(e, w->clusters[k].late, w->clusters[k].now, weighted);
+    const lightprobe_excess e = lightprobe_all_excess(w, weighted);
     for (int k = 0; k < w->cluster_count; k++)
         w->clusters[k].late = lightprobe_balanced(w->clusters[k].late, w->clusters[k].now, e);
 }
 
-// What the lights have of the last frame, and of lights that have changed, so that nothing jumps.
 static void lightprobe__fade(lightprobe__work *w)
 {
-    const int changes = w->fading < 0 || lightprobe__is_changed(w);
-    float moved = 0; // not known where leaves have been given away
-    for (int k = 0; k < w->cluster_count && !changes; k++)
-        moved += lightprobe_moved(w->clusters[k].now, w->clusters[k].past, w->total);
-    w->pace = lightprobe_pace(moved);
-    for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe_cluster *c = w->clusters + k;
-        const float longest = lightprobe_evenness(c->now);
-        if (longest > c->longest) c->longest = longest;
-        if (changes) {
-            c->late = lightprobe_more(c->late, c->past, 1);
-            c->late = lightprobe_more(c->late, c->now, -1);
-        } else {
-            const lightprobe_moments shape =
-                lightprobe_reshaped(c->now, c->past, LIGHTPROBE_STEP * w->pace);
-            c->late = lightprobe_more(c->late, shape, LIGHTPROBE_LATE);
-        }
-    }
-    w->fading = changes ? LIGHTPROBE_FADE : w->fading;
-    for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe_cluster *c = w->clusters + k;
-        c->late = lightprobe_faded(c->late, c->now, lightprobe_rest(w->fading, w->pace, c->lives));
-    }
-    w->fading = w->fading > w->pace ? w->fading - w->pace : 0;
+    const int changes = w->fading < 0 || lightprobe_is_changed(w);
+    const float frames = changes ? LIGHTPROBE_FADE : w->fading;
+    w->pace = lightprobe_pace(w, changes);
+    for (int k = 0; k < w->cluster_count; k++) lightprobe_fade(w, k, changes, w->pace, frames);
+    w->fading = frames > w->pace ? frames - w->pace : 0;
     lightprobe__balance(w, 1);
     lightprobe__balance(w, 0);
 }
@@ -3185,6 +3259,20 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, l
     l.state[5] = fading;
     return l;
 }
+
+// Of a cluster and the region of all that it takes.
+LIGHTPROBE_SHARED lightprobe_light lightprobe_finished(const lightprobe__work *w, int k,
+                                                       lightprobe_region region)
+{
+    float pace = w->jumps != 0 || w->clusters[k].id < 0 ? 0.0f : w->pace;
+    lightprobe_tilt tilt = lightprobe_no_tilt(region);
+    for (int i = 0; i < w->leaf_count && w->distances != 0; i++)
+        tilt = lightprobe_add_tilt(tilt, region, w->leaves[i]);
+    lightprobe_light light = lightprobe_light_of(region);
+    light = lightprobe_widened(light, w->clusters[k].width, pace, LIGHTPROBE_FLOAT(w->side));
+    light = lightprobe_tilted(light, region, tilt);
+    return lightprobe_carry_on(light, w->clusters[k], pace, w->fading, w->total);
+}
 // [glsl end]
 
 static float lightprobe__clamp(double x)
@@ -3204,8 +3292,8 @@ static double lightprobe__texel_flux(const lightprobe__work *w, int face, int x,
                                      double *flux)
 {
     float rgb[4];
-    lightprobe__read_distance(w, lightprobe__texel(w, face, x, y), rgb);
-    const float omega = w->omega[lightprobe__quarter(w, x, y)];
+    lightprobe_read(w, face, x, y, rgb);
+    const float omega = w->omega[lightprobe_quarter(w, x, y)];
     for (int i = 0; flux && i < 3; i++) flux[i] += (double)(rgb[i] * omega);
     if (flux) flux[3] += (double)lightprobe_over_distance(rgb, omega, rgb[3]);
     return (double)(lightprobe_luminance(rgb) * omega);
@@ -3388,12 +3476,7 @@ static void lightprobe__give_all(lightprobe__work *w, int shared, int second)
         for (int j = 0; shared && j < s->count && s->count <= 4; j++)
             lightprobe__give(w, leaf, s->cluster[j], s->part[j], second);
         for (int k = 0; shared && k < w->cluster_count && s->count > 4; k++) {
-            const lightprobe_cluster *c = w->clusters + k;
-            if (!c->lives) continue;
-            const float d = lightprobe_seed_distance(leaf->direction, leaf->tone, c->seed,
-                                                     c->seed_tone, c->seed_share);
-            const float part =
-                lightprobe_part(d, leaf->least, leaf->half_width, w->unit) / leaf->parts;
+            const float part = lightprobe_takes(w, i, k);
             if (part > 0) lightprobe__give(w, leaf, k, part, second);
         }
     }
@@ -3429,14 +3512,7 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
     }
     for (int i = 0; i < count; i++) {
         const int k = w->order[i];
-        const float pace = w->jumps || w->clusters[k].id < 0 ? 0 : w->pace;
-        lightprobe_tilt tilt = lightprobe_no_tilt(w->regions[k]);
-        for (int leaf = 0; w->distances && leaf < w->leaf_count; leaf++)
-            tilt = lightprobe_add_tilt(tilt, w->regions[k], w->leaves[leaf]);
-        out[i] = lightprobe_widened(lightprobe_light_of(w->regions[k]), w->clusters[k].width, pace,
-                                    (float)w->side);
-        out[i] = lightprobe_tilted(out[i], w->regions[k], tilt);
-        out[i] = lightprobe_carry_on(out[i], w->clusters[k], pace, w->fading, w->total);
+        out[i] = lightprobe_finished(w, k, w->regions[k]);
         out[i].id = w->clusters[k].id < 0 ? next_id++ : w->clusters[k].id;
     }
     return count;
@@ -3469,10 +3545,10 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
     lightprobe__sort_leaves(w);
     if (settings->tolerance > 0)
         lightprobe__divide(w, settings->tolerance); // if it is not met any more
-    if (w->wants_error)
-        w->error = lightprobe_root_error(lightprobe__measure_all(w), w->total);
-    lightprobe__set_seeds(w);
-    if (animated && (w->jumps || lightprobe__is_changed(w))) lightprobe__share_out(w);
+    if (w->wants_error) w->error = lightprobe_root_error(lightprobe__measure_all(w), w->total);
+    for (int k = 0; k < w->cluster_count; k++)
+        if (w->jumps || w->clusters[k].id < 0) lightprobe_set_seed(w, k);
+    if (animated && (w->jumps || lightprobe_is_changed(w))) lightprobe__share_out(w);
     if (!w->jumps) lightprobe__fade(w);
     if (!animated) w->fading = -1;
     return lightprobe__write_lights(w, animated, settings, lights);
@@ -3494,8 +3570,7 @@ static int lightprobe__paper(lightprobe__work *w, const lightprobe_settings *set
         double luminance;
         sum += lightprobe__paper_light(w, ring + (first + i) % capacity, &light, &luminance);
         if (!(luminance > 0)) continue;
-        if (luminance < (double)(settings->min_share * w->total) ||
-            written == w->max_lights) {
+        if (luminance < (double)(settings->min_share * w->total) || written == w->max_lights) {
             lightprobe__add_residual(w, &light);
             continue;
         }
@@ -4376,9 +4451,9 @@ static const char lightprobe__glsl_shared[] =
 static const char lightprobe__glsl_work[] =
     "layout(std430, binding = LIGHTPROBE_BINDING1) coherent buffer numbers {\n"
     "    int repaired;\n"
-    "    float weights[2 * HALF * HALF]; // of a quarter face: all omegas, then all weights\n"
+    "    float omega[HALF * HALF], weight[HALF * HALF]; // of a quarter face\n"
     "    vec2 sum_of_all[3];\n"
-    "    float bright[LIGHTS], total, mean, reach, gains[LIGHTS], errors[LIGHTS];\n"
+    "    float bright[LIGHTS], total, mean, reach, gains[LIGHTS];\n"
     "    lightprobe_errors left;\n"
     "    int leaf_count, cluster_count, going_on, jumps;\n"
     "    float fading, pace;\n"
@@ -4397,7 +4472,7 @@ static const char lightprobe__glsl_work[] =
     "\n"
     "// n, unknown to the compiler: unrolled, reads of buffers take llvmpipe long to compile. Not by a\n"
     "// uniform, for which zink of Mesa 22 takes what that was some dispatches ago.\n"
-    "int rolled(int n)\n"
+    "int LIGHTPROBE_ROLLED(int n)\n"
     "{\n"
     "    return gl_NumWorkGroups.x == 0u ? 0 : n;\n"
     "}\n"
@@ -4433,7 +4508,7 @@ static const char lightprobe__glsl_work[] =
     "    }\n"
     "    sync();\n"
     "    int at = 0;\n"
-    "    for (int i = 1; i < rolled(8); i++)\n"
+    "    for (int i = 1; i < LIGHTPROBE_ROLLED(8); i++)\n"
     "        if (!is_larger(at, values[i], places[i])) at = i;\n"
     "    top = values[at];\n"
     "    return places[at];\n"
@@ -4448,56 +4523,31 @@ static const char lightprobe__glsl_cells[] =
     "\n"
     "int cell_index(int level, int face, int x, int y)\n"
     "{\n"
-    "    int n = lightprobe_level_side(SIDE, level);\n"
+    "    int n = lightprobe_level_side(side, level);\n"
     "    return first_cell[level] + (face * n + y) * n + x;\n"
     "}\n"
     "// A cell from the (up to) four of the level below.\n"
     "void halve(int level, int face, int x, int y)\n"
     "{\n"
-    "    int m = lightprobe_level_side(SIDE, level - 1), from = cell_index(level - 1, face, 2 * x, 2 * y);\n"
-    "    precise lightprobe_cell sum = cells[from];\n"
-    "    for (int i = 1; i < rolled(4); i++) {\n"
-    "        if (2 * x + i % 2 >= m || 2 * y + i / 2 >= m) continue;\n"
-    "        sum.flux += cells[from + i / 2 * m + i % 2].flux;\n"
-    "        sum.resultant += cells[from + i / 2 * m + i % 2].resultant;\n"
-    "    }\n"
+    "    int m = lightprobe_level_side(side, level - 1), from = cell_index(level - 1, face, 2 * x, 2 * y);\n"
+    "    lightprobe_cell sum = cells[from];\n"
+    "    for (int i = 1; i < LIGHTPROBE_ROLLED(4); i++)\n"
+    "        if (2 * x + i % 2 < m && 2 * y + i / 2 < m) sum = lightprobe_add_cell(sum, cells[from + i / 2 * m + i % 2]);\n"
     "    cells[cell_index(level, face, x, y)] = sum;\n"
     "}\n"
-    "vec2 weights_of(int x, int y)\n"
-    "{\n"
-    "    int i = abs(2 * y + 1 - SIDE) / 2 * HALF + abs(2 * x + 1 - SIDE) / 2;\n"
-    "    return vec2(weights[i], weights[HALF * HALF + i]);\n"
-    "}\n"
-    "// 1 is added to bad where a channel is negative, NaN or infinite; it counts as 0. The fourth: distance.\n"
-    "vec4 read_texel(int face, int x, int y, inout int bad)\n"
+    "// Returns 1 where a channel is negative, NaN or infinite; it counts as 0. The fourth: distance.\n"
+    "int lightprobe_read(int face, int x, int y, out vec4 rgb)\n"
     "{\n"
     "    vec3 to;\n"
-    "    lightprobe_to_world(face, 1.0, lightprobe_centre(SIDE, x), lightprobe_centre(SIDE, y), to);\n"
-    "    vec4 rgb = textureLod(probe, to, float(stage));\n"
-    "    if (DISTANCES == 0 || !(floatBitsToUint(rgb.a) < 0x7f800000u)) rgb.a = 0.0;\n"
+    "    lightprobe_to_world(face, 1.0, lightprobe_centre(side, x), lightprobe_centre(side, y), to);\n"
+    "    rgb = textureLod(probe, to, float(stage));\n"
+    "    if (distances == 0 || !(floatBitsToUint(rgb.a) < 0x7f800000u)) rgb.a = 0.0;\n"
     "    uvec3 bits = floatBitsToUint(rgb.rgb);\n"
     "    bvec3 good = lessThan(bits, uvec3(0x7f800000u));\n"
     "    bvec3 minus_0 = equal(bits, uvec3(0x80000000u));\n"
     "    for (int i = 0; i < 3; i++) if (!good[i]) rgb[i] = 0.0;\n"
-    "    if (DISTANCES == 2) rgb.a = lightprobe_whole_distance(rgb.rgb, rgb.a);\n"
-    "    bad += all(bvec3(uvec3(good) | uvec3(minus_0))) ? 0 : 1;\n"
-    "    return rgb;\n"
-    "}\n"
-    "lightprobe_cell small_cell(int face, int level, int cx, int cy)\n"
-    "{\n"
-    "    int size = 1 << level, bad = 0;\n"
-    "    precise lightprobe_cell sum = lightprobe_cell(vec4(0.0), vec4(0.0));\n"
-    "    for (int i = 0; i < rolled(size * size); i++) {\n"
-    "        int x = size * cx + i % size, y = size * cy + i / size;\n"
-    "        if (x >= SIDE || y >= SIDE) continue;\n"
-    "        vec2 w = weights_of(x, y);\n"
-    "        float s = lightprobe_centre(SIDE, x), t = lightprobe_centre(SIDE, y);\n"
-    "        vec4 rgb = read_texel(face, x, y, bad);\n"
-    "        lightprobe_cell texel = lightprobe_texel_cell(rgb, w.x, w.y, s, t);\n"
-    "        sum.flux += texel.flux;\n"
-    "        sum.resultant += texel.resultant;\n"
-    "    }\n"
-    "    return sum;\n"
+    "    if (distances == 2) rgb.a = lightprobe_whole_distance(rgb.rgb, rgb.a);\n"
+    "    return all(bvec3(uvec3(good) | uvec3(minus_0))) ? 0 : 1;\n"
     "}\n";
 
 // lightprobe__sum_tiles, one thread a tile, and three levels of cells above.
@@ -4511,52 +4561,53 @@ static const char lightprobe__glsl_tiles[] =
     "    return all;\n"
     "}\n"
     "// Solid angle of a row of a tile, added from the middle of the face to both sides.\n"
-    "void add_omegas(int tile, int y, inout float omega)\n"
+    "void add_omegas(int tile, int y, inout float sum)\n"
     "{\n"
-    "    int from = min(abs(8 * tile + 1 - SIDE), abs(8 * tile + 7 - SIDE)) / 2;\n"
-    "    if (SIDE - 1 >= 8 * tile && SIDE - 1 <= 8 * tile + 7) from = 0;\n"
-    "    for (int d = from; d < from + rolled(4); d++) {\n"
-    "        int x = SIDE / 2 + d, mirror = SIDE - 1 - x;\n"
-    "        if (x < SIDE && x >> 2 == tile) omega += weights_of(x, y).x;\n"
+    "    int from = min(abs(8 * tile + 1 - side), abs(8 * tile + 7 - side)) / 2;\n"
+    "    if (side - 1 >= 8 * tile && side - 1 <= 8 * tile + 7) from = 0;\n"
+    "    for (int d = from; d < from + LIGHTPROBE_ROLLED(4); d++) {\n"
+    "        int x = side / 2 + d, mirror = side - 1 - x;\n"
+    "        if (x < side && x >> 2 == tile) sum += omega[lightprobe_quarter(x, y)];\n"
     "        if (mirror >= 0 && mirror != x && mirror >> 2 == tile)\n"
-    "            omega += weights_of(mirror, y).x;\n"
+    "            sum += omega[lightprobe_quarter(mirror, y)];\n"
     "    }\n"
     "}\n"
     "void sum_tile(ivec3 p)\n"
     "{\n"
-    "    bool flip = SIDE % 4 == 0 && p.y >= (TILES + 1) / 2; // as the CPU takes its bands\n"
+    "    bool flip = side % 4 == 0 && p.y >= (TILES + 1) / 2; // as the CPU takes its bands\n"
     "    precise vec3 f[4], m[4], n[4];\n"
-    "    precise float omega = 0.0, inverse = 0.0;\n"
+    "    precise float solid_angle = 0.0, inverse = 0.0;\n"
     "    int bad = 0;\n"
     "    for (int j = 0; j < 4; j++) f[j] = m[j] = n[j] = vec3(0.0);\n"
-    "    for (int row = 0; row < rolled(4); row++) {\n"
+    "    for (int row = 0; row < LIGHTPROBE_ROLLED(4); row++) {\n"
     "        int y = 4 * p.y + (flip ? 3 - row : row);\n"
     "        for (int j = 0; j < 4; j++) {\n"
     "            int x = 4 * p.x + j;\n"
-    "            if (x < SIDE && y < SIDE) {\n"
-    "                vec2 w = weights_of(x, y);\n"
-    "                vec4 rgb = read_texel(p.z, x, y, bad);\n"
-    "                f[j] += rgb.rgb * w.x;\n"
-    "                m[j] += rgb.rgb * (vec3(0.2126, 0.7152, 0.0722) * w.y);\n"
+    "            if (x < side && y < side) {\n"
+    "                int at = lightprobe_quarter(x, y);\n"
+    "                vec4 rgb;\n"
+    "                bad += lightprobe_read(p.z, x, y, rgb);\n"
+    "                f[j] += rgb.rgb * omega[at];\n"
+    "                m[j] += rgb.rgb * (vec3(0.2126, 0.7152, 0.0722) * weight[at]);\n"
     "            }\n"
     "            n[j] += m[j];\n"
     "        }\n"
-    "        if (y < SIDE) add_omegas(p.x, y, omega);\n"
+    "        if (y < side) add_omegas(p.x, y, solid_angle);\n"
     "    }\n"
-    "    if (DISTANCES != 0)\n"
-    "        inverse = small_cell(p.z, LIGHTPROBE_TILE_LEVEL, p.x, p.y).resultant.w;\n"
-    "    float t0 = lightprobe_centre(SIDE, 4 * p.y + (flip ? -1 : 4));\n"
-    "    float t1 = lightprobe_centre(SIDE, 4 * p.y + (flip ? 0 : 3));\n"
+    "    if (distances != 0)\n"
+    "        inverse = lightprobe_small_cell(p.z, LIGHTPROBE_TILE_LEVEL, p.x, p.y).resultant.w;\n"
+    "    float t0 = lightprobe_centre(side, 4 * p.y + (flip ? -1 : 4));\n"
+    "    float t1 = lightprobe_centre(side, 4 * p.y + (flip ? 0 : 3));\n"
     "    precise vec3 flux = (f[0] + f[1]) + (f[2] + f[3]), v;\n"
     "    v[0] = sum_12(m);\n"
     "    v[2] = t0 * v[0] + (t1 - t0) * sum_12(n);\n"
     "    for (int j = 0; j < 4; j++) {\n"
     "        int x = 4 * p.x + j;\n"
-    "        m[j] *= x < SIDE ? lightprobe_centre(SIDE, x) : 0.0;\n"
+    "        m[j] *= x < side ? lightprobe_centre(side, x) : 0.0;\n"
     "    }\n"
     "    v[1] = sum_12(m);\n"
     "    int to = cell_index(LIGHTPROBE_TILE_LEVEL, p.z, p.x, p.y);\n"
-    "    cells[to] = lightprobe_cell(vec4(flux, omega), vec4(v, inverse));\n"
+    "    cells[to] = lightprobe_cell(vec4(flux, solid_angle), vec4(v, inverse));\n"
     "    if (bad > 0) atomicAdd(repaired, bad);\n"
     "}\n"
     "void main()\n"
@@ -4565,10 +4616,10 @@ static const char lightprobe__glsl_tiles[] =
     "    ivec3 l = ivec3(gl_LocalInvocationID);\n"
     "    if (p.x < TILES && p.y < TILES) sum_tile(p);\n"
     "    for (int up = 1; up <= min(TOP - LIGHTPROBE_TILE_LEVEL, 3); up++) {\n"
-    "        int level = LIGHTPROBE_TILE_LEVEL + up, n = lightprobe_level_side(SIDE, level), side = 8 >> up;\n"
-    "        int x = side * group.x + l.x, y = side * group.y + l.y;\n"
+    "        int level = LIGHTPROBE_TILE_LEVEL + up, n = lightprobe_level_side(side, level), edge = 8 >> up;\n"
+    "        int x = edge * group.x + l.x, y = edge * group.y + l.y;\n"
     "        sync();\n"
-    "        if (l.x < side && l.y < side && x < n && y < n) halve(level, p.z, x, y);\n"
+    "        if (l.x < edge && l.y < edge && x < n && y < n) halve(level, p.z, x, y);\n"
     "    }\n"
     "}\n";
 
@@ -4579,7 +4630,7 @@ static const char lightprobe__glsl_leaves[] =
     "\n"
     "void find_total()\n"
     "{\n"
-    "    int level = min(TOP, LIGHTPROBE_TILE_LEVEL + 1), n = lightprobe_level_side(SIDE, level);\n"
+    "    int level = min(TOP, LIGHTPROBE_TILE_LEVEL + 1), n = lightprobe_level_side(side, level);\n"
     "    vec2 all[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0));\n"
     "    for (int i = lane; i < 6 * n * n; i += GROUP)\n"
     "        for (int c = 0; c < 3; c++) lightprobe_add(all[c], cells[first_cell[level] + i].flux[c]);\n"
@@ -4600,7 +4651,7 @@ static const char lightprobe__glsl_leaves[] =
     "                                          LIGHTPROBE_VALUE(sums[2][0])));\n"
     "        mean = total / 12.5663706;\n"
     "        float inverse = 0.0;\n"
-    "        for (int i = 0; i < rolled(6); i++) inverse += cells[first_cell[TOP] + i].resultant.w;\n"
+    "        for (int i = 0; i < LIGHTPROBE_ROLLED(6); i++) inverse += cells[first_cell[TOP] + i].resultant.w;\n"
     "        reach = inverse > 0.0 ? LIGHTPROBE_PARALLAX * (total / inverse) : 0.0;\n"
     "    }\n"
     "    sync();\n"
@@ -4608,9 +4659,9 @@ static const char lightprobe__glsl_leaves[] =
     "void set_leaf(int i, int face, int level, int x, int y)\n"
     "{\n"
     "    lightprobe_cell cell;\n"
-    "    if (level < LIGHTPROBE_TILE_LEVEL) cell = small_cell(face, level, x, y);\n"
+    "    if (level < LIGHTPROBE_TILE_LEVEL) cell = lightprobe_small_cell(face, level, x, y);\n"
     "    else cell = cells[cell_index(level, face, x, y)];\n"
-    "    leaves[i] = lightprobe_leaf_of(cell, mean, reach, SIDE, face, level, x, y);\n"
+    "    leaves[i] = lightprobe_leaf_of(cell, mean, reach, side, face, level, x, y);\n"
     "    leaf_errors[i] = level > 0 ? lightprobe_leaf_error(leaves[i]) : -1.0;\n"
     "}\n"
     "// Six faces, then again and again the parts of a leaf, the first of them in its place.\n"
@@ -4626,15 +4677,14 @@ static const char lightprobe__glsl_leaves[] =
     "        for (int i = lane; i < count; i += GROUP)\n"
     "            if (at < 0 || leaf_errors[i] > leaf_errors[at]) at = i;\n"
     "        at = largest(at < 0 ? 0.0 : leaf_errors[at], at, top);\n"
-    "        if (top <= 1e-7 * total || count + 3 > LEAVES) break;\n"
-    "        if (count >= LEAVES - LIGHTPROBE_MORE_LEAVES && top < 0.9999 * last) break;\n"
+    "        if (lightprobe_is_enough(count, LEAVES, top, last, total) == 1) break;\n"
     "        last = top;\n"
     "        face = leaves[at].face;\n"
     "        level = leaves[at].level - 1;\n"
     "        x = 2 * leaves[at].x + lane % 2;\n"
     "        y = 2 * leaves[at].y + lane / 2;\n"
     "        place = -1;\n"
-    "        int n = lightprobe_level_side(SIDE, level), x0 = x - lane % 2, y0 = y - lane / 2;\n"
+    "        int n = lightprobe_level_side(side, level), x0 = x - lane % 2, y0 = y - lane / 2;\n"
     "        for (int k = 0; k < 4; k++) {\n"
     "            if (x0 + k % 2 >= n || y0 + k / 2 >= n) continue;\n"
     "            if (lane == k) place = k == 0 ? at : count;\n"
@@ -4647,7 +4697,7 @@ static const char lightprobe__glsl_leaves[] =
     "void main()\n"
     "{\n"
     "    for (int level = LIGHTPROBE_TILE_LEVEL + 4; level <= TOP; level++) {\n"
-    "        int n = lightprobe_level_side(SIDE, level);\n"
+    "        int n = lightprobe_level_side(side, level);\n"
     "        for (int i = lane; i < 6 * n * n; i += GROUP)\n"
     "            halve(level, i / (n * n), i % n, i / n % n);\n"
     "        sync();\n"
@@ -4656,59 +4706,11 @@ static const char lightprobe__glsl_leaves[] =
     "    if (!is_black()) make_leaves();\n"
     "}\n";
 
-static const char lightprobe__glsl_moving[] =
-    "float seed_distance(int leaf, int k)\n"
-    "{\n"
-    "    return lightprobe_seed_distance(leaves[leaf].direction, leaves[leaf].tone, clusters[k].seed,\n"
-    "                                    clusters[k].seed_tone, clusters[k].seed_share);\n"
-    "}\n"
-    "// What a cluster takes of a leaf.\n"
-    "float takes(int leaf, int k)\n"
-    "{\n"
-    "    if (going_on == 0) return leaves[leaf].cluster == k ? 1.0 : 0.0;\n"
-    "    if (clusters[k].lives == 0) return 0.0;\n"
-    "    float d = seed_distance(leaf, k);\n"
-    "    float part = lightprobe_part(d, leaves[leaf].least, leaves[leaf].half_width, UNIT);\n"
-    "    return part / leaves[leaf].parts;\n"
-    "}\n";
-
 // Which leaf belongs to which cluster, and sums over them: lightprobe__start, __find_near, __relax.
 static const char lightprobe__glsl_gather[] =
     "layout(local_size_x = GROUP) in;\n"
     "shared int owners[LEAVES]; // clusters of the leaves, which each lane goes through one by one\n"
     "\n"
-    "// The cluster of a previous light, or none.\n"
-    "void recall(int k, int count, bool again)\n"
-    "{\n"
-    "    vec3 seed = vec3(0.0);\n"
-    "    lightprobe_moments late = lightprobe_no_moments(), past = late;\n"
-    "    clusters[k].centre = vec3(0.0);\n"
-    "    clusters[k].tone = clusters[k].sum.luminance = clusters[k].seed_tone = clusters[k].longest = 0.0;\n"
-    "    clusters[k].seed_share = clusters[k].distance = clusters[k].width = 0.0;\n"
-    "    clusters[k].slopes = vec3(0.0);\n"
-    "    clusters[k].id = -1;\n"
-    "    clusters[k].lives = 1;\n"
-    "    if (k < count) {\n"
-    "        lightprobe_light light = lightprobe_lights[k];\n"
-    "        seed = vec3(light.state[0], light.state[1], light.state[2]);\n"
-    "        lightprobe_normalize(seed);\n"
-    "        clusters[k].seed_tone = light.state[3];\n"
-    "        clusters[k].seed_share = light.state[4];\n"
-    "        clusters[k].lives = light.state[4] > 0.0 ? 1 : 0;\n"
-    "        clusters[k].id = light.id;\n"
-    "        clusters[k].distance = light.distance > 0.0 ? light.distance : 0.0;\n"
-    "        clusters[k].width = 0.5 - 0.5 * light.cos_alpha;\n"
-    "        clusters[k].slopes = light.slope_u * light.axis_u + light.slope_v * light.axis_v;\n"
-    "        if (again) {\n"
-    "            late = lightprobe_late(light.state, total);\n"
-    "            past = lightprobe_past(light, late);\n"
-    "            clusters[k].longest = lightprobe_evenness(lightprobe_more(past, late, 1.0));\n"
-    "        }\n"
-    "    }\n"
-    "    clusters[k].seed = seed;\n"
-    "    clusters[k].late = late;\n"
-    "    clusters[k].past = past;\n"
-    "}\n"
     "// One cluster of everything, or those of the previous lights.\n"
     "void start()\n"
     "{\n"
@@ -4720,7 +4722,11 @@ static const char lightprobe__glsl_gather[] =
     "    }\n"
     "    bool again = living > 0 && lightprobe_goes_on(LIGHTPROBE_VALUE(all), total) == 1;\n"
     "    if (MIN_SHARE > 0.0 || MIN_SHADOW > 0.0) again = false;\n"
-    "    for (int k = lane; k < LIGHTS; k += GROUP) recall(k, living > 0 ? count : 0, again);\n"
+    "    for (int k = lane; k < LIGHTS; k += GROUP) {\n"
+    "        lightprobe_cluster c = lightprobe_fresh();\n"
+    "        if (k < count && living > 0) c = lightprobe_recalled(lightprobe_lights[k], total, again ? 0 : 1);\n"
+    "        clusters[k] = c;\n"
+    "    }\n"
     "    if (lane == 0) {\n"
     "        cluster_count = living > 0 ? count : 1;\n"
     "        going_on = count;\n"
@@ -4733,34 +4739,7 @@ static const char lightprobe__glsl_gather[] =
     "        int to = 0;\n"
     "        if (count > 0) leaves[i].tone = lightprobe_own_tone(leaves[i], mean);\n"
     "        for (int k = 0; k < cluster_count && count > 0; k++) {\n"
-    "            if (clusters[k].lives == 0) continue;\n"
-    "            float d = seed_distance(i, k);\n"
-    "            if (d >= best) continue;\n"
-    "            best = d;\n"
-    "            to = k;\n"
-    "        }\n"
-    "        leaves[i].cluster = to;\n"
-    "    }\n"
-    "    sync();\n"
-    "}\n"
-    "// added: luminance that the cluster would have besides its own.\n"
-    "float distance_to(int leaf, int k, float added)\n"
-    "{\n"
-    "    precise float share = (clusters[k].sum.luminance + added) / total;\n"
-    "    return lightprobe_distance(share, leaves[leaf].direction, leaves[leaf].tone,\n"
-    "                               clusters[k].centre, clusters[k].tone);\n"
-    "}\n"
-    "// Every leaf goes to the nearest cluster of its own one's neighbours.\n"
-    "void move_leaves()\n"
-    "{\n"
-    "    for (int i = lane; i < leaf_count; i += GROUP) {\n"
-    "        int own = leaves[i].cluster, to = own;\n"
-    "        if (clusters[own].brightest == i) continue;\n"
-    "        int n = clusters[own].near_count;\n"
-    "        float best = distance_to(i, own, 0.0);\n"
-    "        for (int j = 0; j < n; j++) {\n"
-    "            int k = clusters[own].nearby[j];\n"
-    "            float d = distance_to(i, k, leaves[i].luminance);\n"
+    "            float d = lightprobe_seed_distance(i, k);\n"
     "            if (d >= best) continue;\n"
     "            best = d;\n"
     "            to = k;\n"
@@ -4786,49 +4765,28 @@ static const char lightprobe__glsl_gather[] =
     "            order[at++] = i;\n"
     "        }\n"
     "        clusters[k].sum = sum;\n"
-    "        vec3 v = sum.resultant;\n"
-    "        if (!(lightprobe_normalize(v) > 0.0)) v = clusters[k].centre;\n"
-    "        clusters[k].centre = v;\n"
+    "        lightprobe_set_means(k);\n"
     "        float most = 0.0;\n"
     "        for (int i = 0; i < all; i++) {\n"
     "            if (owners[i] != k) continue;\n"
-    "            float worth = lightprobe_worth(leaves[i], v);\n"
+    "            float worth = lightprobe_worth(leaves[i], clusters[k].centre);\n"
     "            if (brightest >= 0 && worth <= most) continue;\n"
     "            brightest = i;\n"
     "            most = worth;\n"
     "        }\n"
     "        clusters[k].brightest = brightest;\n"
-    "        if (sum.luminance > LIGHTPROBE_BLACK) clusters[k].tone = sum.tones / sum.luminance;\n"
     "    }\n"
     "    sync();\n"
-    "}\n"
-    "void find_near(int a)\n"
-    "{\n"
-    "    float score[LIGHTPROBE_NEAR];\n"
-    "    int n = 0;\n"
-    "    for (int b = 0; b < cluster_count; b++) {\n"
-    "        if (b == a || !(clusters[b].sum.luminance > 0.0)) continue;\n"
-    "        float s = lightprobe_nearness(clusters[a].centre, clusters[a].tone,\n"
-    "                                      clusters[b].centre, clusters[b].tone);\n"
-    "        if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;\n"
-    "        int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;\n"
-    "        for (; at > 0; at--) {\n"
-    "            if (score[at - 1] >= s) break;\n"
-    "            score[at] = score[at - 1];\n"
-    "            clusters[a].nearby[at] = clusters[a].nearby[at - 1];\n"
-    "        }\n"
-    "        score[at] = s;\n"
-    "        clusters[a].nearby[at] = b;\n"
-    "    }\n"
-    "    clusters[a].near_count = n;\n"
     "}\n"
     "void main()\n"
     "{\n"
     "    if (is_black() || (going_on > 0 && stage > RELAX)) return;\n"
     "    if (stage < NEAR) start();\n"
-    "    if (stage > NEAR && going_on == 0) move_leaves();\n"
+    "    for (int i = lane; stage > NEAR && going_on == 0 && i < leaf_count; i += GROUP)\n"
+    "        leaves[i].cluster = lightprobe_nearest(i);\n"
     "    sum_clusters();\n"
-    "    for (int a = lane; stage == NEAR && a < cluster_count; a += GROUP) find_near(a);\n"
+    "    for (int a = lane; stage == NEAR && a < cluster_count; a += GROUP)\n"
+    "        lightprobe_find_near(a);\n"
     "}\n";
 
 // lightprobe__plan_split for several clusters at once, each by as many lanes as there are bins.
@@ -4854,56 +4812,47 @@ static const char lightprobe__glsl_plan[] =
     "    lightprobe_sum whole = lightprobe_nothing(), own = whole, own_tone = whole;\n"
     "    if (k >= 0) whole = clusters[k].sum;\n"
     "    int first = k >= 0 ? clusters[k].first : 0, end = first + whole.count;\n"
-    "    float scale = whole.luminance > LIGHTPROBE_BLACK ? 1.0 / whole.luminance : 0.0;\n"
-    "    precise float mean_tone = whole.tones * scale;\n"
-    "    precise vec3 mean_direction = whole.resultant * scale;\n"
-    "    lightprobe_spread spread = lightprobe_no_spread();\n"
-    "    for (int at = first; at < end; at++)\n"
-    "        spread = lightprobe_add_spread(spread, leaves[order[at]], mean_direction, mean_tone,\n"
-    "                                       scale);\n"
-    "    lightprobe_axis along = lightprobe_longest_axis(spread, mean_direction);\n"
-    "    lightprobe_axis across = lightprobe_axis_across(along, spread, mean_direction);\n"
-    "    lightprobe_axis tone = lightprobe_axis_around(mean_tone, spread.tone2);\n"
+    "    lightprobe_axes axes = lightprobe_axes_of(first, whole);\n"
     "    precise vec2 profile = vec2(0.0);\n"
     "    for (int at = first; at < end; at++) {\n"
     "        lightprobe_leaf leaf = leaves[order[at]];\n"
-    "        profile += vec2(lightprobe_below(lightprobe_streak_of(along, leaf), bin),\n"
-    "                        lightprobe_below(lightprobe_streak_of(across, leaf), bin));\n"
-    "        if (lightprobe_bin(along, leaf) == bin) own = lightprobe_add_leaf(own, leaf);\n"
-    "        if (lightprobe_bin(tone, leaf) == bin) own_tone = lightprobe_add_leaf(own_tone, leaf);\n"
+    "        profile += vec2(lightprobe_below(lightprobe_streak_of(axes.along, leaf), bin),\n"
+    "                        lightprobe_below(lightprobe_streak_of(axes.across, leaf), bin));\n"
+    "        if (lightprobe_bin(axes.along, leaf) == bin) own = lightprobe_add_leaf(own, leaf);\n"
+    "        if (lightprobe_bin(axes.by_tone, leaf) == bin) own_tone = lightprobe_add_leaf(own_tone, leaf);\n"
     "    }\n"
     "    bins[lane] = own;\n"
     "    bins[GROUP + lane] = own_tone;\n"
     "    profiles[lane] = profile;\n"
     "    sync();\n"
-    "    costs[lane] = along.scale > 0.0 ? cut_cost(zero, lane) : FLT_MAX;\n"
-    "    costs[GROUP + lane] = tone.scale > 0.0 ? cut_cost(GROUP + zero, GROUP + lane) : FLT_MAX;\n"
+    "    costs[lane] = axes.along.scale > 0.0 ? cut_cost(zero, lane) : FLT_MAX;\n"
+    "    costs[GROUP + lane] = axes.by_tone.scale > 0.0 ? cut_cost(GROUP + zero, GROUP + lane) : FLT_MAX;\n"
     "    sync();\n"
     "    if (bin == 0 && k >= 0) {\n"
     "        float least = FLT_MAX, below_u[LIGHTPROBE_BINS], below_v[LIGHTPROBE_BINS];\n"
-    "        lightprobe_axis axis = along;\n"
-    "        for (int i = 0; i < rolled(2 * LIGHTPROBE_BINS); i++) {\n"
+    "        lightprobe_axis axis = axes.along;\n"
+    "        for (int i = 0; i < LIGHTPROBE_ROLLED(2 * LIGHTPROBE_BINS); i++) {\n"
     "            int at = i % LIGHTPROBE_BINS;\n"
     "            bool by_tone = i >= LIGHTPROBE_BINS;\n"
     "            float cost = costs[lane + at + (by_tone ? GROUP : 0)];\n"
     "            if (at == LIGHTPROBE_BINS - 1 || cost >= least) continue;\n"
     "            least = cost;\n"
-    "            axis = along;\n"
-    "            if (by_tone) axis = tone;\n"
+    "            axis = axes.along;\n"
+    "            if (by_tone) axis = axes.by_tone;\n"
     "            axis.threshold = lightprobe_threshold(axis, at);\n"
     "        }\n"
     "        for (int i = 0; i < LIGHTPROBE_BINS; i++) {\n"
     "            below_u[i] = profiles[lane + i].x;\n"
     "            below_v[i] = profiles[lane + i].y;\n"
     "        }\n"
-    "        precise float uneven = lightprobe_unevenness(along, below_u, whole.luminance) +\n"
-    "                               lightprobe_unevenness(across, below_v, whole.luminance);\n"
+    "        precise float uneven = lightprobe_unevenness(axes.along, below_u, whole.luminance) +\n"
+    "                               lightprobe_unevenness(axes.across, below_v, whole.luminance);\n"
     "        float error = lightprobe_edge_error(whole, 0.5 * uneven, total);\n"
     "        bool good = least < FLT_MAX;\n"
     "        precise float gain = lightprobe_cost(whole, total) - least;\n"
     "        clusters[k].axis = axis;\n"
     "        clusters[k].gain = good ? gain : 0.0;\n"
-    "        errors[k] = error;\n"
+    "        clusters[k].error = error;\n"
     "        gains[k] = good ? error : 0.0;\n"
     "    }\n"
     "    sync();\n"
@@ -4916,15 +4865,6 @@ static const char lightprobe__glsl_plan[] =
     "        plan_split(at < count ? at : -1);\n"
     "    }\n"
     "}\n"
-    "lightprobe_errors all_errors()\n"
-    "{\n"
-    "    precise lightprobe_errors all = lightprobe_errors(0.0, 0.0);\n"
-    "    for (int k = 0; k < cluster_count; k++) {\n"
-    "        all.squares += errors[k];\n"
-    "        all.width += lightprobe_sum_error(clusters[k].sum);\n"
-    "    }\n"
-    "    return all;\n"
-    "}\n"
     "int largest_gain(int count, out float top)\n"
     "{\n"
     "    int at = -1;\n"
@@ -4934,32 +4874,6 @@ static const char lightprobe__glsl_plan[] =
     "}\n";
 
 static const char lightprobe__glsl_divide[] =
-    "void split_cluster(int k, int fresh)\n"
-    "{\n"
-    "    int i = clusters[k].first, end = i + clusters[k].sum.count;\n"
-    "    lightprobe_sum near_part = lightprobe_nothing(), far_part = near_part;\n"
-    "    lightprobe_axis axis = clusters[k].axis;\n"
-    "    while (i < end) {\n"
-    "        int index = order[i];\n"
-    "        lightprobe_leaf leaf = leaves[index];\n"
-    "        if (lightprobe_along(axis, leaf) < axis.threshold) {\n"
-    "            near_part = lightprobe_add_leaf(near_part, leaf);\n"
-    "            i++;\n"
-    "        } else {\n"
-    "            far_part = lightprobe_add_leaf(far_part, leaf);\n"
-    "            leaves[index].cluster = fresh;\n"
-    "            order[i] = order[--end];\n"
-    "            order[end] = index;\n"
-    "        }\n"
-    "    }\n"
-    "    precise lightprobe_errors rest = left;\n"
-    "    rest.squares -= errors[k];\n"
-    "    rest.width -= lightprobe_sum_error(clusters[k].sum);\n"
-    "    left = rest;\n"
-    "    clusters[k].sum = near_part;\n"
-    "    clusters[fresh].sum = far_part;\n"
-    "    clusters[fresh].first = i;\n"
-    "}\n"
     "// Plans all clusters, then the two parts of each split. The CPU plans as late as it can; the\n"
     "// same clusters come first. MEASURE: only finds the errors.\n"
     "void main()\n"
@@ -4967,19 +4881,25 @@ static const char lightprobe__glsl_divide[] =
     "    if (is_black()) return;\n"
     "    int count = cluster_count, most = 0;\n"
     "    if (stage == 0 || stage == MEASURE) plan_all(count);\n"
-    "    if (lane == 0 && (stage == 0 || stage == MEASURE)) left = all_errors();\n"
+    "    if (lane == 0 && (stage == 0 || stage == MEASURE)) left = lightprobe_all_errors();\n"
     "    sync();\n"
     "    for (int splits = 0; splits < SPLITS && stage != MEASURE; splits++) {\n"
     "        float top;\n"
     "        if (count >= LIGHTS || !(lightprobe_root_error(left, total) > TOLERANCE)) break;\n"
     "        most = largest_gain(count, top);\n"
     "        if (!(top > 0.0)) break;\n"
-    "        if (lane == 0) split_cluster(most, count);\n"
+    "        if (lane == 0) {\n"
+    "            precise lightprobe_errors rest = left;\n"
+    "            rest.squares -= clusters[most].error;\n"
+    "            rest.width -= lightprobe_sum_error(clusters[most].sum);\n"
+    "            left = rest;\n"
+    "            lightprobe_split(most, count);\n"
+    "        }\n"
     "        sync();\n"
     "        plan_split(lane < LIGHTPROBE_BINS ? most : lane < 2 * LIGHTPROBE_BINS ? count : -1);\n"
     "        if (lane == 0) {\n"
     "            precise lightprobe_errors all = left;\n"
-    "            all.squares += errors[most] + errors[count];\n"
+    "            all.squares += clusters[most].error + clusters[count].error;\n"
     "            all.width += lightprobe_sum_error(clusters[most].sum) +\n"
     "                         lightprobe_sum_error(clusters[count].sum);\n"
     "            left = all;\n"
@@ -4991,36 +4911,7 @@ static const char lightprobe__glsl_divide[] =
     "}\n";
 
 static const char lightprobe__glsl_reassign[] =
-    "shared ivec2 pairs[GROUP];\n"
-    "\n"
-    "// Of the clusters of this lane; returns the first of the two, or -1.\n"
-    "int cheapest_merge(int not_this, out float least)\n"
-    "{\n"
-    "    int at = -1;\n"
-    "    least = FLT_MAX;\n"
-    "    for (int a = lane; a < cluster_count; a += GROUP) {\n"
-    "        if (clusters[a].changed != 0 || a == not_this) continue;\n"
-    "        lightprobe_sum sum = clusters[a].sum;\n"
-    "        for (int n = 0; n < clusters[a].near_count; n++) {\n"
-    "            int b = clusters[a].nearby[n];\n"
-    "            if (clusters[b].changed != 0 || b == not_this) continue;\n"
-    "            lightprobe_sum other = clusters[b].sum;\n"
-    "            float cost = lightprobe_merge_cost(sum, other, total);\n"
-    "            if (cost >= least) continue;\n"
-    "            least = cost;\n"
-    "            at = a;\n"
-    "            pairs[lane] = sum.luminance >= other.luminance ? ivec2(a, b) : ivec2(b, a);\n"
-    "        }\n"
-    "    }\n"
-    "    return at;\n"
-    "}\n"
-    "void retire(ivec2 pair, int from)\n"
-    "{\n"
-    "    clusters[pair.x].changed = clusters[pair.y].changed = clusters[from].changed = 1;\n"
-    "    gains[pair.x] = gains[pair.y] = gains[from] = 0.0;\n"
-    "    clusters[pair.x].lives = 2;\n"
-    "    clusters[pair.y].lives = 0;\n"
-    "}\n"
+    "shared lightprobe_pair pairs[GROUP];\n"
     "void main()\n"
     "{\n"
     "    if (is_black() || going_on == 0) return;\n"
@@ -5033,24 +4924,25 @@ static const char lightprobe__glsl_reassign[] =
     "        clusters[k].changed = 0;\n"
     "        gains[k] = clusters[k].gain;\n"
     "    }\n"
-    "    lightprobe_errors e = all_errors();\n"
+    "    lightprobe_errors e = lightprobe_all_errors();\n"
     "    sync();\n"
     "    for (int changes = cluster_count / 4; changes >= 0; changes--) {\n"
-    "        float gain, top, least;\n"
+    "        float gain, top;\n"
     "        int most = largest_gain(cluster_count, gain);\n"
-    "        int at = cheapest_merge(most, least);\n"
+    "        lightprobe_pair pair = lightprobe_pair(-1, -1, FLT_MAX);\n"
+    "        for (int k = lane; k < cluster_count; k += GROUP) pair = lightprobe_cheapest(pair, k, most);\n"
+    "        pairs[lane] = pair;\n"
     "        sync();\n"
-    "        int first = largest(-least, at, top);\n"
+    "        int first = largest(-pair.cost, pair.a, top);\n"
     "        if (first < 0) break;\n"
-    "        ivec2 pair = pairs[first % GROUP];\n"
-    "        lightprobe_errors merged =\n"
-    "            lightprobe_merged(e, clusters[pair.x].sum, errors[pair.x], clusters[pair.y].sum,\n"
-    "                              errors[pair.y], total);\n"
+    "        pair = pairs[first % GROUP];\n"
+    "        lightprobe_errors merged = lightprobe_merged(e, clusters[pair.a].sum, clusters[pair.a].error,\n"
+    "                                                     clusters[pair.b].sum, clusters[pair.b].error, total);\n"
     "        float error = lightprobe_root_error(merged, total);\n"
-    "        if (lightprobe_should_reassign(error, TOLERANCE, gain, -top, total) == 0) break;\n"
+    "        if (lightprobe_should_reassign(error, TOLERANCE, gain, pair.cost, total) == 0) break;\n"
     "        e = merged;\n"
     "        sync();\n"
-    "        if (lane == 0) retire(pair, most);\n"
+    "        if (lane == 0) lightprobe_merge(pair, most);\n"
     "        sync();\n"
     "    }\n"
     "}\n";
@@ -5058,45 +4950,22 @@ static const char lightprobe__glsl_reassign[] =
 // lightprobe__set_seeds, __share_out, __fade.
 static const char lightprobe__glsl_settle[] =
     "layout(local_size_x = GROUP) in;\n"
-    "void set_seed(int k)\n"
-    "{\n"
-    "    lightprobe_moments now = lightprobe_no_moments();\n"
-    "    int first = clusters[k].first, end = first + clusters[k].sum.count;\n"
-    "    for (int at = first; at < end; at++) {\n"
-    "        lightprobe_leaf leaf = leaves[order[at]];\n"
-    "        leaf.tone = lightprobe_own_tone(leaf, mean);\n"
-    "        now = lightprobe_add_moments(now, leaf, 1.0);\n"
-    "    }\n"
-    "    vec3 seed = now.resultant;\n"
-    "    if (!(lightprobe_normalize(seed) > 0.0)) seed.y = 1.0;\n"
-    "    float luminance = lightprobe_luminance(now.flux);\n"
-    "    precise float tone = luminance > LIGHTPROBE_BLACK ? now.tones / luminance : 0.0;\n"
-    "    clusters[k].seed = seed;\n"
-    "    clusters[k].seed_tone = tone;\n"
-    "    precise float share = luminance / total + 1e-9;\n"
-    "    clusters[k].seed_share = share;\n"
-    "    if (!(luminance > 0.0)) clusters[k].lives = 0;\n"
-    "    clusters[k].now = now;\n"
-    "}\n"
     "void share_out(int i)\n"
     "{\n"
     "    float least = FLT_MAX;\n"
     "    precise float parts = 0.0;\n"
     "    for (int k = 0; k < 2 * cluster_count; k++) {\n"
     "        int at = k % cluster_count;\n"
-    "        if (clusters[at].lives == 0) continue;\n"
-    "        float d = seed_distance(i, at);\n"
+    "        float d = lightprobe_seed_distance(i, at);\n"
     "        if (k < cluster_count) least = min(least, d);\n"
-    "        else parts += lightprobe_part(d, least, leaves[i].half_width, UNIT);\n"
+    "        else parts += lightprobe_part(d, least, leaves[i].half_width, unit);\n"
     "    }\n"
     "    leaves[i].least = least;\n"
     "    leaves[i].parts = parts;\n"
     "}\n"
     "void balance(int weighted)\n"
     "{\n"
-    "    lightprobe_excess e = lightprobe_no_excess();\n"
-    "    for (int k = 0; k < cluster_count; k++)\n"
-    "        e = lightprobe_add_excess(e, clusters[k].late, clusters[k].now, weighted);\n"
+    "    lightprobe_excess e = lightprobe_all_excess(weighted);\n"
     "    sync();\n"
     "    for (int k = lane; k < cluster_count; k += GROUP)\n"
     "        clusters[k].late = lightprobe_balanced(clusters[k].late, clusters[k].now, e);\n"
@@ -5104,27 +4973,9 @@ static const char lightprobe__glsl_settle[] =
     "}\n"
     "void fade()\n"
     "{\n"
-    "    bool changes = fading < 0.0;\n"
-    "    for (int k = 0; k < cluster_count; k++)\n"
-    "        changes = changes || clusters[k].id < 0 || clusters[k].lives == 2;\n"
-    "    precise float moved = 0.0;\n"
-    "    for (int k = 0; k < cluster_count && !changes; k++)\n"
-    "        moved += lightprobe_moved(clusters[k].now, clusters[k].past, total);\n"
-    "    float passed = lightprobe_pace(moved), frames = changes ? LIGHTPROBE_FADE : fading;\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
-    "        clusters[k].longest = max(clusters[k].longest, lightprobe_evenness(clusters[k].now));\n"
-    "        lightprobe_moments late = clusters[k].late;\n"
-    "        if (changes) {\n"
-    "            late = lightprobe_more(late, clusters[k].past, 1.0);\n"
-    "            late = lightprobe_more(late, clusters[k].now, -1.0);\n"
-    "        } else {\n"
-    "            lightprobe_moments shape =\n"
-    "                lightprobe_reshaped(clusters[k].now, clusters[k].past, LIGHTPROBE_STEP * passed);\n"
-    "            late = lightprobe_more(late, shape, LIGHTPROBE_LATE);\n"
-    "        }\n"
-    "        float rest = lightprobe_rest(frames, passed, clusters[k].lives);\n"
-    "        clusters[k].late = lightprobe_faded(late, clusters[k].now, rest);\n"
-    "    }\n"
+    "    int changes = fading < 0.0 ? 1 : lightprobe_is_changed();\n"
+    "    float passed = lightprobe_pace(changes), frames = changes != 0 ? LIGHTPROBE_FADE : fading;\n"
+    "    for (int k = lane; k < cluster_count; k += GROUP) lightprobe_fade(k, changes, passed, frames);\n"
     "    sync();\n"
     "    for (int weighted = 1; weighted >= 0; weighted--) balance(weighted);\n"
     "    if (lane == 0) fading = frames > passed ? frames - passed : 0.0;\n"
@@ -5136,14 +4987,14 @@ static const char lightprobe__glsl_settle[] =
     "{\n"
     "    if (is_black()) return;\n"
     "    for (int k = lane; k < cluster_count; k += GROUP)\n"
-    "        if (jumps != 0 || clusters[k].id < 0) set_seed(k);\n"
+    "        if (jumps != 0 || clusters[k].id < 0) lightprobe_set_seed(k);\n"
     "    sync();\n"
     "    for (int i = lane; i < leaf_count && going_on > 0; i += GROUP) share_out(i);\n"
     "    sync();\n"
     "    for (int k = lane; k < cluster_count && going_on > 0; k += GROUP) {\n"
     "        lightprobe_moments now = lightprobe_no_moments();\n"
     "        for (int i = 0; i < leaf_count; i++) {\n"
-    "            float part = takes(i, k);\n"
+    "            float part = lightprobe_takes(i, k);\n"
     "            if (part > 0.0) now = lightprobe_add_moments(now, leaves[i], part);\n"
     "        }\n"
     "        clusters[k].now = now;\n"
@@ -5173,7 +5024,8 @@ static const char lightprobe__glsl_write[] =
     "    lightprobe_region region = lightprobe_no_region();\n"
     "    for (int turn = 0; turn < 2; turn++) {\n"
     "        for (int leaf = 0; leaf < leaf_count; leaf++) {\n"
-    "            float part = takes(leaf, k);\n"
+    "            float part = leaves[leaf].cluster == k ? 1.0 : 0.0;\n"
+    "            if (going_on > 0) part = lightprobe_takes(leaf, k);\n"
     "            if (!(part > 0.0)) continue;\n"
     "            lightprobe_leaf given = lightprobe_part_of(leaves[leaf], part);\n"
     "            if (turn == 0) region = lightprobe_add_region(region, given);\n"
@@ -5181,14 +5033,7 @@ static const char lightprobe__glsl_write[] =
     "        }\n"
     "        if (turn == 0) region = lightprobe_direct(region, clusters[k], jumps);\n"
     "    }\n"
-    "    lightprobe_tilt tilt = lightprobe_no_tilt(region);\n"
-    "    for (int leaf = 0; leaf < min(DISTANCES, 1) * leaf_count; leaf++)\n"
-    "        tilt = lightprobe_add_tilt(tilt, region, leaves[leaf]);\n"
-    "    float frames = jumps != 0 || clusters[k].id < 0 ? 0.0 : pace;\n"
-    "    lightprobe_light light = lightprobe_light_of(region);\n"
-    "    light = lightprobe_widened(light, clusters[k].width, frames, float(SIDE));\n"
-    "    light = lightprobe_tilted(light, region, tilt);\n"
-    "    light = lightprobe_carry_on(light, clusters[k], frames, fading, total);\n"
+    "    lightprobe_light light = lightprobe_finished(k, region);\n"
     "    light.id = id;\n"
     "    made.lights[i] = light;\n"
     "}\n"
@@ -5301,15 +5146,12 @@ static const struct {
 } lightprobe__stages[] = {
     {"lightprobe tiles", lightprobe__glsl_cells, lightprobe__glsl_tiles, lightprobe__quote_cells},
     {"lightprobe leaves", lightprobe__glsl_cells, lightprobe__glsl_leaves, lightprobe__quote_cells},
-    {"lightprobe gather", lightprobe__glsl_moving, lightprobe__glsl_gather,
-     lightprobe__quote_moving},
+    {"lightprobe gather", "", lightprobe__glsl_gather, lightprobe__quote_moving},
     {"lightprobe divide", lightprobe__glsl_plan, lightprobe__glsl_divide, lightprobe__quote_splits},
     {"lightprobe reassign", lightprobe__glsl_plan, lightprobe__glsl_reassign,
      lightprobe__quote_splits},
-    {"lightprobe settle", lightprobe__glsl_moving, lightprobe__glsl_settle,
-     lightprobe__quote_moving},
-    {"lightprobe write", lightprobe__glsl_moving, lightprobe__glsl_write,
-     lightprobe__quote_moving}};
+    {"lightprobe settle", "", lightprobe__glsl_settle, lightprobe__quote_moving},
+    {"lightprobe write", "", lightprobe__glsl_write, lightprobe__quote_moving}};
 
 static const char *lightprobe__program_name(int which)
 {
@@ -5474,19 +5316,19 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
         at += snprintf(defines + at, sizeof defines - (size_t)at, "%d%s", gl->first_cell[level],
                        level < gl->top ? ", " : ");\n");
     // Floats by their bits: there are countries where printf has no point.
-    at += snprintf(
-        defines + at, sizeof defines - (size_t)at,
-        "#define SIDE %d\n#define HALF %d\n#define TILES %d\n#define TOP %d\n"
-        "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
-        "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
-        "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
-        "#define UNIT uintBitsToFloat(%uu)\n"
-        "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n#define DISTANCES %d\n",
-        d->side, (d->side + 1) / 2, lightprobe_level_side(d->side, LIGHTPROBE_TILE_LEVEL), gl->top,
-        d->max_lights, gl->leaves, gl->splits, lightprobe__bits_of(d->tolerance),
-        lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
-        lightprobe__bits_of(lightprobe__unit(d->max_lights)), d->first_buffer_binding,
-        d->first_texture_unit, d->distances);
+    at +=
+        snprintf(defines + at, sizeof defines - (size_t)at,
+                 "const int side = %d, distances = %d;\nconst float unit = uintBitsToFloat(%uu);\n"
+                 "#define HALF %d\n#define TILES %d\n#define TOP %d\n"
+                 "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
+                 "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
+                 "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
+                 "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
+                 d->side, d->distances, lightprobe__bits_of(lightprobe__unit(d->max_lights)),
+                 (d->side + 1) / 2, lightprobe_level_side(d->side, LIGHTPROBE_TILE_LEVEL), gl->top,
+                 d->max_lights, gl->leaves, gl->splits, lightprobe__bits_of(d->tolerance),
+                 lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
+                 d->first_buffer_binding, d->first_texture_unit);
     for (int i = 1; i < LIGHTPROBE__BINDINGS; i++) // some compilers want a number there, not a sum
         at += snprintf(defines + at, sizeof defines - (size_t)at,
                        "#define LIGHTPROBE_BINDING%d %d\n", i, d->first_buffer_binding + i);
@@ -5540,7 +5382,7 @@ static size_t lightprobe__size_parts(lightprobe_gl *gl)
 {
     const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
     const size_t leaves = (size_t)gl->leaves;
-    const size_t bytes[] = {128 + 8 * half * half + 4 * 4 * lights + 4 * leaves, 80 * leaves,
+    const size_t bytes[] = {128 + 8 * half * half + 3 * 4 * lights + 4 * leaves, 80 * leaves,
                             416 * lights, 32 * (size_t)gl->cells};
     size_t sum = 0;
     for (int i = 0; i < LIGHTPROBE__PARTS; i++)
@@ -6709,6 +6551,14 @@ static const char *lightprobe__quote_cells(void)
     "    return (side + (1 << level) - 1) >> level;\n"
     "}\n"
     "\n"
+    "// Index of a texel's weights; they are the same in all quarters of all faces.\n"
+    "LIGHTPROBE_SHARED int lightprobe_quarter(int x, int y)\n"
+    "{\n"
+    "    int right = 2 * x + 1 - side, down = 2 * y + 1 - side;\n"
+    "    int dx = (right < 0 ? -right : right) / 2, dy = (down < 0 ? -down : down) / 2;\n"
+    "    return dy * ((side + 1) / 2) + dx;\n"
+    "}\n"
+    "\n"
     "// Centre of a texel in [-1,1].\n"
     "LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)\n"
     "{\n"
@@ -6745,6 +6595,50 @@ static const char *lightprobe__quote_cells(void)
     "    texel.resultant[2] = mt;\n"
     "    texel.resultant[3] = lightprobe_over_distance(rgb, omega, texel_rgb[3]);\n"
     "    return texel;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_add_cell(lightprobe_cell a, lightprobe_cell b)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_cell sum = a;\n"
+    "    for (int i = 0; i < 4; i++) {\n"
+    "        sum.flux[i] += b.flux[i];\n"
+    "        sum.resultant[i] += b.resultant[i];\n"
+    "    }\n"
+    "    return sum;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED int lightprobe_read(int face, int x, int y,\n"
+    "                                      LIGHTPROBE_OUT lightprobe_vec4 rgbd);\n"
+    "\n"
+    "// A cell no larger than a tile, straight from its texels.\n"
+    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_small_cell(int face,\n"
+    "                                                        int level, int cx, int cy)\n"
+    "{\n"
+    "    int size = 1 << level, end_x = size * cx + LIGHTPROBE_ROLLED(size);\n"
+    "    int end_y = size * cy + LIGHTPROBE_ROLLED(size);\n"
+    "    lightprobe_cell sum;\n"
+    "    for (int i = 0; i < 4; i++) sum.flux[i] = sum.resultant[i] = 0.0f;\n"
+    "    for (int y = size * cy; y < end_y && y < side; y++) {\n"
+    "        for (int x = size * cx; x < end_x && x < side; x++) {\n"
+    "            int at = lightprobe_quarter(x, y);\n"
+    "            lightprobe_vec4 rgbd;\n"
+    "            lightprobe_read(face, x, y, rgbd);\n"
+    "            lightprobe_cell texel =\n"
+    "                lightprobe_texel_cell(rgbd, omega[at], weight[at],\n"
+    "                                      lightprobe_centre(side, x), lightprobe_centre(side, y));\n"
+    "            sum = lightprobe_add_cell(sum, texel);\n"
+    "        }\n"
+    "    }\n"
+    "    return sum;\n"
+    "}\n"
+    "\n"
+    "// Whether leaves are fine enough where the largest error is this one: the rest is rounding, or there is no\n"
+    "// room. Of those with last's error, the one before, all or none are divided.\n"
+    "LIGHTPROBE_SHARED int lightprobe_is_enough(int count, int room, float error, float last,\n"
+    "                                           float total)\n"
+    "{\n"
+    "    if (count + 3 > room || error <= 1e-7f * total) return 1;\n"
+    "    return count + LIGHTPROBE_MORE_LEAVES >= room && error < 0.9999f * last ? 1 : 0;\n"
     "}\n"
     "\n"
     "LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)\n"
@@ -6816,14 +6710,6 @@ static const char *lightprobe__quote_splits(void)
     "struct lightprobe_spread {\n"
     "    float m[6], tone2, own;\n"
     "};\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_spread lightprobe_no_spread(void)\n"
-    "{\n"
-    "    lightprobe_spread s;\n"
-    "    for (int i = 0; i < 6; i++) s.m[i] = 0.0f;\n"
-    "    s.tone2 = s.own = 0.0f;\n"
-    "    return s;\n"
-    "}\n"
     "\n"
     "// scale: 1 over the luminance of all.\n"
     "LIGHTPROBE_SHARED lightprobe_spread lightprobe_add_spread(lightprobe_spread all,\n"
@@ -6920,6 +6806,34 @@ static const char *lightprobe__quote_splits(void)
     "    }\n"
     "    if (!(lightprobe_normalize(d) > 1e-3f)) return axis;\n"
     "    return lightprobe_axis_along(d, spread, mean);\n"
+    "}\n"
+    "\n"
+    "// Along which a cluster is split, or its unevenness measured.\n"
+    "struct lightprobe_axes {\n"
+    "    lightprobe_axis along, across, by_tone;\n"
+    "};\n"
+    "\n"
+    "// first: in order[], of sum.count leaves. The second axis and the leaves' own spread change errors by .2%,\n"
+    "// but without them rounding chooses the cut of what is as wide as high.\n"
+    "LIGHTPROBE_SHARED lightprobe_axes lightprobe_axes_of(int first,\n"
+    "                                                     lightprobe_sum sum)\n"
+    "{\n"
+    "    lightprobe_axes axes;\n"
+    "    lightprobe_spread spread;\n"
+    "    lightprobe_vec3 mean;\n"
+    "    LIGHTPROBE_PRECISE float scale = sum.luminance > LIGHTPROBE_BLACK ? 1.0f / sum.luminance : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float tone = sum.tones * scale;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float part = sum.resultant[i] * scale;\n"
+    "        mean[i] = part;\n"
+    "        spread.m[i] = spread.m[3 + i] = spread.tone2 = spread.own = 0.0f;\n"
+    "    }\n"
+    "    for (int at = first; at < first + sum.count; at++)\n"
+    "        spread = lightprobe_add_spread(spread, leaves[order[at]], mean, tone, scale);\n"
+    "    axes.along = lightprobe_longest_axis(spread, mean);\n"
+    "    axes.across = lightprobe_axis_across(axes.along, spread, mean);\n"
+    "    axes.by_tone = lightprobe_axis_around(tone, spread.tone2);\n"
+    "    return axes;\n"
     "}\n"
     "\n"
     "// Where a leaf lies on an axis, and in which bin.\n"
@@ -7030,6 +6944,75 @@ static const char *lightprobe__quote_splits(void)
     "    return e;\n"
     "}\n"
     "\n"
+    "// Moves the leaves beyond the planned plane from one cluster to another, fresh one, and sums both.\n"
+    "LIGHTPROBE_SHARED void lightprobe_split(int k, int fresh)\n"
+    "{\n"
+    "    int i = clusters[k].first, end = i + clusters[k].sum.count;\n"
+    "    lightprobe_sum below = lightprobe_nothing(), above = below;\n"
+    "    lightprobe_axis axis = clusters[k].axis;\n"
+    "    while (i < end) {\n"
+    "        int index = order[i];\n"
+    "        lightprobe_leaf leaf = leaves[index];\n"
+    "        if (lightprobe_along(axis, leaf) < axis.threshold) {\n"
+    "            below = lightprobe_add_leaf(below, leaf);\n"
+    "            i++;\n"
+    "        } else {\n"
+    "            above = lightprobe_add_leaf(above, leaf);\n"
+    "            leaves[index].cluster = fresh;\n"
+    "            order[i] = order[--end];\n"
+    "            order[end] = index;\n"
+    "        }\n"
+    "    }\n"
+    "    clusters[k].sum = below;\n"
+    "    clusters[fresh].sum = above;\n"
+    "    clusters[fresh].first = i;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_errors lightprobe_all_errors()\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_errors e;\n"
+    "    e.squares = e.width = 0.0f;\n"
+    "    for (int k = 0; k < cluster_count; k++) {\n"
+    "        e.squares += clusters[k].error;\n"
+    "        e.width += lightprobe_sum_error(clusters[k].sum);\n"
+    "    }\n"
+    "    return e;\n"
+    "}\n"
+    "\n"
+    "// Two neighbours, and what merging them costs.\n"
+    "struct lightprobe_pair {\n"
+    "    int a, b;\n"
+    "    float cost;\n"
+    "};\n"
+    "\n"
+    "// The cheapest so far, or that of this cluster, which takes two unchanged ones.\n"
+    "LIGHTPROBE_SHARED lightprobe_pair lightprobe_cheapest(\n"
+    "                                                      lightprobe_pair so_far, int a, int not_this)\n"
+    "{\n"
+    "    lightprobe_pair least = so_far;\n"
+    "    if (clusters[a].changed != 0 || a == not_this) return least;\n"
+    "    for (int n = 0; n < clusters[a].near_count; n++) {\n"
+    "        int b = clusters[a].nearby[n];\n"
+    "        if (clusters[b].changed != 0 || b == not_this) continue;\n"
+    "        float cost = lightprobe_merge_cost(clusters[a].sum, clusters[b].sum, total);\n"
+    "        if (cost >= least.cost) continue;\n"
+    "        least.a = a;\n"
+    "        least.b = b;\n"
+    "        least.cost = cost;\n"
+    "    }\n"
+    "    return least;\n"
+    "}\n"
+    "\n"
+    "// The dimmer's light fades out; the brighter keeps its id. from: the cluster that gets one for it.\n"
+    "LIGHTPROBE_SHARED void lightprobe_merge(lightprobe_pair pair, int from)\n"
+    "{\n"
+    "    int a = pair.a, b = pair.b;\n"
+    "    clusters[a].lives = clusters[a].sum.luminance >= clusters[b].sum.luminance ? 2 : 0;\n"
+    "    clusters[b].lives = 2 - clusters[a].lives;\n"
+    "    clusters[a].changed = clusters[b].changed = clusters[from].changed = 1;\n"
+    "    gains[a] = gains[b] = gains[from] = 0.0f;\n"
+    "}\n"
+    "\n"
     "// For a moving probe: whether a pair of clusters may give up a light, since it does not need it any more\n"
     "// or another gains 16 times what that costs (errors squared). error: with the pair merged.\n"
     "LIGHTPROBE_SHARED int lightprobe_should_reassign(float error, float tolerance, float gain,\n"
@@ -7048,12 +7031,13 @@ static const char *lightprobe__quote_moving(void)
     // [glsl text begin moving] made by "make glsl", do not edit
     "// Of a leaf to a cluster's seed on a moving probe, however fine the leaves are: the 4th root of the\n"
     "// distance grows about as the angle does. The tone counts half, since it jumps as cells change.\n"
-    "LIGHTPROBE_SHARED float lightprobe_seed_distance(const lightprobe_vec3 direction, float tone,\n"
-    "                                                 const lightprobe_vec3 seed, float seed_tone,\n"
-    "                                                 float share)\n"
+    "LIGHTPROBE_SHARED float lightprobe_seed_distance(int leaf, int k)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE float all = share + 0.01f;\n"
-    "    return sqrtf(sqrtf(lightprobe_distance(all, direction, 0.5f * tone, seed, 0.5f * seed_tone)));\n"
+    "    LIGHTPROBE_PRECISE float share = clusters[k].seed_share + 0.01f;\n"
+    "    if (clusters[k].lives == 0) return FLT_MAX;\n"
+    "    return sqrtf(\n"
+    "        sqrtf(lightprobe_distance(share, leaves[leaf].direction, 0.5f * leaves[leaf].tone,\n"
+    "                                  clusters[k].seed, 0.5f * clusters[k].seed_tone)));\n"
     "}\n"
     "\n"
     "// Tone of what shines in a leaf, however dark the rest of it is: 7% less error of 8 lights at rest.\n"
@@ -7074,6 +7058,13 @@ static const char *lightprobe__quote_moving(void)
     "    LIGHTPROBE_PRECISE float softness = unit * (1.0f + 5.0f * half_width);\n"
     "    LIGHTPROBE_PRECISE float part = 1.0f - (distance - least) / softness;\n"
     "    return part > 0.0f ? part : 0.0f;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED float lightprobe_takes(int leaf, int k)\n"
+    "{\n"
+    "    return lightprobe_part(lightprobe_seed_distance(leaf, k), leaves[leaf].least,\n"
+    "                           leaves[leaf].half_width, unit) /\n"
+    "           leaves[leaf].parts;\n"
     "}\n"
     "\n"
     "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_part_of(lightprobe_leaf leaf, float part)\n"
@@ -7189,6 +7180,41 @@ static const char *lightprobe__quote_moving(void)
     "            du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];\n"
     "    }\n"
     "    return m;\n"
+    "}\n"
+    "\n"
+    "// A cluster that has no leaves yet.\n"
+    "LIGHTPROBE_SHARED lightprobe_cluster lightprobe_fresh(void)\n"
+    "{\n"
+    "    lightprobe_cluster c;\n"
+    "    c.sum = lightprobe_nothing();\n"
+    "    c.now = c.past = c.late = lightprobe_no_moments();\n"
+    "    for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = 0.0f;\n"
+    "    c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = c.width = 0.0f;\n"
+    "    c.id = -1;\n"
+    "    c.lives = 1;\n"
+    "    return c;\n"
+    "}\n"
+    "\n"
+    "// The cluster of a previous light. jumps: nothing fades that it had besides its leaves.\n"
+    "LIGHTPROBE_SHARED lightprobe_cluster lightprobe_recalled(lightprobe_light l, float total, int jumps)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_cluster c = lightprobe_fresh();\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        c.seed[i] = l.state[i];\n"
+    "        c.slopes[i] = l.slope_u * l.axis_u[i] + l.slope_v * l.axis_v[i];\n"
+    "    }\n"
+    "    lightprobe_normalize(c.seed);\n"
+    "    c.seed_tone = l.state[3];\n"
+    "    c.seed_share = l.state[4];\n"
+    "    c.lives = c.seed_share > 0.0f ? 1 : 0;\n"
+    "    c.id = l.id;\n"
+    "    c.distance = l.distance > 0.0f && l.distance <= 1e9f ? l.distance : 0.0f;\n"
+    "    c.width = 0.5f - 0.5f * l.cos_alpha;\n"
+    "    if (jumps != 0) return c;\n"
+    "    c.late = lightprobe_late(l.state, total);\n"
+    "    c.past = lightprobe_past(l, c.late);\n"
+    "    c.longest = lightprobe_evenness(lightprobe_more(c.past, c.late, 1.0f));\n"
+    "    return c;\n"
     "}\n"
     "\n"
     "// Turns v as a turns into b, both of length 1 and not opposite.\n"
@@ -7309,25 +7335,10 @@ static const char *lightprobe__quote_moving(void)
     "    return moved;\n"
     "}\n"
     "\n"
-    "// How many frames one counts for in which all lights have moved so far.\n"
-    "LIGHTPROBE_SHARED float lightprobe_pace(float moved)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float pace = moved / LIGHTPROBE_STEP;\n"
-    "    return pace > 1.0f ? (pace < LIGHTPROBE_FASTEST ? pace : LIGHTPROBE_FASTEST) : 1.0f;\n"
-    "}\n"
-    "\n"
     "// Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.\n"
     "struct lightprobe_excess {\n"
     "    lightprobe_wide above[3], below[3], weighted_above[3], weighted_below[3];\n"
     "};\n"
-    "\n"
-    "LIGHTPROBE_SHARED lightprobe_excess lightprobe_no_excess(void)\n"
-    "{\n"
-    "    lightprobe_excess e;\n"
-    "    for (int i = 0; i < 3; i++)\n"
-    "        e.above[i] = e.below[i] = e.weighted_above[i] = e.weighted_below[i] = LIGHTPROBE_ZERO;\n"
-    "    return e;\n"
-    "}\n"
     "\n"
     "// A light's flux in this frame or the last, whichever is more.\n"
     "LIGHTPROBE_SHARED float lightprobe_most(float late, float now)\n"
@@ -7336,19 +7347,22 @@ static const char *lightprobe__quote_moving(void)
     "}\n"
     "\n"
     "// weighted: 1, or 0 for sums alone.\n"
-    "LIGHTPROBE_SHARED lightprobe_excess lightprobe_add_excess(lightprobe_excess excess,\n"
-    "                                                          lightprobe_moments late,\n"
-    "                                                          lightprobe_moments now, int weighted)\n"
+    "LIGHTPROBE_SHARED lightprobe_excess lightprobe_all_excess(int weighted)\n"
     "{\n"
-    "    lightprobe_excess e = excess;\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        float size = fabsf(late.flux[i]), above = late.flux[i] > 0.0f ? size : 0.0f;\n"
-    "        float weight = weighted != 0 ? lightprobe_most(late.flux[i], now.flux[i]) : 0.0f;\n"
-    "        LIGHTPROBE_PRECISE float more = weight * above, less = weight * (size - above);\n"
-    "        LIGHTPROBE_ADD(e.above[i], above);\n"
-    "        LIGHTPROBE_ADD(e.below[i], size - above);\n"
-    "        LIGHTPROBE_ADD(e.weighted_above[i], more);\n"
-    "        LIGHTPROBE_ADD(e.weighted_below[i], less);\n"
+    "    lightprobe_excess e;\n"
+    "    for (int i = 0; i < 3; i++)\n"
+    "        e.above[i] = e.below[i] = e.weighted_above[i] = e.weighted_below[i] = LIGHTPROBE_ZERO;\n"
+    "    for (int k = 0; k < cluster_count; k++) {\n"
+    "        for (int i = 0; i < 3; i++) {\n"
+    "            float late = clusters[k].late.flux[i], now = clusters[k].now.flux[i];\n"
+    "            float size = fabsf(late), above = late > 0.0f ? size : 0.0f;\n"
+    "            float weight = weighted != 0 ? lightprobe_most(late, now) : 0.0f;\n"
+    "            LIGHTPROBE_PRECISE float more = weight * above, less = weight * (size - above);\n"
+    "            LIGHTPROBE_ADD(e.above[i], above);\n"
+    "            LIGHTPROBE_ADD(e.below[i], size - above);\n"
+    "            LIGHTPROBE_ADD(e.weighted_above[i], more);\n"
+    "            LIGHTPROBE_ADD(e.weighted_below[i], less);\n"
+    "        }\n"
     "    }\n"
     "    return e;\n"
     "}\n"
@@ -7388,6 +7402,114 @@ static const char *lightprobe__quote_moving(void)
     "        m.second[3 + i] += part * shape.second[3 + i];\n"
     "    }\n"
     "    return m;\n"
+    "}\n"
+    "\n"
+    "// Of a cluster that is summed; without light it keeps those it had.\n"
+    "LIGHTPROBE_SHARED void lightprobe_set_means(int k)\n"
+    "{\n"
+    "    lightprobe_sum s = clusters[k].sum;\n"
+    "    float size = lightprobe_normalize(s.resultant);\n"
+    "    for (int i = 0; i < 3 && size > 0.0f; i++) clusters[k].centre[i] = s.resultant[i];\n"
+    "    if (s.luminance > LIGHTPROBE_BLACK) clusters[k].tone = s.tones / s.luminance;\n"
+    "}\n"
+    "\n"
+    "// The clusters whose centres are nearest to this one's.\n"
+    "LIGHTPROBE_SHARED void lightprobe_find_near(int a)\n"
+    "{\n"
+    "    float score[LIGHTPROBE_NEAR];\n"
+    "    int n = 0;\n"
+    "    for (int b = 0; b < cluster_count; b++) {\n"
+    "        if (b == a || !(clusters[b].sum.luminance > 0.0f)) continue;\n"
+    "        float s = lightprobe_nearness(clusters[a].centre, clusters[a].tone,\n"
+    "                                      clusters[b].centre, clusters[b].tone);\n"
+    "        if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;\n"
+    "        int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;\n"
+    "        for (; at > 0; at--) {\n"
+    "            if (score[at - 1] >= s) break;\n"
+    "            score[at] = score[at - 1];\n"
+    "            clusters[a].nearby[at] = clusters[a].nearby[at - 1];\n"
+    "        }\n"
+    "        score[at] = s;\n"
+    "        clusters[a].nearby[at] = b;\n"
+    "    }\n"
+    "    clusters[a].near_count = n;\n"
+    "}\n"
+    "\n"
+    "// Of a leaf's cluster and its neighbours, across cuts and faces, the one that holds least against it. The\n"
+    "// leaf that adds most stays, so that no cluster runs empty.\n"
+    "LIGHTPROBE_SHARED int lightprobe_nearest(int leaf)\n"
+    "{\n"
+    "    int own = leaves[leaf].cluster, to = own;\n"
+    "    float best = FLT_MAX;\n"
+    "    if (clusters[own].brightest == leaf) return own;\n"
+    "    for (int j = -1; j < clusters[own].near_count; j++) {\n"
+    "        int k = j < 0 ? own : clusters[own].nearby[j];\n"
+    "        float added = j < 0 ? 0.0f : leaves[leaf].luminance;\n"
+    "        LIGHTPROBE_PRECISE float share = (clusters[k].sum.luminance + added) / total;\n"
+    "        float d = lightprobe_distance(share, leaves[leaf].direction, leaves[leaf].tone,\n"
+    "                                      clusters[k].centre, clusters[k].tone);\n"
+    "        if (d >= best) continue;\n"
+    "        best = d;\n"
+    "        to = k;\n"
+    "    }\n"
+    "    return to;\n"
+    "}\n"
+    "\n"
+    "// Of a light that has none, as all are in a first frame or where the map jumped: at the light.\n"
+    "LIGHTPROBE_SHARED void lightprobe_set_seed(int k)\n"
+    "{\n"
+    "    int end = clusters[k].first + clusters[k].sum.count;\n"
+    "    lightprobe_moments now = lightprobe_no_moments();\n"
+    "    for (int at = clusters[k].first; at < end; at++) {\n"
+    "        lightprobe_leaf leaf = leaves[order[at]];\n"
+    "        leaf.tone = lightprobe_own_tone(leaf, mean);\n"
+    "        now = lightprobe_add_moments(now, leaf, 1.0f);\n"
+    "    }\n"
+    "    clusters[k].now = now;\n"
+    "    if (!(lightprobe_normalize(now.resultant) > 0.0f)) now.resultant[1] = 1.0f;\n"
+    "    for (int i = 0; i < 3; i++) clusters[k].seed[i] = now.resultant[i];\n"
+    "    float luminance = lightprobe_luminance(now.flux);\n"
+    "    LIGHTPROBE_PRECISE float tone = luminance > LIGHTPROBE_BLACK ? now.tones / luminance : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float share = luminance / total + 1e-9f;\n"
+    "    clusters[k].seed_tone = tone;\n"
+    "    clusters[k].seed_share = share;\n"
+    "    if (!(luminance > 0.0f)) clusters[k].lives = 0;\n"
+    "}\n"
+    "\n"
+    "// Whether a light is new, or has taken over another's place.\n"
+    "LIGHTPROBE_SHARED int lightprobe_is_changed()\n"
+    "{\n"
+    "    for (int k = 0; k < cluster_count; k++)\n"
+    "        if (clusters[k].id < 0 || clusters[k].lives == 2) return 1;\n"
+    "    return 0;\n"
+    "}\n"
+    "\n"
+    "// How many frames one counts for in which all lights have moved so far; that is not known where leaves have\n"
+    "// been given away.\n"
+    "LIGHTPROBE_SHARED float lightprobe_pace(int changes)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE float moved = 0.0f;\n"
+    "    for (int k = 0; k < cluster_count && changes == 0; k++)\n"
+    "        moved += lightprobe_moved(clusters[k].now, clusters[k].past, total);\n"
+    "    moved = moved / LIGHTPROBE_STEP;\n"
+    "    return moved > 1.0f ? (moved < LIGHTPROBE_FASTEST ? moved : LIGHTPROBE_FASTEST) : 1.0f;\n"
+    "}\n"
+    "\n"
+    "// What a light has of the last frame, and of lights that have changed, so that nothing jumps.\n"
+    "LIGHTPROBE_SHARED void lightprobe_fade(int k, int changes, float pace,\n"
+    "                                       float frames)\n"
+    "{\n"
+    "    lightprobe_moments now = clusters[k].now, past = clusters[k].past;\n"
+    "    lightprobe_moments late = clusters[k].late;\n"
+    "    float longest = lightprobe_evenness(now),\n"
+    "          rest = lightprobe_rest(frames, pace, clusters[k].lives);\n"
+    "    if (longest > clusters[k].longest) clusters[k].longest = longest;\n"
+    "    if (changes != 0)\n"
+    "        late = lightprobe_more(lightprobe_more(late, past, 1.0f), now, -1.0f);\n"
+    "    else\n"
+    "        late = lightprobe_more(late, lightprobe_reshaped(now, past, LIGHTPROBE_STEP * pace),\n"
+    "                               LIGHTPROBE_LATE);\n"
+    "    clusters[k].late = lightprobe_faded(late, now, rest);\n"
     "}\n"
     // [glsl text end]
         ;
@@ -7714,6 +7836,20 @@ static const char *lightprobe__quote_lights(void)
     "    l.state[4] = c.lives != 0 ? share : -1.0f;\n"
     "    l.state[5] = fading;\n"
     "    return l;\n"
+    "}\n"
+    "\n"
+    "// Of a cluster and the region of all that it takes.\n"
+    "LIGHTPROBE_SHARED lightprobe_light lightprobe_finished(int k,\n"
+    "                                                       lightprobe_region region)\n"
+    "{\n"
+    "    float pace = jumps != 0 || clusters[k].id < 0 ? 0.0f : pace;\n"
+    "    lightprobe_tilt tilt = lightprobe_no_tilt(region);\n"
+    "    for (int i = 0; i < leaf_count && distances != 0; i++)\n"
+    "        tilt = lightprobe_add_tilt(tilt, region, leaves[i]);\n"
+    "    lightprobe_light light = lightprobe_light_of(region);\n"
+    "    light = lightprobe_widened(light, clusters[k].width, pace, LIGHTPROBE_FLOAT(side));\n"
+    "    light = lightprobe_tilted(light, region, tilt);\n"
+    "    return lightprobe_carry_on(light, clusters[k], pace, fading, total);\n"
     "}\n"
     // [glsl text end]
         ;

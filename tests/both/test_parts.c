@@ -190,7 +190,7 @@ static void unevenness_is_cramers_distance(void)
         enum { N = 40 };
         lightprobe_leaf leaf[N];
         lightprobe_sum sum = lightprobe_nothing();
-        lightprobe_spread spread = lightprobe_no_spread();
+        lightprobe_spread spread = {{0}, 0, 0};
         const int sun = trial % 2; // in the middle, or a patch with holes
         for (int i = 0; i < N; i++) {
             leaf[i] = random_leaf(&seed);
@@ -299,7 +299,7 @@ static void axes_hold_two_deviations_to_each_side(void)
     for (int trial = 0; trial < test_trials(3000); trial++) {
         lightprobe_leaf leaf[N];
         lightprobe_sum sum = lightprobe_nothing();
-        lightprobe_spread spread = lightprobe_no_spread();
+        lightprobe_spread spread = {{0}, 0, 0};
         float mean[3];
         for (int i = 0; i < N; i++) {
             leaf[i] = random_leaf(&seed);
@@ -360,7 +360,7 @@ static void axes_hold_two_deviations_to_each_side(void)
         }
     }
     const float nowhere[3] = {0, 1, 0};
-    const lightprobe_spread none = lightprobe_no_spread();
+    const lightprobe_spread none = {{0}, 0, 0};
     const lightprobe_axis no_axis = lightprobe_longest_axis(none, nowhere);
     const float flat[LIGHTPROBE_BINS] = {0};
     CHECK(no_axis.scale == 0 && lightprobe_axis_around(1, 0).scale == 0,
@@ -633,24 +633,28 @@ static void neighbours_are_the_nearest_clusters(void)
     // The merger that costs least, of neighbours that have not changed.
     for (int round = 0; round < 6; round++) {
         const int not_this = round * 5 % w->cluster_count;
-        int pair[2] = {-1, -1};
-        const float least = lightprobe__cheapest_merge(w, not_this, pair);
+        lightprobe_pair pair = {-1, -1, FLT_MAX};
+        for (int k = 0; k < w->cluster_count; k++) pair = lightprobe_cheapest(w, pair, k, not_this);
         for (int a = 0; a < w->cluster_count; a++) {
             const lightprobe_cluster *c = w->clusters + a;
             for (int i = 0; i < c->near_count && !c->changed && a != not_this; i++) {
                 const lightprobe_cluster *d = w->clusters + c->nearby[i];
                 if (d->changed || c->nearby[i] == not_this) continue;
-                CHECK(lightprobe_merge_cost(c->sum, d->sum, w->total) >= least,
+                CHECK(lightprobe_merge_cost(c->sum, d->sum, w->total) >= pair.cost,
                       "%d and %d cost less", a, c->nearby[i]);
             }
         }
-        const lightprobe_cluster *a = w->clusters + pair[0], *b = w->clusters + pair[1];
-        CHECK(pair[0] != not_this && pair[1] != not_this && !a->changed && !b->changed,
+        const lightprobe_cluster *a = w->clusters + pair.a, *b = w->clusters + pair.b;
+        CHECK(pair.a != not_this && pair.b != not_this && !a->changed && !b->changed,
               "a pair left out");
-        CHECK(lightprobe_merge_cost(a->sum, b->sum, w->total) <= least * 1.00001f,
+        CHECK(lightprobe_merge_cost(a->sum, b->sum, w->total) <= pair.cost * 1.00001f,
               "another pair's cost");
-        CHECK(a->sum.luminance >= b->sum.luminance, "the dimmer keeps its id");
-        w->clusters[pair[0]].changed = w->clusters[pair[1]].changed = 1;
+        lightprobe_merge(w, pair, not_this);
+        CHECK(a->changed && b->changed &&
+                  (a->sum.luminance >= b->sum.luminance ? a : b)->lives == 2 &&
+                  a->lives + b->lives == 2,
+              "the dimmer keeps its id");
+        w->clusters[not_this].changed = 0;
     }
     close_parts(&p);
 }
