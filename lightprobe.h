@@ -466,7 +466,8 @@ extern "C" {
 
 // What stands between the [glsl] markers is written in the subset that C99 and GLSL 4.50 share and
 // is quoted by `make glsl` at the end (>>generated), one text for every program that needs it. So
-// structs go in and out by value, and these names stand for what the languages call differently.
+// structs go in and out by value, what w points to lies in buffers there (the quote has no w), and
+// these names stand for what the languages call differently.
 #define LIGHTPROBE_SHARED static inline
 #define LIGHTPROBE_PRECISE       // in GLSL: nothing may be fused or reordered
 #define LIGHTPROBE_INOUT         // in GLSL: what the function changes,
@@ -1610,7 +1611,6 @@ static void lightprobe__find_total(lightprobe__work *w)
     const float rgb[3] = {(float)w->sum_of_all[0], (float)w->sum_of_all[1],
                           (float)w->sum_of_all[2]};
     w->total = lightprobe_luminance(rgb);
-    w->mean = w->total / 12.5663706f;
 }
 
 static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
@@ -1624,6 +1624,13 @@ static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, 
 // ---- Leaves: the cell with the largest error is divided first ---- >>leaves
 
 // [glsl begin cells]
+// Of tones and parallaxes, for a probe of this luminance over distance.
+LIGHTPROBE_SHARED void lightprobe_set_scales(lightprobe__work *w, float inverse)
+{
+    w->mean = w->total / 12.5663706f;
+    w->reach = inverse > 0.0f ? LIGHTPROBE_PARALLAX * (w->total / inverse) : 0.0f;
+}
+
 // Whether leaves are fine enough where the largest error is this one: the rest is rounding, or there is no
 // room. Of those with last's error, the one before, all or none are divided.
 LIGHTPROBE_SHARED int lightprobe_is_enough(int count, int room, float error, float last,
@@ -1738,9 +1745,9 @@ static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int l
 // Six faces, then down to single texels where the light is.
 static void lightprobe__make_leaves(lightprobe__work *w)
 {
-    float last = 0, inverse = 0;
+    float inverse = 0, last = 0;
     for (int face = 0; face < 6; face++) inverse += w->cells[w->top][face].resultant[3];
-    w->reach = inverse > 0 ? LIGHTPROBE_PARALLAX * (w->total / inverse) : 0;
+    lightprobe_set_scales(w, inverse);
     for (int face = 0; face < 6; face++) lightprobe__set_leaf(w, face, face, w->top, 0, 0);
     w->leaf_count = 6;
     for (;;) {
@@ -1785,9 +1792,7 @@ LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_leaf(lightprobe_sum sum, lightpr
 
 LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)
 {
-    a.resultant[0] += b.resultant[0];
-    a.resultant[1] += b.resultant[1];
-    a.resultant[2] += b.resultant[2];
+    for (int i = 0; i < 3; i++) a.resultant[i] += b.resultant[i];
     a.luminance += b.luminance;
     a.tones += b.tones;
     a.tones2 += b.tones2;
@@ -2239,50 +2244,39 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late
     return m;
 }
 
-// Of a cluster that is summed; without light it keeps those it had.
-LIGHTPROBE_SHARED void lightprobe_set_means(lightprobe__work *w, int k)
+// Sums and means of a cluster, and which leaf adds most, from count leaves that are sorted; without light it
+// keeps its centre and tone.
+LIGHTPROBE_SHARED void lightprobe_sum_cluster(lightprobe__work *w, int k, int count)
 {
-    lightprobe_sum s = w->clusters[k].sum;
-    float size = lightprobe_normalize(s.resultant);
-    for (int i = 0; i < 3 && size > 0.0f; i++) w->clusters[k].centre[i] = s.resultant[i];
-    if (s.luminance > LIGHTPROBE_BLACK) w->clusters[k].tone = s.tones / s.luminance;
+    lightprobe_sum sum = lightprobe_nothing();
+    int first = w->clusters[k].first;
+    for (int at = first; at < first + count; at++)
+        sum = lightprobe_add_leaf(sum, w->leaves[w->order[at]]);
+    w->clusters[k].sum = sum;
+    float size = lightprobe_normalize(sum.resultant), most = -FLT_MAX;
+    for (int i = 0; i < 3 && size > 0.0f; i++) w->clusters[k].centre[i] = sum.resultant[i];
+    if (sum.luminance > LIGHTPROBE_BLACK) w->clusters[k].tone = sum.tones / sum.luminance;
+    for (int at = first; at < first + count; at++) {
+        float worth = lightprobe_worth(w->leaves[w->order[at]], w->clusters[k].centre);
+        if (worth <= most) continue;
+        most = worth;
+        w->clusters[k].brightest = w->order[at];
+    }
 }
 // [glsl end]
 
-// Sums of all clusters from the leaves' numbers.
+// Sorts the leaves by cluster (counting sort) and sums them.
 static void lightprobe__sum_clusters(lightprobe__work *w)
 {
-    for (int k = 0; k < w->cluster_count; k++) w->clusters[k].sum = lightprobe_nothing();
-    for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
-        c->sum = lightprobe_add_leaf(c->sum, w->leaves[i]);
-    }
-    for (int k = 0; k < w->cluster_count; k++) {
-        lightprobe_set_means(w, k);
-        w->gains[k] = -FLT_MAX; // the largest worth so far
-    }
-    for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
-        const float worth = lightprobe_worth(w->leaves[i], c->centre);
-        if (worth <= w->gains[w->leaves[i].cluster]) continue;
-        w->gains[w->leaves[i].cluster] = worth;
-        c->brightest = i;
-    }
-}
-
-// Sorts the leaves by cluster (counting sort); needs the counts.
-static void lightprobe__sort_leaves(lightprobe__work *w)
-{
-    int first = 0;
-    for (int k = 0; k < w->cluster_count; k++) {
-        w->clusters[k].first = first;
-        first += w->clusters[k].sum.count;
-        w->clusters[k].sum.count = 0;
-    }
-    for (int i = 0; i < w->leaf_count; i++) {
-        lightprobe_cluster *c = w->clusters + w->leaves[i].cluster;
-        w->order[c->first + c->sum.count++] = i;
-    }
+    int end = 0;
+    for (int k = 0; k < w->cluster_count; k++) w->clusters[k].sum.count = 0;
+    for (int i = 0; i < w->leaf_count; i++) w->clusters[w->leaves[i].cluster].sum.count++;
+    for (int k = 0; k < w->cluster_count; k++)
+        w->clusters[k].first = end += w->clusters[k].sum.count;
+    for (int i = w->leaf_count - 1; i >= 0; i--)
+        w->order[--w->clusters[w->leaves[i].cluster].first] = i;
+    for (int k = 0; k < w->cluster_count; k++)
+        lightprobe_sum_cluster(w, k, w->clusters[k].sum.count);
 }
 
 // [glsl begin splits]
@@ -2568,8 +2562,9 @@ typedef struct lightprobe_pair {
 } lightprobe_pair;
 
 // The cheapest so far, or that of this cluster, which takes two unchanged ones.
-LIGHTPROBE_SHARED lightprobe_pair lightprobe_cheapest(const lightprobe__work *w,
-                                                      lightprobe_pair so_far, int a, int not_this)
+LIGHTPROBE_SHARED lightprobe_pair lightprobe_cheaper_pair(const lightprobe__work *w,
+                                                          lightprobe_pair so_far, int a,
+                                                          int not_this)
 {
     lightprobe_pair least = so_far;
     if (w->clusters[a].changed != 0 || a == not_this) return least;
@@ -2722,7 +2717,7 @@ LIGHTPROBE_SHARED void lightprobe_find_near(lightprobe__work *w, int a)
 
 // Of a leaf's cluster and its neighbours, across cuts and faces, the one that holds least against it. The
 // leaf that adds most stays, so that no cluster runs empty.
-LIGHTPROBE_SHARED int lightprobe_nearest(const lightprobe__work *w, int leaf)
+LIGHTPROBE_SHARED int lightprobe_nearest_cluster(const lightprobe__work *w, int leaf)
 {
     int own = w->leaves[leaf].cluster, to = own;
     float best = FLT_MAX;
@@ -2752,9 +2747,10 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
     for (int round = 0; round < rounds; round++) {
         int moved = 0;
         for (int i = 0; i < w->leaf_count; i++) {
-            const int to = lightprobe_nearest(w, i);
-            moved |= to != w->leaves[i].cluster;
+            const int to = lightprobe_nearest_cluster(w, i);
+            if (to == w->leaves[i].cluster) continue;
             w->leaves[i].cluster = to;
+            moved = 1;
         }
         if (!moved) break;
         lightprobe__sum_clusters(w);
@@ -2769,7 +2765,6 @@ static void lightprobe__reassign_lights(lightprobe__work *w, float tolerance)
     int fades = w->fading < 0 || w->fading > 1; // one change after the other
     for (int k = 0; k < w->cluster_count; k++) fades |= !w->clusters[k].lives;
     if (fades) return;
-    lightprobe__sort_leaves(w);
     lightprobe_errors e = lightprobe__measure_all(w);
     for (int k = 0; k < w->cluster_count; k++) {
         w->clusters[k].changed = 0;
@@ -2779,7 +2774,7 @@ static void lightprobe__reassign_lights(lightprobe__work *w, float tolerance)
     for (int changes = w->cluster_count / 4; changes >= 0; changes--) {
         const int most = lightprobe__largest(w->gains, w->cluster_count);
         lightprobe_pair pair = {0, 0, FLT_MAX};
-        for (int k = 0; k < w->cluster_count; k++) pair = lightprobe_cheapest(w, pair, k, most);
+        for (int k = 0; k < w->cluster_count; k++) pair = lightprobe_cheaper_pair(w, pair, k, most);
         const lightprobe_cluster *a = w->clusters + pair.a, *b = w->clusters + pair.b;
         const lightprobe_errors merged =
             lightprobe_merged(e, a->sum, a->error, b->sum, b->error, total);
@@ -2874,7 +2869,6 @@ static void lightprobe__start(lightprobe__work *w, const lightprobe_light *previ
         w->leaves[i].tone = lightprobe_own_tone(w->leaves[i], w->mean);
     if (count) lightprobe__share_out(w);
     lightprobe__sum_clusters(w);
-    lightprobe__sort_leaves(w);
 }
 
 // [glsl begin moving]
@@ -3261,8 +3255,8 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, l
 }
 
 // Of a cluster and the region of all that it takes.
-LIGHTPROBE_SHARED lightprobe_light lightprobe_finished(const lightprobe__work *w, int k,
-                                                       lightprobe_region region)
+LIGHTPROBE_SHARED lightprobe_light lightprobe_make_light(const lightprobe__work *w, int k,
+                                                         lightprobe_region region)
 {
     float pace = w->jumps != 0 || w->clusters[k].id < 0 ? 0.0f : w->pace;
     lightprobe_tilt tilt = lightprobe_no_tilt(region);
@@ -3512,7 +3506,7 @@ static int lightprobe__write_lights(lightprobe__work *w, int animated,
     }
     for (int i = 0; i < count; i++) {
         const int k = w->order[i];
-        out[i] = lightprobe_finished(w, k, w->regions[k]);
+        out[i] = lightprobe_make_light(w, k, w->regions[k]);
         out[i].id = w->clusters[k].id < 0 ? next_id++ : w->clusters[k].id;
     }
     return count;
@@ -3542,7 +3536,6 @@ static int lightprobe__best(lightprobe__work *w, const lightprobe_settings *sett
         lightprobe__relax(w, LIGHTPROBE_ROUNDS);
     else if (!w->jumps || leaves_out || settings->tolerance > 0) // else one is missing for a frame
         lightprobe__reassign_lights(w, settings->tolerance);
-    lightprobe__sort_leaves(w);
     if (settings->tolerance > 0)
         lightprobe__divide(w, settings->tolerance); // if it is not met any more
     if (w->wants_error) w->error = lightprobe_root_error(lightprobe__measure_all(w), w->total);
@@ -4649,10 +4642,9 @@ static const char lightprobe__glsl_leaves[] =
     "    if (lane == 0) {\n"
     "        total = lightprobe_luminance(vec3(LIGHTPROBE_VALUE(sums[0][0]), LIGHTPROBE_VALUE(sums[1][0]),\n"
     "                                          LIGHTPROBE_VALUE(sums[2][0])));\n"
-    "        mean = total / 12.5663706;\n"
     "        float inverse = 0.0;\n"
     "        for (int i = 0; i < LIGHTPROBE_ROLLED(6); i++) inverse += cells[first_cell[TOP] + i].resultant.w;\n"
-    "        reach = inverse > 0.0 ? LIGHTPROBE_PARALLAX * (total / inverse) : 0.0;\n"
+    "        lightprobe_set_scales(inverse);\n"
     "    }\n"
     "    sync();\n"
     "}\n"
@@ -4755,26 +4747,12 @@ static const char lightprobe__glsl_gather[] =
     "    for (int i = lane; i < all; i += GROUP) owners[i] = leaves[i].cluster;\n"
     "    sync();\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) {\n"
-    "        lightprobe_sum sum = lightprobe_nothing();\n"
-    "        int at = 0, brightest = -1;\n"
+    "        int at = 0, count = 0;\n"
     "        for (int i = 0; i < all; i++) at += owners[i] < k ? 1 : 0;\n"
+    "        for (int i = 0; i < all; i++)\n"
+    "            if (owners[i] == k) order[at + count++] = i;\n"
     "        clusters[k].first = at;\n"
-    "        for (int i = 0; i < all; i++) {\n"
-    "            if (owners[i] != k) continue;\n"
-    "            sum = lightprobe_add_leaf(sum, leaves[i]);\n"
-    "            order[at++] = i;\n"
-    "        }\n"
-    "        clusters[k].sum = sum;\n"
-    "        lightprobe_set_means(k);\n"
-    "        float most = 0.0;\n"
-    "        for (int i = 0; i < all; i++) {\n"
-    "            if (owners[i] != k) continue;\n"
-    "            float worth = lightprobe_worth(leaves[i], clusters[k].centre);\n"
-    "            if (brightest >= 0 && worth <= most) continue;\n"
-    "            brightest = i;\n"
-    "            most = worth;\n"
-    "        }\n"
-    "        clusters[k].brightest = brightest;\n"
+    "        lightprobe_sum_cluster(k, count);\n"
     "    }\n"
     "    sync();\n"
     "}\n"
@@ -4783,7 +4761,7 @@ static const char lightprobe__glsl_gather[] =
     "    if (is_black() || (going_on > 0 && stage > RELAX)) return;\n"
     "    if (stage < NEAR) start();\n"
     "    for (int i = lane; stage > NEAR && going_on == 0 && i < leaf_count; i += GROUP)\n"
-    "        leaves[i].cluster = lightprobe_nearest(i);\n"
+    "        leaves[i].cluster = lightprobe_nearest_cluster(i);\n"
     "    sum_clusters();\n"
     "    for (int a = lane; stage == NEAR && a < cluster_count; a += GROUP)\n"
     "        lightprobe_find_near(a);\n"
@@ -4930,7 +4908,7 @@ static const char lightprobe__glsl_reassign[] =
     "        float gain, top;\n"
     "        int most = largest_gain(cluster_count, gain);\n"
     "        lightprobe_pair pair = lightprobe_pair(-1, -1, FLT_MAX);\n"
-    "        for (int k = lane; k < cluster_count; k += GROUP) pair = lightprobe_cheapest(pair, k, most);\n"
+    "        for (int k = lane; k < cluster_count; k += GROUP) pair = lightprobe_cheaper_pair(pair, k, most);\n"
     "        pairs[lane] = pair;\n"
     "        sync();\n"
     "        int first = largest(-pair.cost, pair.a, top);\n"
@@ -5033,7 +5011,7 @@ static const char lightprobe__glsl_write[] =
     "        }\n"
     "        if (turn == 0) region = lightprobe_direct(region, clusters[k], jumps);\n"
     "    }\n"
-    "    lightprobe_light light = lightprobe_finished(k, region);\n"
+    "    lightprobe_light light = lightprobe_make_light(k, region);\n"
     "    light.id = id;\n"
     "    made.lights[i] = light;\n"
     "}\n"
@@ -6457,9 +6435,7 @@ static const char *lightprobe__quote_work(void)
     "\n"
     "LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe_sum b)\n"
     "{\n"
-    "    a.resultant[0] += b.resultant[0];\n"
-    "    a.resultant[1] += b.resultant[1];\n"
-    "    a.resultant[2] += b.resultant[2];\n"
+    "    for (int i = 0; i < 3; i++) a.resultant[i] += b.resultant[i];\n"
     "    a.luminance += b.luminance;\n"
     "    a.tones += b.tones;\n"
     "    a.tones2 += b.tones2;\n"
@@ -6630,6 +6606,13 @@ static const char *lightprobe__quote_cells(void)
     "        }\n"
     "    }\n"
     "    return sum;\n"
+    "}\n"
+    "\n"
+    "// Of tones and parallaxes, for a probe of this luminance over distance.\n"
+    "LIGHTPROBE_SHARED void lightprobe_set_scales(float inverse)\n"
+    "{\n"
+    "    mean = total / 12.5663706f;\n"
+    "    reach = inverse > 0.0f ? LIGHTPROBE_PARALLAX * (total / inverse) : 0.0f;\n"
     "}\n"
     "\n"
     "// Whether leaves are fine enough where the largest error is this one: the rest is rounding, or there is no\n"
@@ -6986,8 +6969,9 @@ static const char *lightprobe__quote_splits(void)
     "};\n"
     "\n"
     "// The cheapest so far, or that of this cluster, which takes two unchanged ones.\n"
-    "LIGHTPROBE_SHARED lightprobe_pair lightprobe_cheapest(\n"
-    "                                                      lightprobe_pair so_far, int a, int not_this)\n"
+    "LIGHTPROBE_SHARED lightprobe_pair lightprobe_cheaper_pair(\n"
+    "                                                          lightprobe_pair so_far, int a,\n"
+    "                                                          int not_this)\n"
     "{\n"
     "    lightprobe_pair least = so_far;\n"
     "    if (clusters[a].changed != 0 || a == not_this) return least;\n"
@@ -7404,13 +7388,24 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "// Of a cluster that is summed; without light it keeps those it had.\n"
-    "LIGHTPROBE_SHARED void lightprobe_set_means(int k)\n"
+    "// Sums and means of a cluster, and which leaf adds most, from count leaves that are sorted; without light it\n"
+    "// keeps its centre and tone.\n"
+    "LIGHTPROBE_SHARED void lightprobe_sum_cluster(int k, int count)\n"
     "{\n"
-    "    lightprobe_sum s = clusters[k].sum;\n"
-    "    float size = lightprobe_normalize(s.resultant);\n"
-    "    for (int i = 0; i < 3 && size > 0.0f; i++) clusters[k].centre[i] = s.resultant[i];\n"
-    "    if (s.luminance > LIGHTPROBE_BLACK) clusters[k].tone = s.tones / s.luminance;\n"
+    "    lightprobe_sum sum = lightprobe_nothing();\n"
+    "    int first = clusters[k].first;\n"
+    "    for (int at = first; at < first + count; at++)\n"
+    "        sum = lightprobe_add_leaf(sum, leaves[order[at]]);\n"
+    "    clusters[k].sum = sum;\n"
+    "    float size = lightprobe_normalize(sum.resultant), most = -FLT_MAX;\n"
+    "    for (int i = 0; i < 3 && size > 0.0f; i++) clusters[k].centre[i] = sum.resultant[i];\n"
+    "    if (sum.luminance > LIGHTPROBE_BLACK) clusters[k].tone = sum.tones / sum.luminance;\n"
+    "    for (int at = first; at < first + count; at++) {\n"
+    "        float worth = lightprobe_worth(leaves[order[at]], clusters[k].centre);\n"
+    "        if (worth <= most) continue;\n"
+    "        most = worth;\n"
+    "        clusters[k].brightest = order[at];\n"
+    "    }\n"
     "}\n"
     "\n"
     "// The clusters whose centres are nearest to this one's.\n"
@@ -7437,7 +7432,7 @@ static const char *lightprobe__quote_moving(void)
     "\n"
     "// Of a leaf's cluster and its neighbours, across cuts and faces, the one that holds least against it. The\n"
     "// leaf that adds most stays, so that no cluster runs empty.\n"
-    "LIGHTPROBE_SHARED int lightprobe_nearest(int leaf)\n"
+    "LIGHTPROBE_SHARED int lightprobe_nearest_cluster(int leaf)\n"
     "{\n"
     "    int own = leaves[leaf].cluster, to = own;\n"
     "    float best = FLT_MAX;\n"
@@ -7839,8 +7834,8 @@ static const char *lightprobe__quote_lights(void)
     "}\n"
     "\n"
     "// Of a cluster and the region of all that it takes.\n"
-    "LIGHTPROBE_SHARED lightprobe_light lightprobe_finished(int k,\n"
-    "                                                       lightprobe_region region)\n"
+    "LIGHTPROBE_SHARED lightprobe_light lightprobe_make_light(int k,\n"
+    "                                                         lightprobe_region region)\n"
     "{\n"
     "    float pace = jumps != 0 || clusters[k].id < 0 ? 0.0f : pace;\n"
     "    lightprobe_tilt tilt = lightprobe_no_tilt(region);\n"

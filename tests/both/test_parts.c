@@ -491,7 +491,6 @@ static float open_clusters(parts *p, test_scene scene, int side, int lights)
     lightprobe__start(&p->work, NULL, 0);
     lightprobe__divide(&p->work, 0);
     lightprobe__sum_clusters(&p->work);
-    lightprobe__sort_leaves(&p->work);
     return p->work.total;
 }
 
@@ -569,7 +568,6 @@ static void planned_cuts_are_the_best_of_fourteen(void)
         memset(w->clusters, 0, sizeof *w->clusters);
         for (int i = 0; i < count; i++) w->leaves[i] = random_leaf(&seed);
         lightprobe__sum_clusters(w);
-        lightprobe__sort_leaves(w);
         w->clusters->sum.count = count;
         w->total = 2 * w->clusters->sum.luminance;
         lightprobe__measure(w, w->clusters);
@@ -634,7 +632,8 @@ static void neighbours_are_the_nearest_clusters(void)
     for (int round = 0; round < 6; round++) {
         const int not_this = round * 5 % w->cluster_count;
         lightprobe_pair pair = {-1, -1, FLT_MAX};
-        for (int k = 0; k < w->cluster_count; k++) pair = lightprobe_cheapest(w, pair, k, not_this);
+        for (int k = 0; k < w->cluster_count; k++)
+            pair = lightprobe_cheaper_pair(w, pair, k, not_this);
         for (int a = 0; a < w->cluster_count; a++) {
             const lightprobe_cluster *c = w->clusters + a;
             for (int i = 0; i < c->near_count && !c->changed && a != not_this; i++) {
