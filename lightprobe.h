@@ -2930,13 +2930,6 @@ LIGHTPROBE_SHARED void lightprobe_fade(lightprobe__work *w, int k, int changes, 
 }
 // [glsl end]
 
-static void lightprobe__balance(lightprobe__work *w, int weighted)
-{
-    const lightprobe_excess e = lightprobe_all_excess(w, weighted);
-    for (int k = 0; k < w->cluster_count; k++)
-        w->clusters[k].late = lightprobe_balanced(w->clusters[k].late, w->clusters[k].now, e);
-}
-
 static void lightprobe__fade(lightprobe__work *w)
 {
     const int changes = w->fading < 0 || lightprobe_is_changed(w);
@@ -2944,8 +2937,11 @@ static void lightprobe__fade(lightprobe__work *w)
     w->pace = lightprobe_pace(w, changes);
     for (int k = 0; k < w->cluster_count; k++) lightprobe_fade(w, k, changes, w->pace, frames);
     w->fading = frames > w->pace ? frames - w->pace : 0;
-    lightprobe__balance(w, 1);
-    lightprobe__balance(w, 0);
+    for (int weighted = 1; weighted >= 0; weighted--) {
+        const lightprobe_excess e = lightprobe_all_excess(w, weighted);
+        for (int k = 0; k < w->cluster_count; k++)
+            w->clusters[k].late = lightprobe_balanced(w->clusters[k].late, w->clusters[k].now, e);
+    }
 }
 
 // ---- Lights ---- >>lights
@@ -4941,21 +4937,19 @@ static const char lightprobe__glsl_settle[] =
     "    leaves[i].least = least;\n"
     "    leaves[i].parts = parts;\n"
     "}\n"
-    "void balance(int weighted)\n"
-    "{\n"
-    "    lightprobe_excess e = lightprobe_all_excess(weighted);\n"
-    "    sync();\n"
-    "    for (int k = lane; k < cluster_count; k += GROUP)\n"
-    "        clusters[k].late = lightprobe_balanced(clusters[k].late, clusters[k].now, e);\n"
-    "    sync();\n"
-    "}\n"
     "void fade()\n"
     "{\n"
     "    int changes = fading < 0.0 ? 1 : lightprobe_is_changed();\n"
     "    float passed = lightprobe_pace(changes), frames = changes != 0 ? LIGHTPROBE_FADE : fading;\n"
     "    for (int k = lane; k < cluster_count; k += GROUP) lightprobe_fade(k, changes, passed, frames);\n"
     "    sync();\n"
-    "    for (int weighted = 1; weighted >= 0; weighted--) balance(weighted);\n"
+    "    for (int weighted = 1; weighted >= 0; weighted--) {\n"
+    "        lightprobe_excess e = lightprobe_all_excess(weighted);\n"
+    "        sync();\n"
+    "        for (int k = lane; k < cluster_count; k += GROUP)\n"
+    "            clusters[k].late = lightprobe_balanced(clusters[k].late, clusters[k].now, e);\n"
+    "        sync();\n"
+    "    }\n"
     "    if (lane == 0) fading = frames > passed ? frames - passed : 0.0;\n"
     "    if (lane == 0) pace = passed;\n"
     "    sync();\n"
