@@ -1382,7 +1382,7 @@ static int lightprobe__repair(const float *texel, float rgb[3])
     return bad;
 }
 
-// A texel's and its distance, 0 where it is infinite or there is none.
+// A texel and its distance, 0 where it is infinite or there is none. Returns 1 if a channel was bad.
 LIGHTPROBE_SHARED int lightprobe_read(const lightprobe__work *w, int face, int x, int y,
                                       float rgbd[4])
 {
@@ -1505,6 +1505,7 @@ LIGHTPROBE_SHARED lightprobe_cell lightprobe_add_cell(lightprobe_cell a, lightpr
     return sum;
 }
 
+// Again for GLSL, whose own comes later.
 LIGHTPROBE_SHARED int lightprobe_read(const lightprobe__work *w, int face, int x, int y,
                                       LIGHTPROBE_OUT lightprobe_vec4 rgbd);
 
@@ -4921,7 +4922,7 @@ static const char lightprobe__glsl_reassign[] =
     "    }\n"
     "}\n";
 
-// lightprobe__set_seeds, __share_out, __fade.
+// Seeds, lightprobe__share_out, __fade.
 static const char lightprobe__glsl_settle[] =
     "layout(local_size_x = GROUP) in;\n"
     "void share_out(int i)\n"
@@ -6577,6 +6578,7 @@ static const char *lightprobe__quote_cells(void)
     "    return sum;\n"
     "}\n"
     "\n"
+    "// Again for GLSL, whose own comes later.\n"
     "LIGHTPROBE_SHARED int lightprobe_read(int face, int x, int y,\n"
     "                                      LIGHTPROBE_OUT lightprobe_vec4 rgbd);\n"
     "\n"
