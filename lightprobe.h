@@ -5248,6 +5248,17 @@ static unsigned lightprobe__living(int name, lightprobe__glboolean(LIGHTPROBE__G
     return name && is((unsigned)name) ? (unsigned)name : 0;
 }
 
+// GL does not take back a program that was deleted while in use, or whose last link failed.
+static void lightprobe__use_again(const lightprobe_gl *gl, int program)
+{
+    int good = 0;
+    const unsigned living = lightprobe__living(program, gl->f.IsProgram);
+    if (living) gl->f.GetProgramiv(living, LIGHTPROBE__GL_LINK_STATUS, &good);
+    if (living && !good)
+        lightprobe__report(gl, LIGHTPROBE_OK, "program %d is in use no longer: its last link failed", program);
+    gl->f.UseProgram(good ? living : 0);
+}
+
 // A buffer. Mesa forgets the generic binding too when one with an indexed binding is deleted.
 static void lightprobe__delete_buffer(const lightprobe_gl *gl, unsigned buffer)
 {
@@ -5522,7 +5533,7 @@ static void lightprobe__restore_bindings(const lightprobe_gl *gl, const lightpro
     f->BindSampler((unsigned)gl->desc.first_texture_unit,
                    lightprobe__living(b->sampler, f->IsSampler));
     f->ActiveTexture((lightprobe__glenum)b->active);
-    f->UseProgram(lightprobe__living(b->program, f->IsProgram));
+    lightprobe__use_again(gl, b->program);
 }
 
 // Of a face of the texture that is bound.

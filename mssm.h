@@ -559,7 +559,9 @@ MSSM_API const char *mssm_glsl_shading(void);
 // is active and not paused GL forbids our programs: MSSM_ERROR_ORDER. Not between
 // glBeginConditionalRender and its end: GL would leave out what a pass draws, and cannot be asked.
 // Not seen either: conservative rasterization, shading rates and sample locations of vendors'
-// extensions. For programs and framebuffers that were deleted while bound, 0 is bound in the end.
+// extensions, advanced blend equations (which also forbid plain shaders to draw). For programs and
+// framebuffers that were deleted while bound, and programs whose last link failed, 0 is bound in
+// the end; subroutines are chosen anew after any change of program.
 
 typedef void (*mssm_gl_function)(void);
 typedef mssm_gl_function (*mssm_gl_loader)(const char *name); // glfwGetProcAddress and the like
@@ -635,8 +637,8 @@ typedef struct mssm_gl_depth { // zero means default everywhere
                                // _2D_MULTISAMPLE or _2D_MULTISAMPLE_ARRAY
     int layer; // of an array; face of a cube map; cube * 6 + face of an array of these
     int x, y;  // texel at which the light's rectangle begins
-    // In texels, 0: to the end. Each once to 8 times the side of mssm_gl: what lies in a texel of
-    // the moment map, at most 64 texels times samples, is its samples.
+    // In texels, 0: to the end. Each 1, 2 ... or 8 times the side of mssm_gl: what lies in a texel
+    // of the moment map, at most 64 texels times samples, is its samples.
     int width, height;
     mssm_stored stored; // default MSSM_STORED_WINDOW
     int reversed;       // 1 is nearest and 0 farthest
@@ -3880,6 +3882,7 @@ enum {
     MSSM__GL_SCISSOR_TEST = 0x0C11, MSSM__GL_DEPTH_TEST = 0x0B71, MSSM__GL_STENCIL_TEST = 0x0B90,
     MSSM__GL_CULL_FACE = 0x0B44, MSSM__GL_BLEND = 0x0BE2, MSSM__GL_RASTERIZER_DISCARD = 0x8C89,
     MSSM__GL_DEPTH_CLAMP = 0x864F, MSSM__GL_POLYGON_OFFSET_FILL = 0x8037,
+    MSSM__GL_POLYGON_OFFSET_LINE = 0x2A02, MSSM__GL_POLYGON_OFFSET_POINT = 0x2A01,
     MSSM__GL_MULTISAMPLE = 0x809D, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE = 0x809E,
     MSSM__GL_SAMPLE_COVERAGE = 0x80A0, MSSM__GL_SAMPLE_MASK = 0x8E51,
     MSSM__GL_SAMPLE_SHADING = 0x8C36, MSSM__GL_COLOR_LOGIC_OP = 0x0BF2,
@@ -4052,7 +4055,7 @@ static const struct {
 enum { MSSM__LAYERS = 16, MSSM__TARGET_BYTES = 32 << 20 };
 enum { MSSM__GIVEN_UNIFORM = 2 + 5 * MSSM__LAYERS }; // after the job
 enum { MSSM__BATCH = 256 };       // lights whose tables are built by one dispatch
-enum { MSSM__CAPABILITIES = 23 }; // at most
+enum { MSSM__CAPABILITIES = 25 }; // at most
 
 // State of the caller from begin to end of a depth pass.
 typedef struct mssm__gl_state {
@@ -4894,6 +4897,17 @@ static unsigned mssm__living(int name, mssm__glboolean(MSSM__GLAPI *is)(unsigned
     return name && is((unsigned)name) ? (unsigned)name : 0;
 }
 
+// GL does not take back a program that was deleted while in use, or whose last link failed.
+static void mssm__use_again(const mssm_gl *gl, int program)
+{
+    int good = 0;
+    const unsigned living = mssm__living(program, gl->f.IsProgram);
+    if (living) gl->f.GetProgramiv(living, MSSM__GL_LINK_STATUS, &good);
+    if (living && !good)
+        mssm__report(gl, MSSM_OK, "program %d is in use no longer: its last link failed", program);
+    gl->f.UseProgram(good ? living : 0);
+}
+
 // A buffer. Mesa forgets the generic binding too when one with an indexed binding is deleted.
 static void mssm__delete_buffer(const mssm_gl *gl, unsigned buffer)
 {
@@ -4917,15 +4931,17 @@ static int mssm__in_range(const mssm_gl *gl, const char *name, int value, int lo
 static void mssm__find_capabilities(mssm_gl *gl)
 {
     static const mssm__glenum names[] = {
-        MSSM__GL_DEPTH_TEST,      MSSM__GL_CULL_FACE,           MSSM__GL_MULTISAMPLE,
-        MSSM__GL_STENCIL_TEST,    MSSM__GL_RASTERIZER_DISCARD,  MSSM__GL_DEPTH_CLAMP,
-        MSSM__GL_SAMPLE_SHADING,  MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE,
-        MSSM__GL_SAMPLE_COVERAGE, MSSM__GL_SAMPLE_MASK,         MSSM__GL_COLOR_LOGIC_OP,
-        MSSM__GL_ALPHA_TEST,      MSSM__GL_POLYGON_STIPPLE};
+        MSSM__GL_DEPTH_TEST, MSSM__GL_CULL_FACE, MSSM__GL_MULTISAMPLE, MSSM__GL_STENCIL_TEST,
+        MSSM__GL_RASTERIZER_DISCARD, MSSM__GL_DEPTH_CLAMP, MSSM__GL_SAMPLE_SHADING,
+        MSSM__GL_POLYGON_OFFSET_FILL, MSSM__GL_SAMPLE_ALPHA_TO_COVERAGE, MSSM__GL_SAMPLE_COVERAGE,
+        MSSM__GL_SAMPLE_MASK, MSSM__GL_COLOR_LOGIC_OP,
+        // llvmpipe offsets filled faces by these, too
+        MSSM__GL_POLYGON_OFFSET_LINE, MSSM__GL_POLYGON_OFFSET_POINT, MSSM__GL_ALPHA_TEST,
+        MSSM__GL_POLYGON_STIPPLE};
     // Some drivers have a mask of 0 where nobody asked for a profile.
     gl->compatible = !(mssm__get(gl, MSSM__GL_CONTEXT_PROFILE_MASK) & 1);
     memcpy(gl->capability, names, sizeof names);
-    gl->capabilities = gl->compatible ? 14 : 12; // the last two are of the compatibility profile
+    gl->capabilities = gl->compatible ? 16 : 14; // the last two are of the compatibility profile
     for (unsigned i = 0; i < 8; i++)
         gl->capability[gl->capabilities++] = MSSM__GL_CLIP_DISTANCE0 + i;
     const int extensions = mssm__get(gl, MSSM__GL_NUM_EXTENSIONS);
@@ -5334,7 +5350,7 @@ static void mssm__restore_bindings(const mssm_gl *gl)
     }
     gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)b->buffer);
     gl->f.BindVertexArray(mssm__living(b->array, gl->f.IsVertexArray));
-    gl->f.UseProgram(mssm__living(b->program, gl->f.IsProgram));
+    mssm__use_again(gl, b->program);
 }
 
 // The sampler also where it is 0: with another integer textures are incomplete. Unit stays active.
@@ -5880,7 +5896,7 @@ static int mssm__check_axis(const mssm_gl *gl, const char *const names[2], int a
     }
     if (!size) size = all - at;
     if (size % side == 0 && size / side <= 8) return size / side;
-    mssm__report(gl, MSSM_ERROR_ARGUMENT, "%s %d: once to 8 times the side of mssm_gl, %d",
+    mssm__report(gl, MSSM_ERROR_ARGUMENT, "%s %d: 1, 2 ... 8 times the side of mssm_gl, %d",
                  names[1], size, side);
     return 0;
 }
@@ -6143,10 +6159,11 @@ static void mssm__log_displaced(const mssm_gl *gl)
     const int unit = gl->desc.first_texture_unit, binding = gl->desc.first_buffer_binding;
     int buffer = 0;
     for (int i = 0; i < 3; i++) {
+        if (!gl->table[i]) continue; // there may be no such unit
         mssm__activate(gl, i);
         const int flat = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D);
         const int array = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_ARRAY);
-        if (!gl->table[i] || (!flat && !array)) continue;
+        if (!flat && !array) continue;
         mssm__report(gl, MSSM_OK, "first_texture_unit: unit %d has texture %d of someone else",
                      unit + i, array ? array : flat);
     }
@@ -6192,33 +6209,34 @@ int mssm_gl_stale(const mssm_gl *gl, int index)
 
 static void mssm__draw_show(mssm_gl *gl, const int show[3])
 {
-    const int blend = gl->f.IsEnabledi(MSSM__GL_BLEND, 0);
-    const int buffers = mssm__get(gl, MSSM__GL_MAX_DRAW_BUFFERS);
-    mssm__glboolean mask[16][4] = {{0}};
+    const unsigned most = (unsigned)mssm__get(gl, MSSM__GL_MAX_DRAW_BUFFERS),
+                   buffers = most < 16 ? most : 16;
+    mssm__glboolean mask[16][4] = {{0}}, blend[16] = {0};
     mssm__gl_state s = gl->saved;
     mssm__save_bindings(gl);
     mssm__displace(gl, 2); // 2D arrays
     memset(s.enabled, 0, sizeof s.enabled);
-    memset(s.mask[0], 1, sizeof s.mask[0]);
-    memset(s.mask[1], 0, sizeof s.mask[1]); // the shader has no colour for other draw buffers
-    for (unsigned i = 2; i < 16 && (int)i < buffers; i++) {
-        gl->f.GetBooleani_v(MSSM__GL_COLOR_WRITEMASK, i, mask[i]);
-        gl->f.ColorMaski(i, 0, 0, 0, 0);
-    }
     s.enabled[2] = 1;
-    s.depth_mask = 0;
+    s.depth_mask = s.scissor = 0;
     s.polygon_mode[0] = s.polygon_mode[1] = MSSM__GL_FILL;
     mssm__set_state(gl, &s);
-    gl->f.Disablei(MSSM__GL_BLEND, 0);
+    for (unsigned i = 0; i < buffers; i++) { // the shader has no colour but for the first
+        const mssm__glboolean first = i == 0;
+        blend[i] = gl->f.IsEnabledi(MSSM__GL_BLEND, i);
+        gl->f.GetBooleani_v(MSSM__GL_COLOR_WRITEMASK, i, mask[i]);
+        gl->f.Disablei(MSSM__GL_BLEND, i);
+        gl->f.ColorMaski(i, first, first, first, first);
+    }
     mssm__bind_texture(gl, 0, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[0], 0);
     mssm__bind_texture(gl, 1, MSSM__GL_TEXTURE_2D_ARRAY, gl->table[2], 0);
     gl->f.ProgramUniform1iv(gl->program[MSSM__SHOW], 0, 3, show);
     gl->f.UseProgram(gl->program[MSSM__SHOW]);
     gl->f.BindVertexArray(gl->array);
     gl->f.DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
-    if (blend) gl->f.Enablei(MSSM__GL_BLEND, 0);
-    for (unsigned i = 2; i < 16 && (int)i < buffers; i++)
+    for (unsigned i = 0; i < buffers; i++) {
+        if (blend[i]) gl->f.Enablei(MSSM__GL_BLEND, i);
         gl->f.ColorMaski(i, mask[i][0], mask[i][1], mask[i][2], mask[i][3]);
+    }
     mssm__set_state(gl, &gl->saved);
     mssm__restore_bindings(gl);
 }
@@ -6278,23 +6296,26 @@ const char *mssm_glsl_translucent(void)
            "#line 1\n";
 }
 
+// That mssm_translucent writes to.
+static const mssm__glenum mssm__colours[2] = {MSSM__GL_COLOR_ATTACHMENT0,
+                                              MSSM__GL_COLOR_ATTACHMENT0 + 1};
+
 static mssm_result mssm__filtered_targets(mssm_gl *gl)
 {
-    static const mssm__glenum buffers[2] = {MSSM__GL_COLOR_ATTACHMENT0,
-                                            MSSM__GL_COLOR_ATTACHMENT0 + 1};
     unsigned *target = &gl->framebuffer[MSSM__TRANSLUCENT];
     gl->f.CreateFramebuffers(1, target);
     if (!*target) return MSSM_ERROR_GL;
     for (int i = 0; i < 2; i++)
-        gl->f.NamedFramebufferTextureLayer(*target, buffers[i], gl->table[MSSM__WORK], 0, i);
+        gl->f.NamedFramebufferTextureLayer(*target, mssm__colours[i], gl->table[MSSM__WORK], 0, i);
     gl->f.NamedFramebufferTextureLayer(*target, MSSM__GL_DEPTH_ATTACHMENT,
                                        gl->table[MSSM__FARTHEST], 0, 0);
-    gl->f.NamedFramebufferDrawBuffers(*target, 2, buffers);
+    gl->f.NamedFramebufferDrawBuffer(*target, 0);
     gl->f.ObjectLabel(MSSM__GL_FRAMEBUFFER, *target, -1, "mssm translucent casters");
     return mssm__is_complete(gl, *target) ? MSSM_OK : MSSM_ERROR_GL;
 }
 
-// Into the target whose pass has begun.
+// Into the target whose pass has begun, which has no draw buffers so far: with two the caller's
+// blending may be one that GL refuses (of a second source).
 static void mssm__copy_depth(mssm_gl *gl)
 {
     mssm__save_bindings(gl);
@@ -6304,9 +6325,8 @@ static void mssm__copy_depth(mssm_gl *gl)
     gl->f.BindVertexArray(gl->array);
     gl->f.DepthFunc(MSSM__GL_ALWAYS);
     gl->f.DepthMask(1);
-    for (unsigned i = 0; i < 2; i++) gl->f.ColorMaski(i, 0, 0, 0, 0);
     gl->f.DrawArrays(MSSM__GL_TRIANGLES, 0, 3);
-    for (unsigned i = 0; i < 2; i++) gl->f.ColorMaski(i, 1, 1, 1, 1);
+    gl->f.NamedFramebufferDrawBuffers(gl->framebuffer[MSSM__TRANSLUCENT], 2, mssm__colours);
     gl->f.DepthMask(0);
     gl->f.DepthFunc(MSSM__GL_LESS);
     mssm__restore_bindings(gl);
@@ -6334,6 +6354,7 @@ mssm_result mssm_gl_end_translucent(mssm_gl *gl)
     const mssm_result r = mssm__check_order(gl, !gl->translucent, "mssm_gl_end_translucent",
                                             "without mssm_gl_begin_translucent");
     if (r) return r;
+    gl->f.NamedFramebufferDrawBuffer(gl->framebuffer[MSSM__TRANSLUCENT], 0);
     mssm__restore_state(gl);
     gl->translucent = 0;
     gl->drawing = -1;

@@ -419,15 +419,16 @@ static void translucent_casters_are_whole(void)
 {
     enum { COUNT = SIDE * SIDE * 8 };
     static float clean[COUNT], got[COUNT];
-    static const char *const names[] = {
-        "nothing",         "colour mask",   "logic op",
-        "polygon mode",    "clip distance", "calls by name do nothing",
-        "sample coverage", "alpha test",    "polygon stipple"};
+    static const char *const names[] = {"nothing",         "colour mask",
+                                        "logic op",        "polygon mode",
+                                        "clip distance",   "calls by name do nothing",
+                                        "sample coverage", "a second source",
+                                        "alpha test",      "polygon stipple"};
     const mssm_gl_desc desc = description(6, 2);
     GLint profile = 0;
     if (!begin()) return;
     gl.GetIntegerv(GL_CONTEXT_PROFILE_MASK, &profile);
-    for (int i = 0; i < (profile & 2 ? 9 : 7); i++) {
+    for (int i = 0; i < (profile & 2 ? 10 : 8); i++) {
         const GLenum switches[] = {0,
                                    0,
                                    GL_COLOR_LOGIC_OP,
@@ -435,6 +436,7 @@ static void translucent_casters_are_whole(void)
                                    GL_CLIP_DISTANCE0,
                                    0,
                                    GL_SAMPLE_COVERAGE,
+                                   0,
                                    GL_ALPHA_TEST,
                                    GL_POLYGON_STIPPLE};
         gl_state before = {0}, after = {0};
@@ -447,7 +449,7 @@ static void translucent_casters_are_whole(void)
         if (i == 2) gl.LogicOp(GL_CLEAR);
         if (i == 3) gl.PolygonMode(GL_FRONT_AND_BACK, GL_LINE);
         if (i == 6) gl.SampleCoverage(0, GL_FALSE);
-        if (i > 6) {
+        if (i > 7) {
             static const unsigned char holes[128];
             void(GL_CALL * alpha)(GLenum, GLfloat);
             void(GL_CALL * stipple)(const unsigned char *);
@@ -458,10 +460,15 @@ static void translucent_casters_are_whole(void)
             alpha(GL_NEVER, 0);
             stipple(holes);
         }
-        gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+        gl.BlendFunc(GL_SRC_ALPHA, i == 7 ? GL_SRC1_COLOR : GL_ONE_MINUS_SRC_ALPHA);
+        if (i == 7) gl.Enable(GL_BLEND); // GL draws to one buffer only with it
         gl_state_take(&before);
         draw_depth(g, 0);
         draw_layers(g);
+        if (i == 7) {
+            gl.BlendFunc(GL_SRC_ALPHA, GL_SRC1_COLOR);
+            gl.Enable(GL_BLEND);
+        }
         compare_state(&before, &after,
                       "SHADER_STORAGE_BUFFER SHADER_STORAGE_BUFFER_BINDING VERTEX_ARRAY_BINDING",
                       names[i]);
@@ -469,6 +476,7 @@ static void translucent_casters_are_whole(void)
         gl.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
         gl.SampleCoverage(1, GL_FALSE);
         if (switches[i]) gl.Disable(switches[i]);
+        if (i == 7) gl.Disable(GL_BLEND);
         gl.GetTextureImage(mssm_gl_texture(g, 3), 0, GL_RGBA, GL_FLOAT, sizeof got,
                            i ? got : clean);
         for (int k = 0; k < COUNT && i; k++) {

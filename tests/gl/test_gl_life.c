@@ -53,6 +53,25 @@ static bool compiles(const char *version, const char *const *text, int count, ch
     return good;
 }
 
+static void the_last_places_are_enough(void)
+{
+    GLint units = 0, bindings = 0;
+    if (!begin_gl()) return;
+    gl.GetIntegerv(0x8B4D, &units);    // GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS
+    gl.GetIntegerv(0x90DD, &bindings); // GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS
+    for (int i = 0; i < 2; i++) {
+        mssm_gl_desc d = description(1, 16, 1, 6);
+        mssm_gl *g = NULL;
+        d.filtered = i;
+        d.first_texture_unit = units - (i ? 2 : 3);
+        d.first_buffer_binding = bindings - 1;
+        CHECK(!mssm_gl_create(&g, &d) && !mssm_gl_bind(g), "%s", fakes.message);
+        CHECK(gl.GetError() == GL_NO_ERROR, "GL error, filtered %d", i);
+        mssm_gl_destroy(g);
+    }
+    end_gl();
+}
+
 // Descriptors left at zero: beside a program's own texture at unit 0 and a probe's lights at
 // binding 0.
 static void zeroed_descriptors_disturb_nobody(void)
@@ -844,6 +863,23 @@ static void stale_lights_are_told(void)
     end_gl();
 }
 
+// Blending that GL refuses with shaders that do not name it, where there is such a thing.
+static void multiply_colours(void)
+{
+    void(GL_CALL * equation)(GLenum);
+    const unsigned char *(GL_CALL * extension)(GLenum, GLuint);
+    const gl_fakes_function f[2] = {gl_context_function("glBlendEquation"),
+                                    gl_context_function("glGetStringi")};
+    GLint extensions = 0;
+    gl.GetIntegerv(0x821D, &extensions); // GL_NUM_EXTENSIONS
+    memcpy(&equation, &f[0], sizeof f[0]);
+    memcpy(&extension, &f[1], sizeof f[1]);
+    for (GLuint i = 0; (GLint)i < extensions; i++) {
+        const char *name = (const char *)extension(0x1F03, i);                 // GL_EXTENSIONS
+        if (!strcmp(name, "GL_KHR_blend_equation_advanced")) equation(0x9294); // GL_MULTIPLY_KHR
+    }
+}
+
 // A map as a picture is the depth that was drawn, whatever the caller's state would do to it.
 static void maps_can_be_seen(void)
 {
@@ -880,6 +916,10 @@ static void maps_can_be_seen(void)
         gl.Enable(GL_CULL_FACE);
         gl.CullFace(GL_FRONT_AND_BACK);
         gl.Enablei(0x0BE2, 0); // GL_BLEND
+        gl.Enablei(0x0BE2, 3);
+        multiply_colours();
+        gl.Enablei(GL_SCISSOR_TEST, 0);
+        gl.ScissorIndexed(0, 0, 0, 1, 1);
         gl.ColorMask(GL_FALSE, GL_TRUE, GL_FALSE, GL_TRUE);
         gl.Enable(GL_RASTERIZER_DISCARD);
         for (int what = 0; what < 2; what++) {
@@ -928,6 +968,7 @@ const test_case gl_life_tests[] = {
     {"GL's bad arguments are refused", bad_arguments_are_refused},
     {"GL's wrong order of calls is refused", wrong_order_is_refused},
     {"GL's zeroed descriptors disturb nobody", zeroed_descriptors_disturb_nobody},
+    {"GL's last texture units and bindings are enough", the_last_places_are_enough},
     {"GL's defaults are those of the description", defaults},
     {"GL's memory does not grow with many lives", many_lives_do_not_grow},
     {"GL's resize keeps lights and empties maps", resize_keeps_lights_and_empties_maps},

@@ -324,6 +324,76 @@ static void names_that_died_raise_no_error(void)
     end_gl();
 }
 
+// A shader that is mended while the program runs may fail to link: GL goes on with the old one, but
+// does not take it back after another. In a frame or not, no error, a word, and 0 in use.
+static void programs_linked_in_vain_raise_no_error(void)
+{
+    static const char *const texts[2] = {"void main() { gl_Position = vec4(0); }\n",
+                                         "void main() {}\n"};
+    const mssm_gl_desc d = description(1, 32, 4, 6);
+    const mssm_light light = wide_light(false, 1);
+    mssm_gl *g = NULL;
+    if (!begin_gl()) return;
+    CHECK(!mssm_gl_create(&g, &d) && !mssm_gl_set_light(g, 0, &light), "%s", fakes.message);
+    for (int framed = 0; framed < 2 && g; framed++) {
+        const GLuint program = link_program(texts);
+        GLint current = -1;
+        gl.UseProgram(program);
+        gl_test_link_in_vain(program);
+        fakes.messages = 0;
+        if (framed) CHECK(!mssm_gl_begin_frame(g), "begin of a frame");
+        CHECK(!mssm_gl_begin_depth(g, 0, 0) && !mssm_gl_end_depth(g) && !mssm_gl_build(g), "pass");
+        if (framed) CHECK(!mssm_gl_end_frame(g), "end of a frame");
+        CHECK(fakes.messages == 1 && strstr(fakes.message, "link failed"), "%d messages: \"%s\"",
+              fakes.messages, fakes.message);
+        gl.GetIntegerv(GL_CURRENT_PROGRAM, &current);
+        CHECK(gl.GetError() == GL_NO_ERROR && current == 0, "program %d in use", current);
+        gl.DeleteProgram(program);
+    }
+    mssm_gl_destroy(g);
+    end_gl();
+}
+
+// Of faces, lines and points: llvmpipe offsets faces by any of the three.
+static void polygon_offsets_move_nothing(void)
+{
+    enum { SIDE = 32, COUNT = SIDE * SIDE * 4 };
+    static const char *const texts[2] = {
+        "void main() { gl_Position = vec4(vec2(gl_VertexID % 2, gl_VertexID / 2) * 4.0 - 1.0, "
+        "0.25, 1.0); }\n",
+        "void main() {}\n"};
+    static const GLenum switches[] = {0, GL_POLYGON_OFFSET_FILL, GL_POLYGON_OFFSET_LINE,
+                                      GL_POLYGON_OFFSET_POINT};
+    static int32_t table[2][COUNT];
+    const mssm_gl_desc d = description(1, SIDE, 4, 6);
+    const mssm_light light = wide_light(false, 1);
+    mssm_gl *g = NULL;
+    if (!begin_gl()) return;
+    CHECK(!mssm_gl_create(&g, &d) && !mssm_gl_set_light(g, 0, &light), "%s", fakes.message);
+    const GLuint program = link_program(texts);
+    gl.PolygonOffset(20, 1e5f);
+    for (int i = 0; i < 4 && g; i++) {
+        if (switches[i]) gl.Enable(switches[i]);
+        CHECK(!mssm_gl_begin_depth(g, 0, 0), "begin");
+        gl.UseProgram(program);
+        gl.BindVertexArray(stage.array);
+        gl.DrawArrays(GL_TRIANGLES, 0, 3);
+        gl.UseProgram(0);
+        gl.BindVertexArray(0);
+        CHECK(!mssm_gl_end_depth(g) && !mssm_gl_build(g), "end");
+        if (switches[i]) gl.Disable(switches[i]);
+        gl.MemoryBarrier(0x100); // GL_TEXTURE_UPDATE_BARRIER_BIT
+        gl.GetTextureImage(mssm_gl_texture(g, 0), 0, 0x8D99, 0x1404, sizeof table[0],
+                           table[i > 0]); // GL_RGBA_INTEGER, GL_INT
+        CHECK(!i || !memcmp(table[0], table[1], sizeof table[0]), "offset %d moves faces", i);
+    }
+    CHECK(table[0][COUNT - 1] != table[0][0], "nothing was drawn");
+    gl.PolygonOffset(0, 0);
+    gl.DeleteProgram(program);
+    mssm_gl_destroy(g);
+    end_gl();
+}
+
 // Which faces are front faces is the caller's to say, as he winds his meshes.
 static void winding_is_the_callers(void)
 {
@@ -522,6 +592,8 @@ const test_case gl_state_tests[] = {
     {"GL's depth bounds are off in a pass", depth_bounds_are_off_in_the_pass},
     {"GL's transform feedback is refused while it is active", transform_feedback_is_refused},
     {"GL's names that died raise no error", names_that_died_raise_no_error},
+    {"GL's caller may link his program again in vain", programs_linked_in_vain_raise_no_error},
+    {"GL's polygon offsets move nothing in a pass", polygon_offsets_move_nothing},
     {"GL's front faces are the caller's", winding_is_the_callers},
     {"GL state that the caller changes between begin and end is his", changes_in_between},
     {"GL state is saved once a frame in brackets", frames_are_the_passes},

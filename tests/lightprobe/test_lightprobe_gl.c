@@ -1264,6 +1264,30 @@ static void names_that_died_raise_no_error(void)
     end_gl();
 }
 
+static void a_program_linked_in_vain_raises_no_error(void)
+{
+    const lightprobe_gl_desc d = description(8, 4);
+    static const char *const text[] = {"layout(local_size_x = 1) in;\nvoid main() {}\n", NULL};
+    static subject s;
+    if (!begin_gl()) return;
+    if (make_subject(&s, &d)) {
+        test_probe p = test_scene_probe(SCENE_LAMPS, d.side);
+        const GLuint program = gl_test_compute("the caller's", text);
+        GLint current = -1;
+        upload(s.texture, 0, &p);
+        gl.UseProgram(program);
+        gl_test_link_in_vain(program);
+        CHECK(!lightprobe_gl_update(s.gl, s.texture), "update");
+        CHECK(strstr(fakes.message, "link failed"), "\"%s\"", fakes.message);
+        gl.GetIntegerv(GL_CURRENT_PROGRAM, &current);
+        CHECK(gl.GetError() == GL_NO_ERROR && current == 0, "program %d in use", current);
+        gl.DeleteProgram(program);
+        test_probe_free(&p);
+        drop_subject(&s);
+    }
+    end_gl();
+}
+
 static void failures_leave_nothing(void)
 {
     const lightprobe_gl_desc d = description(5, 20);
@@ -1421,6 +1445,8 @@ const test_case lightprobe_gl_tests[] = {
     {"GL: transform feedback is refused while it is active, by probes",
      transform_feedback_is_refused},
     {"GL: names that died raise no error from probes", names_that_died_raise_no_error},
+    {"GL: the caller of a probe may link his program again in vain",
+     a_program_linked_in_vain_raises_no_error},
     {"GL: failures leave nothing of a probe behind", failures_leave_nothing},
     {"GL below 4.5 is refused for probes", old_contexts_are_refused},
     {"GL: bad arguments for probes are refused", bad_arguments_are_refused},

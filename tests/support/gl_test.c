@@ -94,3 +94,14 @@ GLuint gl_test_compute(const char *name, const char *const *text)
     gl.DeleteProgram(program);
     return 0;
 }
+
+void gl_test_link_in_vain(GLuint program)
+{
+    const GLuint shader = gl.CreateShader(GL_VERTEX_SHADER); // never compiled
+    GLint linked = 1;
+    gl.AttachShader(program, shader);
+    gl.DeleteShader(shader);
+    gl.LinkProgram(program);
+    gl.GetProgramiv(program, GL_LINK_STATUS, &linked);
+    CHECK(!linked, "a program with a shader that was not compiled links");
+}

@@ -21,5 +21,7 @@ void gl_test_unshare(gl_context *shared);
 // the driver makes nothing of it.
 GLuint gl_test_shader(GLenum type, const char *name, const char *const *text);
 GLuint gl_test_compute(const char *name, const char *const *text); // a program
+// Links a program again, which fails: in use it stays as it was, but GL does not take it back.
+void gl_test_link_in_vain(GLuint program);
 
 #endif
