@@ -4184,7 +4184,6 @@ lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
 // What lightprobe.h alone calls.
 #define LIGHTPROBE__GL_OWN(X)                                                                \
     X(void, GetInteger64i_v, (lightprobe__glenum, unsigned, int64_t *))                      \
-    X(lightprobe__glboolean, IsBuffer, (unsigned))                                           \
     X(void, CopyBufferSubData,                                                               \
       (lightprobe__glenum, lightprobe__glenum, ptrdiff_t, ptrdiff_t, ptrdiff_t))             \
     X(void *, MapBufferRange, (lightprobe__glenum, ptrdiff_t, ptrdiff_t, unsigned))          \
@@ -4201,6 +4200,7 @@ enum {
     LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE, LIGHTPROBE__GL_TEXTURE_MAX_LEVEL = 0x813D,
     LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS = 0x82DF, LIGHTPROBE__GL_TEXTURE_INTERNAL_FORMAT = 0x1003,
     LIGHTPROBE__GL_TEXTURE_RED_TYPE = 0x8C10, LIGHTPROBE__GL_TEXTURE_DEPTH_SIZE = 0x884A,
+    LIGHTPROBE__GL_TEXTURE_STENCIL_SIZE = 0x88F1,
     LIGHTPROBE__GL_INT = 0x1404, LIGHTPROBE__GL_UNSIGNED_INT = 0x1405,
     // buffers; MAP_READ: persistent, coherent
     LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_START = 0x90D4, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_SIZE = 0x90D5,
@@ -4243,6 +4243,7 @@ typedef unsigned char lightprobe__glboolean;
     X(lightprobe__glenum, GetError, (void))                                          \
     X(void, GetIntegeri_v, (lightprobe__glenum, unsigned, int *))                    \
     X(lightprobe__glboolean, IsTexture, (unsigned))                                  \
+    X(lightprobe__glboolean, IsBuffer, (unsigned))                                   \
     X(lightprobe__glboolean, IsSampler, (unsigned))                                  \
     X(lightprobe__glboolean, IsProgram, (unsigned))                                  \
     X(void, GetTexLevelParameteriv, (lightprobe__glenum, int, lightprobe__glenum, int *))  \
@@ -5597,7 +5598,8 @@ static lightprobe_result lightprobe__bind_texture(const lightprobe_gl *gl, unsig
     }
     const int type = lightprobe__ask_face(gl, 0, base, LIGHTPROBE__GL_TEXTURE_RED_TYPE);
     if (type != LIGHTPROBE__GL_INT && type != LIGHTPROBE__GL_UNSIGNED_INT &&
-        lightprobe__ask_face(gl, 0, base, LIGHTPROBE__GL_TEXTURE_DEPTH_SIZE) <= 0) {
+        lightprobe__ask_face(gl, 0, base, LIGHTPROBE__GL_TEXTURE_DEPTH_SIZE) <= 0 &&
+        lightprobe__ask_face(gl, 0, base, LIGHTPROBE__GL_TEXTURE_STENCIL_SIZE) <= 0) {
         return LIGHTPROBE_OK;
     }
     return lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE,

@@ -3953,6 +3953,7 @@ typedef unsigned char mssm__glboolean;
     X(mssm__glenum, GetError, (void))                                          \
     X(void, GetIntegeri_v, (mssm__glenum, unsigned, int *))                    \
     X(mssm__glboolean, IsTexture, (unsigned))                                  \
+    X(mssm__glboolean, IsBuffer, (unsigned))                                   \
     X(mssm__glboolean, IsSampler, (unsigned))                                  \
     X(mssm__glboolean, IsProgram, (unsigned))                                  \
     X(void, GetTexLevelParameteriv, (mssm__glenum, int, mssm__glenum, int *))  \
@@ -5348,7 +5349,7 @@ static void mssm__restore_bindings(const mssm_gl *gl)
         gl->f.BindImageTexture(i, mssm__living(m[0], gl->f.IsTexture), m[1], (mssm__glboolean)m[2],
                                m[3], (mssm__glenum)m[4], (mssm__glenum)m[5]);
     }
-    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)b->buffer);
+    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, mssm__living(b->buffer, gl->f.IsBuffer));
     gl->f.BindVertexArray(mssm__living(b->array, gl->f.IsVertexArray));
     mssm__use_again(gl, b->program);
 }
@@ -5615,7 +5616,7 @@ static mssm_result mssm__check_desc(mssm_gl *gl)
     // Among those that every driver has, and that renderers take last.
     if (d->first_texture_unit == 0) d->first_texture_unit = gl->filtered ? 83 : 80;
     if (d->first_buffer_binding == 0) d->first_buffer_binding = gl->filtered ? 6 : 7;
-    if (!mssm__in_range(gl, "lights", d->lights, 1, INT32_MAX) ||
+    if (!mssm__in_range(gl, "lights", d->lights, 1, gl->unbound ? 585 : INT32_MAX) ||
         !mssm__in_range(gl, "side", d->side, 1, MSSM__SIDE) ||
         !mssm__in_range(gl, "samples", d->samples, 1, 64) ||
         !mssm__in_range(gl, "moments", d->moments, 4, 6)) {
@@ -5700,11 +5701,10 @@ size_t mssm_glsl_shader(const mssm_gl_desc *desc, char *text, size_t bytes)
     if (!desc) return 0;
     memset(&g, 0, sizeof g);
     g.desc = *desc;
+    g.desc.side = g.desc.samples = 0; // not of interest
     g.unbound = 1;
-    if (mssm__check_desc(&g) || !mssm__in_range(&g, "lights", g.desc.lights, 1, 585) ||
-        !mssm__in_range(&g, "mssm_glsl_shader: filtered", g.filtered, 0, 0)) {
+    if (mssm__check_desc(&g) || !mssm__in_range(&g, "mssm_glsl_shader: filtered", g.filtered, 0, 0))
         return 0;
-    }
     const size_t length = mssm__print_shader(&g, NULL) + 1;
     if (text && bytes >= length) mssm__print_shader(&g, text);
     return length;
@@ -5756,9 +5756,9 @@ mssm_result mssm_gl_resize(mssm_gl *gl, int lights, int side)
 
 mssm_result mssm_gl_set_light(mssm_gl *gl, int index, const mssm_light *light)
 {
-    if (!gl || !light || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
+    if (!gl || !mssm__in_range(gl, "light", index, 0, gl->desc.lights - 1))
         return MSSM_ERROR_ARGUMENT;
-    if (!mssm__is_light(light))
+    if (!light || !mssm__is_light(light))
         return mssm__report(gl, MSSM_ERROR_ARGUMENT,
                             "a light needs z_near < z_far and a finite world_to_shadow");
     if (!memcmp(&gl->lights[index].light, light, sizeof *light)) return MSSM_OK;

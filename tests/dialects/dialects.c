@@ -369,9 +369,13 @@ static void bad_arguments_are_refused(void)
     desc.log = hear;
     bad = desc;
     bad.lights = 586;
-    refuse(&bad, "lights");
+    refuse(&bad, "lights 586: 1 to 585");
     bad.lights = -1;
-    refuse(&bad, "lights");
+    refuse(&bad, "lights -1: 1 to 585");
+    bad = desc;
+    bad.side = -3; // these do not count
+    bad.samples = 99;
+    if (!mssm_glsl_shader(&bad, NULL, 0)) check(false, "refused for what does not count: %s", said);
     bad = desc;
     bad.moments = 5;
     refuse(&bad, "moments");

@@ -318,6 +318,18 @@ static void names_that_died_raise_no_error(void)
             gl.BindSampler(5, 0);
             gl_test_unshare(&other);
         }
+        // A frame's names are kept longest. Bound again in a compatibility context, it would live.
+        GLuint buffer;
+        gl.CreateBuffers(1, &buffer);
+        gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer);
+        CHECK(!mssm_gl_begin_frame(g), "begin");
+        gl.DeleteBuffers(1, &buffer);
+        CHECK(!mssm_gl_begin_depth(g, 0, 0) && !mssm_gl_end_depth(g) && !mssm_gl_build(g) &&
+                  !mssm_gl_end_frame(g),
+              "frame");
+        GLint bound = -1;
+        gl.GetIntegerv(0x90D3, &bound); // GL_SHADER_STORAGE_BUFFER_BINDING
+        CHECK(bound == 0, "buffer %d is bound", bound);
         CHECK(gl.GetError() == GL_NO_ERROR, "GL error");
         mssm_gl_destroy(g);
     }

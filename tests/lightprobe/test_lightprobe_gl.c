@@ -810,7 +810,8 @@ static void what_reads_as_black_is_refused(void)
                {"faces", 0, 1, SIDE / 2, GL_RGB32F}, {"faces", 0, 3, SIDE, GL_RGBA32F},
                {"faces", 1, 2, 0, GL_RGB32F},        {"faces", 1, 4, SIDE / 4, GL_RGB32F},
                {"faces", 1, 5, SIDE / 2, GL_RGBA32F}};
-    static const GLenum formats[] = {0x8D7C, 0x8D8E, GL_DEPTH_COMPONENT32F}; // RGBA8UI, RGBA8I
+    // GL_RGBA8UI, GL_RGBA8I, depth, GL_STENCIL_INDEX8
+    static const GLenum formats[] = {0x8D7C, 0x8D8E, GL_DEPTH_COMPONENT32F, 0x8D48};
     tex_image_function TexImage2D;
     GLuint texture;
     subject s;
