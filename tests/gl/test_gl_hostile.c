@@ -41,6 +41,7 @@ enum {
     TEXTURE_BINDING_CUBE_MAP = 0x8514,
     INTERNAL_FORMAT = 0x1003,
     DEPTH_SIZE = 0x884A,
+    STENCIL_SIZE = 0x88F1,
     CONTEXT_LOST = 0x0507,
     SYNC_SIGNALED = 0x911A,
     SYNC_WAIT_FAILED = 0x911D
@@ -310,7 +311,7 @@ static void GL_CALL hostile_GetTexLevelParameteriv(GLenum target, GLint level, G
     int good = target == FLAT || target == GL_TEXTURE_2D_ARRAY ? 64 : 16; // side, depth's bits
     if (name == GL_TEXTURE_SAMPLES) good = 4;
     if (name == INTERNAL_FORMAT) good = GL_RGBA32F;
-    if (name == DEPTH_SIZE && target != FLAT) good = 0;
+    if ((name == DEPTH_SIZE && target != FLAT) || name == STENCIL_SIZE) good = 0;
     if (works()) *value = nonsense() ? strange() : good;
 }
 
