@@ -66,8 +66,7 @@
 // CONVENTIONS
 //
 //   depth z       in [-1,1], -1 nearest the light, linear in the distance along the light's axis,
-//                 also for perspective (spot) lights. 1 where nothing is hit. What is deeper than
-//                 .9 casts no soft shadow: mssm_light_directional, _area and _fit end casters at .8.
+//                 also for perspective (spot) lights. 1 where nothing is hit.
 //   moments       b[k] = E[z^(k+1)]. The zeroth moment is 1 and is not stored.
 //   visibility    1 where the whole light is seen. All bounds are bounds on visibility.
 //   lights        direction points from the scene to the light. Sizes are tangents of half-angles
@@ -238,10 +237,10 @@ MSSM_API mssm_result mssm_light_directional(mssm_light *light, const float direc
 
 // A rectangle of half_width_u by half_width_v >= 0 (world units) at position, shining along
 // -direction into a square pyramid of half-angle tangent tan_half_fov > 0 between the distances 0 <
-// z_near < z_far. Casters must lie between the two, not in the last twentieth of the way (depths
-// above .9). A near plane close to the light costs nothing
-// but depth precision (mssm_light_fit). The map's rim stands for casters beyond the sides; further
-// out all counts as lit: the cone's falloff is the caller's. Fails as above.
+// z_near < z_far. Casters must lie between the two, receivers may lie further off. A near plane
+// close to the light costs nothing but depth precision (mssm_light_fit). The map's rim stands for
+// casters beyond the sides; further out all counts as lit: the cone's falloff is the caller's.
+// Fails as above.
 MSSM_API mssm_result mssm_light_spot(mssm_light *light, const float position[3],
                                      const float direction[3], const float axis_u[3],
                                      float tan_half_fov, float z_near, float z_far,
@@ -1680,9 +1679,8 @@ static int mssm__normalise(double a[3])
     return 1;
 }
 
-// Casters get depths up to here: texels where nothing is hit, depth 1, must be told from the
-// casters' far end by receivers behind it, whose depth is taken as halfway in between (measured: a
-// gap of .05 instead doubles the error of scenes with one layer, .2 gains nothing).
+// Fitted frusta end casters here: a receiver right behind them still tells them from texels where
+// nothing is hit, depth 1, on which one further off is tested.
 #define MSSM_FAR_CASTER 0.8f
 
 // The light's frame: rows u, v, direction, right-handed (u x v = direction). 0 where there is none.
@@ -2536,8 +2534,7 @@ MSSM_SHARED struct mssm_receiver mssm_receive_at(mssm_view v, struct mssm_option
     r.sharp = 1.0f / (o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade);
     r.coarse = r.sharp;
     r.z_own = z - bias;
-    float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);
-    r.z_test = mssm_min(r.z_own, behind_all);
+    r.z_test = mssm_min(r.z_own, 1.0f);
     r.blur_depth = mssm_blur_depth(v, z);
     r.d_max = r.blur_depth - mssm_blur_depth(v, -1.0f);
     r.rise_u = 0.0f;
@@ -2624,7 +2621,7 @@ MSSM_SHARED struct mssm_receiver mssm_narrow_fade(mssm_view v, struct mssm_recei
     float rise = 1.5f * r.sharp * (r.rise_u + r.rise_v) / per_depth; // in texels of depth
     float narrow = mssm_min(0.5f + 0.25f * rise, 1.0f);
     r.z_own += (1.0f - narrow) / (3.0f * r.sharp); // the bias is half of the fade
-    r.z_test = mssm_min(r.z_own, 0.5f * (1.0f + MSSM_FAR_CASTER));
+    r.z_test = mssm_min(r.z_own, 1.0f);
     r.sharp = r.sharp / narrow;
     return r;
 }
@@ -2997,10 +2994,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
     float kernel = mssm_max(r.kernel_u, r.kernel_v);
     float reach = mssm_cone_reach(map, v, r);
     if (reach <= 0.0f) return 1.0f;
-    // The least distance that matters: of a kernel one texel wide, or of the casters that are
-    // nearest.
-    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER),
-                           0.5f / mssm_max(kernel, 1e-30f));
+    float least = 0.5f / mssm_max(kernel, 1e-30f); // of the kernel one texel wide
     struct mssm_nested k;
     k.d = least < reach ? mssm_mean_distance(map, v, o, r, reach) : reach;
     k.outer = k.d;
@@ -7459,8 +7453,7 @@ const char *mssm_glsl_shading(void)
     "    r.sharp = 1.0f / (o.depth_bias > 0.0f ? 2.0f * o.depth_bias : fade);\n"
     "    r.coarse = r.sharp;\n"
     "    r.z_own = z - bias;\n"
-    "    float behind_all = 0.5f * (1.0f + MSSM_FAR_CASTER);\n"
-    "    r.z_test = mssm_min(r.z_own, behind_all);\n"
+    "    r.z_test = mssm_min(r.z_own, 1.0f);\n"
     "    r.blur_depth = mssm_blur_depth(v, z);\n"
     "    r.d_max = r.blur_depth - mssm_blur_depth(v, -1.0f);\n"
     "    r.rise_u = 0.0f;\n"
@@ -7547,7 +7540,7 @@ const char *mssm_glsl_shading(void)
     "    float rise = 1.5f * r.sharp * (r.rise_u + r.rise_v) / per_depth; // in texels of depth\n"
     "    float narrow = mssm_min(0.5f + 0.25f * rise, 1.0f);\n"
     "    r.z_own += (1.0f - narrow) / (3.0f * r.sharp); // the bias is half of the fade\n"
-    "    r.z_test = mssm_min(r.z_own, 0.5f * (1.0f + MSSM_FAR_CASTER));\n"
+    "    r.z_test = mssm_min(r.z_own, 1.0f);\n"
     "    r.sharp = r.sharp / narrow;\n"
     "    return r;\n"
     "}\n"
@@ -7913,10 +7906,7 @@ const char *mssm_glsl_shading(void)
     "    float kernel = mssm_max(r.kernel_u, r.kernel_v);\n"
     "    float reach = mssm_cone_reach(map, v, r);\n"
     "    if (reach <= 0.0f) return 1.0f;\n"
-    "    // The least distance that matters: of a kernel one texel wide, or of the casters that are\n"
-    "    // nearest.\n"
-    "    float least = mssm_max(r.blur_depth - mssm_blur_depth(v, MSSM_FAR_CASTER),\n"
-    "                           0.5f / mssm_max(kernel, 1e-30f));\n"
+    "    float least = 0.5f / mssm_max(kernel, 1e-30f); // of the kernel one texel wide\n"
     "    mssm_nested k;\n"
     "    k.d = least < reach ? mssm_mean_distance(map, v, o, r, reach) : reach;\n"
     "    k.outer = k.d;\n"
