@@ -3,6 +3,7 @@
 # Two builds are added up: with vectors of four floats and without, as lightprobe.h has code for both; for
 # the second its own tests do.
 # Whatever a table of 100% leaves out is printed below it. Called by `make coverage`; needs gcc and gcov.
+# COVERAGE_OF is the pattern of the tests to run, all without it.
 set -u
 cd "$(dirname "$0")/.." || exit 1
 command -v gcov >/dev/null || { echo "skip  coverage: apt-get install gcc"; exit 0; }
@@ -17,7 +18,7 @@ build()
     gcov -b -c -t "build/$1/cpu/examples/common/implementation.o" >"build/$1/gcov.txt" || exit 1
 }
 
-build coverage ""
+build coverage "" "${COVERAGE_OF-}"
 build coverage-plain -U__SSE2__ "probe:|parts:|edges:"
 
 for header in mssm.h lightprobe.h; do

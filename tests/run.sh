@@ -86,7 +86,7 @@ without_egl()
     mkdir -p build/no-egl && : >build/no-egl/libEGL.so.1
     (
         unset TEST_REQUIRE_GL
-        suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=100
+        suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=1000
     ) >"$log.run" 2>&1
     status=$?
     awk '
@@ -213,7 +213,7 @@ beside()
         while [ $part = valgrind ] && [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done
         case $part in
             fuzz) sh tests/fuzz.sh short ;;
-            coverage) sh tests/coverage.sh ;;
+            coverage) COVERAGE_OF="-$slow" sh tests/coverage.sh ;;
             valgrind) ! command -v valgrind || valgrind_suite ;;
             *) sh tests/$part.sh ;;
         esac >"$log.$part" 2>&1
@@ -240,19 +240,19 @@ more()
     only="$only|leave nothing|undone|refused|refuses|names that died|transform feedback|contexts at once"
     only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: "
     if can -O3 -march=native; then
-        section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=4
+        section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=10
     else
         missing "native: the compiler knows no -march=native"
     fi
     only=$on_cpu
     if can -mfpmath=387; then
-        section "tests, numbers as the 8087 rounds them" suite x87 env TEST_SCALE=20
+        section "tests, numbers as the 8087 rounds them" suite x87 env TEST_SCALE=40
     else
         missing "8087: the compiler is for another processor"
     fi
     only="-compare: |$long" # rivals and their times
     if can -fsanitize=address,undefined; then
-        section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=10
+        section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=20
         [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
     else
         missing "sanitizers: apt-get install libasan8 libubsan1"
