@@ -19,7 +19,7 @@ build()
 }
 
 build coverage "" "${COVERAGE_OF-}"
-build coverage-plain -U__SSE2__ "probe:|parts:|edges:"
+build coverage-plain -U__SSE2__ "parts:|edges:|probe: hostile|probe: a |probe: lights follow"
 
 for header in mssm.h lightprobe.h; do
     # "count:line:text" before the branches of that line; counts are - (no code), ##### or a number.

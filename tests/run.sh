@@ -190,32 +190,53 @@ claims()
 }
 
 # The longest measurements, whose functions other tests call.
-long="a walk shows|does not jump|halve the error|few lights cast|behind random edges|steady as the map"
+long="a walk shows|does not jump|halve the error|few lights cast|behind random edges|steady as the map|lamps that pass"
+long="$long|go on smoothly|flat emitters|keep lamps in place"
 
 # Minutes where programs run in others, and code that other tests run too.
-slow="irradiance of 32 lights|shadow ratio|of its lobe|body alone|weak lights go|come to rest|a fitted light|shafts are those|$long"
+slow="irradiance of 32 lights|shadow ratio|body alone|weak lights go|what is above the horizon|bars before a wall|turning probe|$long"
+
+# As long, but some lines of the headers are run by these alone: coverage has them.
+once="of its lobe|come to rest|a fitted light|shafts are those"
 
 # All but these, OpenGL and rivals.
-on_cpu="-GL|gl_catcher|the shader is|hostile driver|compared methods|$slow"
+on_cpu="-GL|gl_catcher|the shader is|hostile driver|compared methods|$once|$slow"
 
-valgrind_suite()
+# The tests as other compilers' flags and machines have them.
+suite_of()
 {
-    only=$on_cpu # the sanitizers see the rest
-    suite release env TEST_SCALE=200 \
-        valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite
+    case $1 in
+        native) # not what does not go by the flags: the calls that a driver sees, and rivals
+            only="-GL: components|GL: failures|GL: finding lights|leaves the caller|leave the caller|is left alone"
+            only="$only|leave nothing|undone|refused|refuses|names that died|transform feedback|contexts at once"
+            only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: "
+            suite native env TEST_SCALE=10 ;;
+        x87)
+            only=$on_cpu
+            suite x87 env TEST_SCALE=40 ;;
+        m32)
+            only="-compare: |compared methods|2000 lives|half floats|a convex caster|a finer map|normals help|panoramas"
+            only="$only|carry all energy|radiance is that of|$once|$slow"
+            log=$log.m32 # its own, for can
+            can -m32 && suite m32 env TEST_SCALE=100 "$runner" ;;
+        valgrind)
+            only=$on_cpu # the sanitizers see the rest
+            suite release env TEST_SCALE=200 valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 \
+                --leak-check=full --errors-for-leak-kinds=definite ;;
+    esac
 }
 
 # What needs one core and takes minutes, run beside the sections before it. later NAME is its section.
 beside()
 {
-    for part in fuzz coverage valgrind viewer isa; do
+    for part in fuzz coverage native x87 m32 valgrind viewer isa; do
         # From valgrind on programs are used that are built in the meantime.
         while [ $part = valgrind ] && [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done
         case $part in
             fuzz) sh tests/fuzz.sh short ;;
             coverage) COVERAGE_OF="-$slow" sh tests/coverage.sh ;;
-            valgrind) ! command -v valgrind || valgrind_suite ;;
-            *) sh tests/$part.sh ;;
+            viewer | isa) sh tests/$part.sh ;;
+            *) (suite_of $part) ;;
         esac >"$log.$part" 2>&1
         echo $? >"$log.$part.status"
     done
@@ -235,33 +256,12 @@ more()
     [ -n "$no_egl" ] || section "tests, release, EGL hidden" without_egl release
     section "promises" promises
     section "claims" claims
-    # What does not go by the compiler's flags is left out: the calls that a driver sees, and rivals.
-    only="-GL: components|GL: failures|GL: finding lights|leaves the caller|leave the caller|is left alone"
-    only="$only|leave nothing|undone|refused|refuses|names that died|transform feedback|contexts at once"
-    only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: "
-    if can -O3 -march=native; then
-        section "tests, -O3 -march=native -ffp-contract=fast" suite native env TEST_SCALE=10
-    else
-        missing "native: the compiler knows no -march=native"
-    fi
-    only=$on_cpu
-    if can -mfpmath=387; then
-        section "tests, numbers as the 8087 rounds them" suite x87 env TEST_SCALE=40
-    else
-        missing "8087: the compiler is for another processor"
-    fi
     only="-compare: |$long" # rivals and their times
     if can -fsanitize=address,undefined; then
         section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=20
         [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
     else
         missing "sanitizers: apt-get install libasan8 libubsan1"
-    fi
-    only="-compare: |compared methods|2000 lives|half floats|a convex caster|a finer map|normals help|panoramas|carry all energy|radiance is that of|$slow"
-    if can -m32; then
-        section "tests, 32 bits" suite m32 env TEST_SCALE=100 "$runner"
-    else
-        missing "32 bits: apt-get install gcc-multilib qemu-user"
     fi
     # Contexts and drivers that engines have and the default is not: what differs there, in two minutes each.
     only="GL's tables|GL's spot lights|GL's visibility is|GL state|GL numbers|GL's transform|GL's names|GL works in two"
@@ -274,6 +274,21 @@ more()
         missing "zink over lavapipe: apt-get install mesa-vulkan-drivers"
     fi
     only=
+    if can -O3 -march=native; then
+        section "tests, -O3 -march=native -ffp-contract=fast" later native
+    else
+        missing "native: the compiler knows no -march=native"
+    fi
+    if can -mfpmath=387; then
+        section "tests, numbers as the 8087 rounds them" later x87
+    else
+        missing "8087: the compiler is for another processor"
+    fi
+    if can -m32; then
+        section "tests, 32 bits" later m32
+    else
+        missing "32 bits: apt-get install gcc-multilib qemu-user"
+    fi
     if command -v valgrind >/dev/null; then
         section "tests, valgrind" later valgrind
     else
