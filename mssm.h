@@ -1406,7 +1406,7 @@ MSSM_SHARED mssm_roots3 mssm_solve_monic(float b, float c, float d)
     if (size <= 0.0f) return r;
     float pair = mssm_max(sqrtf(fabsf(d)) / sqrtf(size), fabsf(c) / size);
     float unit = pair < 0.01f * size && pair > 1e-37f ? pair : size;
-    float s = unit / size;
+    float s = unit < size ? unit / size : 1.0f; // not that of a GPU where x / x is less
     b = b / size;
     // The clamps never act: they keep GLSL and -ffast-math from powers of size beyond float.
     c = mssm_clamp(c / size, -3e38f, 3e38f) / unit;
@@ -1507,7 +1507,10 @@ mssm_points3 mssm_reconstruct4(mssm_moments4 m, float z)
     float z0 = mssm_clamp(z, -1000.0f, 1000.0f);
     float off = z0 - r.z[0]; // rounding, of all depths alike
     r.z[0] = z0;
-    for (int i = 1; i < 3; i++) r.z[i] = r.z[i] + off;
+    for (int i = 1; i < 3; i++) {
+        r.z[i] = r.z[i] + off;
+        r.w[i] = mssm_min(r.w[i], 1.0f); // quotients of GPUs are off by more than rounding
+    }
     return r;
 }
 
@@ -1517,7 +1520,10 @@ mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)
     float z0 = mssm_clamp(z, -1000.0f, 1000.0f);
     float off = z0 - r.z[0];
     r.z[0] = z0;
-    for (int i = 1; i < 4; i++) r.z[i] = r.z[i] + off;
+    for (int i = 1; i < 4; i++) {
+        r.z[i] = r.z[i] + off;
+        r.w[i] = mssm_min(r.w[i], 1.0f);
+    }
     for (int i = 0; i < 3; i++) { // three comparisons of neighbours sort three depths
         int j = i == 1 ? 2 : 1;
         float z_low = r.z[j];
@@ -7108,7 +7114,7 @@ const char *mssm_glsl_math(void)
     "    if (size <= 0.0f) return r;\n"
     "    float pair = mssm_max(sqrtf(fabsf(d)) / sqrtf(size), fabsf(c) / size);\n"
     "    float unit = pair < 0.01f * size && pair > 1e-37f ? pair : size;\n"
-    "    float s = unit / size;\n"
+    "    float s = unit < size ? unit / size : 1.0f; // not that of a GPU where x / x is less\n"
     "    b = b / size;\n"
     "    // The clamps never act: they keep GLSL and -ffast-math from powers of size beyond float.\n"
     "    c = mssm_clamp(c / size, -3e38f, 3e38f) / unit;\n"
@@ -7209,7 +7215,10 @@ const char *mssm_glsl_math(void)
     "    float z0 = mssm_clamp(z, -1000.0f, 1000.0f);\n"
     "    float off = z0 - r.z[0]; // rounding, of all depths alike\n"
     "    r.z[0] = z0;\n"
-    "    for (int i = 1; i < 3; i++) r.z[i] = r.z[i] + off;\n"
+    "    for (int i = 1; i < 3; i++) {\n"
+    "        r.z[i] = r.z[i] + off;\n"
+    "        r.w[i] = mssm_min(r.w[i], 1.0f); // quotients of GPUs are off by more than rounding\n"
+    "    }\n"
     "    return r;\n"
     "}\n"
     "\n"
@@ -7219,7 +7228,10 @@ const char *mssm_glsl_math(void)
     "    float z0 = mssm_clamp(z, -1000.0f, 1000.0f);\n"
     "    float off = z0 - r.z[0];\n"
     "    r.z[0] = z0;\n"
-    "    for (int i = 1; i < 4; i++) r.z[i] = r.z[i] + off;\n"
+    "    for (int i = 1; i < 4; i++) {\n"
+    "        r.z[i] = r.z[i] + off;\n"
+    "        r.w[i] = mssm_min(r.w[i], 1.0f);\n"
+    "    }\n"
     "    for (int i = 0; i < 3; i++) { // three comparisons of neighbours sort three depths\n"
     "        int j = i == 1 ? 2 : 1;\n"
     "        float z_low = r.z[j];\n"

@@ -22,7 +22,7 @@
 #define AGREEMENT 1e-5f
 
 enum { WIDTH = 8, GROUP = 64 }; // floats an input and a result; invocations a work group
-enum { SEED = 20240229 };
+enum { SEED = 20240229, MILLION = 1 << 20 };
 
 // ---- Inputs ----
 //
@@ -531,16 +531,19 @@ static bool run_shader(const function *f, const float *inputs, float *results, i
 // Do C's results at the neighbouring inputs account for the GPU's, which is d away from c?
 // Neighbours: one input moved up or down by 1, 2, 4 or 8 of its last bits. A fused multiply-add or
 // another quotient on one side is as if several inputs moved at once, hence the factor 4: with C
-// fused and llvmpipe not, 1.9 was needed (mssm_reconstruct6, a million inputs).
-static bool at_limit(const function *f, const float *a, const float *c, float d)
+// fused and llvmpipe not, 1.9 was needed (mssm_reconstruct6, a million inputs). Where a
+// GPU's quotients are not exact, also by the last bit of 1: so much moves what they are added to.
+static bool at_limit(const function *f, const float *a, const float *c, float d, bool exact)
 {
     float largest = 0;
-    for (int move = 0; move < 8 * WIDTH; move++) {
+    for (int move = 0; move < (exact ? 8 : 10) * WIDTH; move++) {
         float b[WIDTH], r[WIDTH] = {0};
         memcpy(b, a, sizeof b);
-        float *moved = &b[move / 8];
-        for (int bits = 1 << (move / 2 % 4); bits > 0; bits--)
-            *moved = nextafterf(*moved, move % 2 ? INFINITY : -INFINITY);
+        float *moved = &b[move % WIDTH];
+        const int step = move / WIDTH;
+        if (step >= 8) *moved += step % 2 ? FLT_EPSILON : -FLT_EPSILON;
+        for (int bits = step < 8 ? 1 << step / 2 : 0; bits > 0; bits--)
+            *moved = nextafterf(*moved, step % 2 ? INFINITY : -INFINITY);
         f->c(b, r);
         largest = fmaxf(largest, f->kind->distance(c, r));
     }
@@ -557,17 +560,17 @@ static void print_case(const function *f, const float *a, const float *c, const 
               g[4], g[5], g[6], g[7]);
 }
 
-// A million inputs of one family, and what the GPU makes of them.
+// Inputs of one family, and what the GPU makes of them.
 typedef struct batch {
     int count;
     float *inputs, *results;
 } batch;
 
-static batch make_batch(void (*input)(uint64_t *seed, float *a))
+static batch make_batch(void (*input)(uint64_t *seed, float *a), int count)
 {
     batch b;
     uint64_t seed = SEED;
-    b.count = (test_trials(1 << 20) + GROUP - 1) / GROUP * GROUP;
+    b.count = (test_trials(count) + GROUP - 1) / GROUP * GROUP;
     b.inputs = malloc(sizeof(float) * WIDTH * (size_t)b.count);
     b.results = malloc(sizeof(float) * WIDTH * (size_t)b.count);
     for (int i = 0; i < b.count; i++) input(&seed, b.inputs + WIDTH * i);
@@ -595,7 +598,7 @@ static void check_promise(const function *f, batch b)
 }
 
 // Checks that all results agree but at limits, and that at most the share `limits` are at limits.
-static void check_agreement(const function *f, batch b, double limits)
+static void check_agreement(const function *f, batch b, double limits, bool exact)
 {
     int same = 0, limit = 0, bad = 0, worst_at = 0;
     float c[WIDTH] = {0}, worst = 0, worst_limit = 0;
@@ -607,7 +610,7 @@ static void check_agreement(const function *f, batch b, double limits)
         if (d <= AGREEMENT) {
             worst_at = d > worst ? i : worst_at;
             worst = fmaxf(d, worst);
-        } else if (d <= f->kind->own_error || at_limit(f, a, c, d)) {
+        } else if (d <= f->kind->own_error || at_limit(f, a, c, d, exact)) {
             worst_limit = fmaxf(d, worst_limit);
             limit++;
         } else {
@@ -638,18 +641,20 @@ static bool rounds_alike(void)
     return fabsf(c[0] - g[0]) <= 0;
 }
 
-// limits: the largest share at limits where both sides round alike; `fused` where they do not.
-static void compare_all(const function *f, double limits, double fused)
+// limits: the largest share at limits where both sides round alike; `otherwise` where one fuses and
+// the other does not, or the GPU's quotients and roots are its own.
+static void compare_all(const function *f, double limits, double otherwise)
 {
     gl_context c;
     if (!gl_test_begin(&c)) return;
-    const bool alike = rounds_alike();
-    if (!alike) test_note("one side fuses multiply and add, the other does not");
+    const bool fused = !rounds_alike(), exact = gl_test_rounds();
+    if (fused) test_note("one side fuses multiply and add, the other does not");
+    if (!exact) test_note("this GPU rounds quotients or roots its own way");
     for (; f->name; f++) {
-        batch b = make_batch(f->input);
+        batch b = make_batch(f->input, MILLION);
         if (run_shader(f, b.inputs, b.results, b.count)) {
             check_promise(f, b);
-            check_agreement(f, b, alike ? limits : fused);
+            check_agreement(f, b, exact && !fused ? limits : otherwise, exact);
         }
         free_batch(b);
     }
@@ -672,17 +677,42 @@ static void text_compiles(void)
     gl_context_destroy(&c);
 }
 
+static void keep_promises(const function *f, batch b)
+{
+    for (; f->name; f++)
+        if (run_shader(f, b.inputs, b.results, b.count)) check_promise(f, b);
+}
+
 static void garbage_is_tamed(void)
 {
-    static const function *const all[] = {bound_functions, blocker_functions, reconstruct_functions,
-                                          cubic_functions};
     gl_context c;
     if (!gl_test_begin(&c)) return;
-    batch b = make_batch(random_garbage);
-    for (size_t group = 0; group < sizeof all / sizeof *all; group++)
-        for (const function *f = all[group]; f->name; f++)
-            if (run_shader(f, b.inputs, b.results, b.count)) check_promise(f, b);
+    batch b = make_batch(random_garbage, MILLION);
+    keep_promises(bound_functions, b);
+    keep_promises(blocker_functions, b);
+    keep_promises(reconstruct_functions, b);
+    keep_promises(cubic_functions, b);
     free_batch(b);
+    gl_context_destroy(&c);
+}
+
+// A share may become 1.0000001 there, and x / x less than 1.
+static void loose_quotients_break_nothing(void)
+{
+    static void (*const inputs[])(uint64_t *, float *) = {random_garbage, random_receiver4,
+                                                          random_receiver6, random_cubic};
+    gl_context c;
+    if (!gl_test_begin(&c)) return;
+    gl_test_round_loosely();
+    CHECK(!gl_test_rounds(), "quotients are exact");
+    for (int i = 0; i < 4; i++) {
+        batch b = make_batch(inputs[i], MILLION / 32); // one in a thousand broke
+        keep_promises(bound_functions, b);
+        keep_promises(blocker_functions, b);
+        keep_promises(reconstruct_functions, b);
+        keep_promises(cubic_functions, b);
+        free_batch(b);
+    }
     gl_context_destroy(&c);
 }
 
@@ -729,4 +759,6 @@ const test_case glsl_tests[] = {
     {"GLSL gives C's roots of cubics", cubics_agree},
     {"GLSL gives C's irradiance of discs", discs_agree},
     {"GLSL keeps its promises for a million garbage inputs", garbage_is_tamed},
+    {"GLSL keeps its promises where quotients and roots are two units off",
+     loose_quotients_break_nothing},
     {0, 0}};

@@ -160,45 +160,6 @@ static bool rounds_alike(void)
     return !(sum < 0) && sizeof(void *) > 4;
 }
 
-// GLSL lets a GPU's quotients be 2.5 units off, its roots more: then a decision between two lights
-// that are almost alike falls otherwise, and all lights after it are other ones.
-static bool gpu_rounds(void)
-{
-    static const char *const body = "layout(local_size_x = 64) in;\n"
-                                    "layout(std430, binding = 0) buffer numbers { float x[]; };\n"
-                                    "void main()\n"
-                                    "{\n"
-                                    "    uint i = gl_GlobalInvocationID.x;\n"
-                                    "    precise float q = x[i] / x[i ^ 1u], r = sqrt(x[i]);\n"
-                                    "    x[1024 + i] = q;\n"
-                                    "    x[2048 + i] = r;\n"
-                                    "}\n";
-    static const char *const text[] = {body, NULL};
-    static float x[3072];
-    uint64_t seed = 91;
-    bool same = true;
-    GLuint buffer;
-    const GLuint program = gl_test_compute("rounding", text);
-    for (int i = 0; i < 1024; i++) x[i] = (float)test_range(&seed, 0.01, 10);
-    gl.CreateBuffers(1, &buffer);
-    gl.NamedBufferStorage(buffer, sizeof x, x, 0);
-    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, buffer);
-    gl.UseProgram(program);
-    gl.DispatchCompute(16, 1, 1);
-    gl.MemoryBarrier(~0u);
-    gl.GetNamedBufferSubData(buffer, 0, sizeof x, x);
-    for (int i = 0; i < 1024; i++) {
-        const float quotient = x[i] / x[i ^ 1], root = sqrtf(x[i]);
-        same = same && x[1024 + i] == quotient && x[2048 + i] == root;
-    }
-    gl.UseProgram(0);
-    gl.DeleteProgram(program);
-    gl.DeleteBuffers(1, &buffer);
-    if (!same)
-        test_note("this GPU rounds its own way: errors of the lights are compared, not the lights");
-    return same;
-}
-
 static bool make_subject(subject *s, const lightprobe_gl_desc *d)
 {
     memset(s, 0, sizeof *s);
@@ -206,7 +167,8 @@ static bool make_subject(subject *s, const lightprobe_gl_desc *d)
     const lightprobe_result r = lightprobe_gl_create(&s->gl, d);
     CHECK(!r, "%s: %s", lightprobe_result_string(r), fakes.message);
     if (r) return false;
-    s->alike = rounds_alike() && gpu_rounds();
+    s->alike = rounds_alike() && gl_test_rounds();
+    if (!s->alike) test_note("errors of the lights are compared, not the lights");
     s->texture = new_texture(1, d->side);
     s->scratch = malloc(lightprobe_scratch_bytes(d->side, d->max_lights));
     return true;
@@ -244,7 +206,7 @@ static void compare(subject *s, const char *what)
         carried[c] = (float)sum;
     }
     CHECK(cut_off || apart(carried, b->stats.total, all) < 1e-6, "%s: lights and residual", what);
-    for (int i = 0; i < 9 && rounds_alike(); i++)
+    for (int i = 0; i < 9 && s->alike; i++)
         CHECK(apart(a->stats.residual_sh[i], b->stats.residual_sh[i], all) < 1e-6,
               "%s: harmonic %d", what, i);
     CHECK(a->stats.repaired_texels == b->stats.repaired_texels, "%s: %d texels repaired, not %d",

@@ -17,6 +17,17 @@ bool gl_test_share(const gl_context *c, gl_context *shared);
 bool gl_test_make_current(const gl_context *c);
 void gl_test_unshare(gl_context *shared);
 
+// Whether this GPU rounds quotients and roots as IEEE 754 says. GLSL lets quotients
+// be 2.5 units off, roots more: then a decision between two lights that are almost alike falls
+// otherwise, and all lights after it are other ones.
+bool gl_test_rounds(void);
+
+// From now on, in this context, quotients and roots in shaders are off by up to two units in the last
+// place, other than by powers of two: GLSL asks for 2.5 of quotients and for less of roots, and x / x
+// may be less than 1. Drivers without a GPU round as IEEE 754 says. gl_test_begin does it if
+// TEST_ROUNDING is set.
+void gl_test_round_loosely(void);
+
 // Texts end in NULL and get "#version 450 core" in front. Any word in a log fails the test; 0 if
 // the driver makes nothing of it.
 GLuint gl_test_shader(GLenum type, const char *name, const char *const *text);
