@@ -587,7 +587,7 @@ typedef struct mssm_gl_desc { // zero means default everywhere
 
 typedef struct mssm_gl mssm_gl;
 
-// Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 25
+// Compiles the shaders and makes all objects: for N lights of side^2, 6 moments, N * side^2 * 26
 // bytes and a third more, and a depth target of side^2 * samples * 4 a layer: N + 1 layers, at most
 // 16 and 32 MiB, but always two. Filtered: N * side^2 * 8 (12 with 6 moments) and a third more, and
 // side^2 * (4 * samples + 79) to work in. On failure *gl is untouched, all freed, the log told.

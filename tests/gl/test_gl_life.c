@@ -810,6 +810,15 @@ static void bytes_are_counted(void)
         mssm_gl_destroy(g);
         gl.GetError();
     }
+    // A light more: side^2 * 26 bytes and a third more, filtered 8.
+    for (int filtered = 0; filtered < 2; filtered++) {
+        mssm_gl_desc few = description(40, 256, 4, filtered ? 4 : 6), more = few;
+        few.filtered = more.filtered = filtered;
+        more.lights++;
+        const double each =
+            (double)(mssm_gl_bytes(&more) - mssm_gl_bytes(&few)) * 3 / (4 * 256 * 256);
+        CHECK(fabs(each - (filtered ? 8 : 26)) < 0.1, "%g bytes", each);
+    }
     mssm_gl_desc d;
     memset(&d, 0, sizeof d);
     const size_t said = mssm_gl_bytes(&d);
