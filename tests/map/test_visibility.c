@@ -4,6 +4,7 @@
 #include "../support/test.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -602,6 +603,104 @@ static void a_larger_light_softens_monotonically(void)
     CHECK(worst < 0.02, "%.4f", worst);
 }
 
+// ---- How many texels a penumbra needs (docs/integration.md, "How large a map?") ------------------
+
+// The part of the square [-half,half]^2 that lies where x * n[0] + y * n[1] > least.
+static double square_share(const double n[2], double least, double half)
+{
+    static const double corner[5][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}, {-1, -1}};
+    double p[8][2], area = 0;
+    int count = 0;
+    for (int i = 0; i < 4; i++) {
+        const double *a = corner[i], *b = corner[i + 1];
+        const double u = half * (n[0] * a[0] + n[1] * a[1]) - least,
+                     v = half * (n[0] * b[0] + n[1] * b[1]) - least;
+        if (u > 0) memcpy(p[count++], a, sizeof *p);
+        if ((u > 0) == (v > 0)) continue;
+        for (int k = 0; k < 2; k++) p[count][k] = a[k] + u / (u - v) * (b[k] - a[k]);
+        count++;
+    }
+    for (int i = 0; i < count; i++) {
+        const double *a = p[i], *b = p[(i + 1) % count];
+        area += (a[0] * b[1] - b[0] * a[1]) / 8;
+    }
+    return area;
+}
+
+// The guide's.
+static double penumbra_texels(const mssm_light *l, int side, double blocker, double receiver)
+{
+    const double part = l->perspective ? 1 / (blocker * receiver) : 1;
+    return (double)l->half_u * (receiver - blocker) * part * side / (double)l->extent_u;
+}
+
+// Squared errors across the penumbra that half a plane at height .5 casts on the ground, below a sun or a lamp at
+// height 2, as many texels wide on it.
+static double edge_error(bool spot, double texels, double turn)
+{
+    enum { SIDE = 128, SAMPLES = 4, COUNT = SIDE * SIDE * SAMPLES, POINTS = 200 };
+    static float z[COUNT];
+    const double n[2] = {cos(turn), sin(turn)}, off = 0.2 * sin(9 * turn), height = 0.5;
+    const double apart =
+        spot ? 2 / (2 - height) : 1; // of points on the ground whose rays are 1 apart there
+    const float low[3] = {-1, 0, -1}, high[3] = {1, 0.5f, 1}, up[3] = {0, 1, 0}, at[3] = {0, 2, 0};
+    const float axis[3] = {1, 0, 0};
+    float corner[4][3] = {{0, 0.5f, 0}, {1, 0.5f, 0}, {0, 0.5f, 1}, {0, 0, 0}}, q[4][3];
+    double sum = 0;
+    setup u;
+    CHECK(!(spot ? mssm_light_spot(&u.light, at, up, axis, 0.6f, 0.5f, 2.5f, 1, 1)
+                 : mssm_light_directional(&u.light, up, axis, 1, 1, low, high)),
+          "light");
+    u.light.half_u =
+        (float)(texels / penumbra_texels(&u.light, SIDE, spot ? 2 - height : 0, spot ? 2 : height));
+    u.light.half_v = u.light.half_u;
+    for (int i = 0; i < 4; i++) CHECK(mssm_light_project(&u.light, corner[i], q[i]), "project");
+    const double a = q[1][0] - q[0][0], b = q[2][0] - q[0][0], c = q[1][1] - q[0][1],
+                 d = q[2][1] - q[0][1];
+    for (int i = 0; i < COUNT; i++) { // where the texel's ray meets the height of the plane
+        const double x = (2.0 * (i / SAMPLES % SIDE) + 0.5 + i % 2) / SIDE - 1 - (double)q[0][0],
+                     y = (2.0 * (i / SAMPLES / SIDE) + 0.5 + i / 2 % 2) / SIDE - 1 -
+                         (double)q[0][1],
+                     det = a * d - b * c;
+        z[i] =
+            n[0] * (d * x - b * y) / det + n[1] * (a * y - c * x) / det > off ? q[0][2] : q[3][2];
+    }
+    u.memory = allocate(mssm_map_bytes(SIDE, 6));
+    CHECK(!mssm_map_init(&u.map, u.memory, mssm_map_bytes(SIDE, 6), SIDE, 6) &&
+              !mssm_map_update(u.map, z, NULL, SAMPLES),
+          "map");
+    // The light's half-size as seen from the ground: at height 1, or where the lamp is.
+    const double half = (double)u.light.half_u,
+                 wide = half * (spot ? height / 2 : height) * (fabs(n[0]) + fabs(n[1]));
+    for (int i = 0; i < POINTS; i++) {
+        const double across = wide * (2.0 * i / POINTS - 1), along = 0.2 * sin(40.0 * i);
+        const double r =
+            apart * (off + across); // across is where the middle's ray meets the plane's height
+        const float p[3] = {(float)(n[0] * r - n[1] * along), 0, (float)(n[1] * r + n[0] * along)};
+        const double dark = square_share(n, -across * (spot ? 2 / height : 1 / height), half);
+        sum +=
+            pow((double)mssm_map_visibility_normal(u.map, &u.light, NULL, p, up) - (1 - dark), 2) /
+            POINTS;
+    }
+    free(u.memory);
+    return sum;
+}
+
+static void penumbras_of_four_texels_are_enough(void)
+{
+    double before = 1;
+    for (int texels = 1; texels <= 16; texels *= 2) {
+        double rms[2] = {0, 0};
+        for (int i = 0; i < 40; i++)
+            rms[i % 2] += edge_error(i % 2, texels, 0.02 + 0.16 * (i / 2)) / 20;
+        for (int i = 0; i < 2; i++) rms[i] = sqrt(rms[i]);
+        test_note("%2d texels: rms %.4f, of a lamp %.4f", texels, rms[0], rms[1]);
+        CHECK(rms[0] < 0.6 * before && rms[1] < 0.6 * before, "%d texels: no gain", texels);
+        before = fmax(rms[0], rms[1]);
+        if (texels == 4) CHECK(before < 0.02, "4 texels: %.4f", before);
+    }
+}
+
 // Within a shape, or so close that a map of 256 cannot tell.
 static int is_inside(const scene *s, const double p[3])
 {
@@ -1067,6 +1166,7 @@ const test_case visibility_tests[] = {
     {"visibility stays in range for any point, light and depth", visibility_stays_in_range},
     {"a light without size casts a hard shadow", a_light_without_size_casts_a_hard_shadow},
     {"a larger light softens monotonically", a_larger_light_softens_monotonically},
+    {"penumbras of four texels are enough", penumbras_of_four_texels_are_enough},
     {"visibility does not jump between neighbours", visibility_does_not_jump},
     {"spot lights agree with ray tracing", spot_lights_agree_with_ray_tracing},
     {"a spot light's far plane may be near", a_spot_lights_far_plane_may_be_near},
