@@ -4154,8 +4154,8 @@ static const char mssm__glsl_linear_depth[] =
     "{\n"
     "    precise float z = 2.0 * d - 1.0;\n"
     "    float w = 2.0 * near * far / (far + near - z * (far - near));\n"
-    "    float linear = -1.0 + 2.0 * (w - near) / (far - near);\n"
-    "    return d >= 1.0 ? 1.0 : clamp(job[first + 2] > 0 ? linear : z, -1.0, 1.0);\n"
+    "    float depth = -1.0 + 2.0 * (w - near) / (far - near);\n"
+    "    return d >= 1.0 ? 1.0 : clamp(job[first + 2] > 0 ? depth : z, -1.0, 1.0);\n"
     "}\n";
 
 // Of a pass of our own: sample s of a texel; back faces have the layer after the front faces.
