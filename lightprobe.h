@@ -2031,6 +2031,8 @@ LIGHTPROBE_SHARED lightprobe_cluster lightprobe_fresh(void)
     c.now = c.past = c.late = lightprobe_no_moments();
     for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = 0.0f;
     c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = c.width = 0.0f;
+    c.error = c.gain = 0.0f;
+    c.planned = c.changed = c.brightest = c.first = c.near_count = 0;
     c.id = -1;
     c.lives = 1;
     return c;
@@ -7183,6 +7185,8 @@ static const char *lightprobe__quote_moving(void)
     "    c.now = c.past = c.late = lightprobe_no_moments();\n"
     "    for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = 0.0f;\n"
     "    c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = c.width = 0.0f;\n"
+    "    c.error = c.gain = 0.0f;\n"
+    "    c.planned = c.changed = c.brightest = c.first = c.near_count = 0;\n"
     "    c.id = -1;\n"
     "    c.lives = 1;\n"
     "    return c;\n"

@@ -488,6 +488,7 @@ void compare_visibility(subject *s, int index, const char *what, int count, cons
                         agreement *a)
 {
     float *gpu = allocate(sizeof *gpu * (size_t)count);
+    ask_with(s, index, false, true, count, points, gpu);
     for (int i = 0; i < count; i++) {
         const float *p = points + 3 * i;
         float n[3];

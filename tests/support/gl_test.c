@@ -244,6 +244,7 @@ static void GL_CALL loose_source(GLuint shader, GLsizei count, const GLchar *con
 
 void gl_test_round_loosely(void)
 {
+    if (gl.ShaderSource == loose_source) return;
     exact_source = gl.ShaderSource;
     gl.ShaderSource = loose_source;
 }
