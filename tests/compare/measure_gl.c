@@ -39,8 +39,8 @@ static const gl_method methods[MEASURE_GL_METHODS] = {
     {PCSS_POISSON, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_16, {0}, 0, 0, 1, 6},
     {"PCSS, 32 Poisson samples", PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_32, {0}, 0, 0, 1, 6},
     {"PCSS, 16 samples over 8 frames", PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_16, {0}, 0, 0, 8, 6},
-    {PCSS_GATHER_NORMAL, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_GATHER_NORMAL, {0}, 1, 0, 1, 1},
-    {PCSS_POISSON_NORMAL, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_16_NORMAL, {0}, 1, 0, 1, 1},
+    {PCSS_GATHER_NORMAL, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_GATHER_NORMAL, {0}, 1, 0, 1, 0.5f},
+    {PCSS_POISSON_NORMAL, PERCENTAGE_CLOSER, GL_PERCENTAGE_CLOSER_16_NORMAL, {0}, 1, 0, 1, 0.5f},
     {CSSM8 CSSM_TABLES, CONVOLUTION, 4, {0}, 0, 0, 1, 0},
     {CSSM16 CSSM_TABLES, CONVOLUTION, 8, {0}, 0, 0, 1, 0},
     {CSSM_ANNEN CSSM_TABLES, CONVOLUTION, 16, {0}, 0, 0, 1, 0},
@@ -564,7 +564,7 @@ static double method_error(bench *b, subject *s, const image *truth, double *fli
 static bool find_bias(figures *f, bench *b, subject *s, const image *truth, bool quick,
                       message *why)
 {
-    static const float tried[] = {0, 1, 2, 3, 4, 6, 8, 12, 16};
+    static const float tried[] = {0, 0.5f, 1, 2, 3, 4, 6, 8, 12, 16};
     double least = HUGE_VAL;
     float best = 0;
     for (size_t i = quick ? 1 : 0; i < sizeof tried / sizeof *tried; i += quick ? 4 : 1) {

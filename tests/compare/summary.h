@@ -88,5 +88,6 @@ const style *style_of(const char *method);
 #define FILTERED_6 "filtered, 6 moments"
 #define PCF_GAUSSIAN "PCF, Gaussian"
 #define EVSM_GAUSSIAN "EVSM, Gaussian"
+#define EVSM_HALVES "EVSM, Gaussian, 64 bits"
 
 #endif
