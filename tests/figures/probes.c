@@ -314,7 +314,8 @@ bool probe_times(page *p, message *why)
         "Kneiphof's Figure 3. The paper's way is summed-area tables of XYZ and of the moments of "
         "luminance, median cut in them, and lights from them; in OpenGL by compute shaders, with "
         "one group of 256 threads and a bitonic sorter for the cuts. Both sides find the same "
-        "lights. CPU times are of one thread, the least of %d runs.\n\n"
+        "lights. CPU times are of one thread, the least of %d runs; lightprobe.h in OpenGL is timed at "
+        "every second number of lights, since it compiles for seconds.\n\n"
         "![Time to find the lights](figure_probe_times.svg)\n\n",
         r->rounds);
     chart_table(p->file, "ms, by the side of the faces", &panels[0]);
