@@ -8,8 +8,8 @@ enum { BASIS_UNIT = 5, WEIGHTED_UNIT, MEAN_UNIT };
 enum { R16F = 0x822D };
 
 // Measured by coordinate descent: the least rms error of the default scene's picture under 16
-// lights, against rays; mip maps at the tables' settings, which are within a few percent of their
-// own best.
+// lights, against rays. Mip maps are at the tables' settings, which are not their own best: of 8
+// terms they err by 8.65%, with a 3, b 37 and finer 2.75 by 7.02%.
 static const gl_convolution_tuning best[2][3] = {{{0, 0.04f, 1.5f, 0.08f, 0.2f, 2, 8, 0},
                                                   {0.02f, 0.03f, 1.1f, 0.08f, 0.2f, 2, 16, 0},
                                                   {0.05f, 0.015f, 1.2f, 0.1f, 0.5f, 0.5f, 10, 0}},
