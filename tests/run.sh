@@ -2,7 +2,7 @@
 # Runs the tests and ends with one line of counts.
 #
 #     sh tests/run.sh          what a change is tried with, in minutes: `make test`
-#     sh tests/run.sh all      also all trials, sanitizers, valgrind, 32 bits, other drivers ...: `make test-all`
+#     sh tests/run.sh all      also more trials, sanitizers, valgrind, 32 bits, other drivers ...: `make test-all`
 #
 # Each section ends with a line of its counts and seconds; the first prints only what is not ok, the second
 # all. If something failed, that and what was skipped is repeated at the end. What this machine lacks is
@@ -86,6 +86,7 @@ without_egl()
     mkdir -p build/no-egl && : >build/no-egl/libEGL.so.1
     (
         unset TEST_REQUIRE_GL
+        only="-compare: |$long_on_cpu"
         suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=1000
     ) >"$log.run" 2>&1
     status=$?
@@ -190,8 +191,9 @@ claims()
 }
 
 # The longest measurements, whose functions other tests call.
-long="a walk shows|does not jump|halve the error|few lights cast|behind random edges|steady as the map|lamps that pass"
-long="$long|go on smoothly|flat emitters|keep lamps in place"
+long_on_cpu="halve the error|few lights cast|behind random edges|steady as the map|lamps that pass|go on smoothly"
+long_on_cpu="$long_on_cpu|flat emitters|keep lamps in place"
+long="a walk shows|does not jump|$long_on_cpu"
 
 # Minutes where programs run in others, and code that other tests run too.
 slow="irradiance of 32 lights|shadow ratio|body alone|weak lights go|what is above the horizon|bars before a wall|turning probe|$long"
@@ -209,8 +211,8 @@ suite_of()
         native) # not what does not go by the flags: the calls that a driver sees, and rivals
             only="-GL: components|GL: failures|GL: finding lights|leaves the caller|leave the caller|is left alone"
             only="$only|leave nothing|undone|refused|refuses|names that died|transform feedback|contexts at once"
-            only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: "
-            suite native env TEST_SCALE=10 ;;
+            only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: |$slow"
+            suite native env TEST_SCALE=20 ;;
         x87)
             only=$on_cpu
             suite x87 env TEST_SCALE=40 ;;
@@ -219,6 +221,14 @@ suite_of()
             only="$only|carry all energy|radiance is that of|$once|$slow"
             log=$log.m32 # its own, for can
             can -m32 && suite m32 env TEST_SCALE=100 "$runner" ;;
+        compatibility | zink) # contexts and drivers that engines have and the default is not: what differs there
+            only="GL's tables|GL's spot lights|GL's visibility is|GL state|GL numbers|GL's transform|GL's names|GL works in two"
+            only="$only|GL finds the CPU's lights of a probe|GL: finding lights|GL refuses probes|filtered GL: nothing|filtered GL: the caller"
+            if [ "$1" = zink ]; then
+                suite release env TEST_SCALE=100 TEST_RENDERER=zink LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=zink
+            else
+                suite release env GL_COMPATIBILITY=1 TEST_SCALE=20
+            fi ;;
         valgrind)
             only=$on_cpu # the sanitizers see the rest
             suite release env TEST_SCALE=200 valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 \
@@ -229,7 +239,7 @@ suite_of()
 # What needs one core and takes minutes, run beside the sections before it. later NAME is its section.
 beside()
 {
-    for part in fuzz coverage native x87 m32 valgrind viewer isa; do
+    for part in fuzz coverage native x87 m32 valgrind compatibility zink viewer isa; do
         # From valgrind on programs are used that are built in the meantime.
         while [ $part = valgrind ] && [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done
         case $part in
@@ -256,20 +266,16 @@ more()
     [ -n "$no_egl" ] || section "tests, release, EGL hidden" without_egl release
     section "promises" promises
     section "claims" claims
-    only="-compare: |$long" # rivals and their times
+    only="-compare: |$slow" # rivals and their times
     if can -fsanitize=address,undefined; then
-        section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=20
+        section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=40
         [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
     else
         missing "sanitizers: apt-get install libasan8 libubsan1"
     fi
-    # Contexts and drivers that engines have and the default is not: what differs there, in two minutes each.
-    only="GL's tables|GL's spot lights|GL's visibility is|GL state|GL numbers|GL's transform|GL's names|GL works in two"
-    only="$only|GL finds the CPU's lights of a probe|GL: finding lights|GL refuses probes|filtered GL: nothing|filtered GL: the caller"
-    section "tests, OpenGL's compatibility profile" suite release env GL_COMPATIBILITY=1 TEST_SCALE=20
+    section "tests, OpenGL's compatibility profile" later compatibility
     if ls /usr/share/vulkan/icd.d/lvp_icd* >/dev/null 2>&1; then
-        section "tests, zink over lavapipe" suite release env TEST_SCALE=100 TEST_RENDERER=zink \
-            LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=zink
+        section "tests, zink over lavapipe" later zink
     else
         missing "zink over lavapipe: apt-get install mesa-vulkan-drivers"
     fi
@@ -320,7 +326,7 @@ else
     section "compile" sh tests/compile.sh
     $MAKE -s -j2 config=release test-binary
     : >"$log.built"
-    section "tests, release" suite release
+    section "tests, release" suite release env TEST_SCALE=3
     more
 fi
 
