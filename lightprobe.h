@@ -5305,7 +5305,7 @@ static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
     // Floats by their bits: there are countries where printf has no point.
     at +=
         snprintf(defines + at, sizeof defines - (size_t)at,
-                 "const int side = %d, distances = %d;\nconst float unit = uintBitsToFloat(%uu);\n"
+                 "const int side = %d, distances = %d;\nfloat unit = uintBitsToFloat(%uu);\n"
                  "#define HALF %d\n#define TILES %d\n#define TOP %d\n"
                  "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
                  "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"

@@ -87,7 +87,7 @@ without_egl()
     (
         unset TEST_REQUIRE_GL
         only="-compare: |$long_on_cpu"
-        suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=1000
+        suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=100
     ) >"$log.run" 2>&1
     status=$?
     awk '
