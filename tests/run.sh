@@ -215,7 +215,7 @@ suite_of()
             suite native env TEST_SCALE=20 ;;
         x87)
             only=$on_cpu
-            suite x87 env TEST_SCALE=40 ;;
+            suite x87 env TEST_SCALE=100 ;;
         m32)
             only="-compare: |compared methods|2000 lives|half floats|a convex caster|a finer map|normals help|panoramas"
             only="$only|carry all energy|radiance is that of|$once|$slow"
