@@ -1106,7 +1106,8 @@ static void obj_polygons_may_be_concave(void)
         size += (size_t)sprintf(text + size, "f");
         for (int i = 0; i < count; i++) {
             // Some are there twice, or the way to the next one and back: no area.
-            const int next = (i + 1) % count, more = trial / 3 % 4 * (int)test_random(&random) & 3;
+            const int next = (i + 1) % count,
+                      more = trial / 3 % 4 & (int)(test_random(&random) >> 40);
             size += (size_t)sprintf(text + size, " %d", i + 1);
             if (more & 1) size += (size_t)sprintf(text + size, " %d", i + 1);
             if (more & 2) size += (size_t)sprintf(text + size, " %d %d", next + 1, i + 1);
