@@ -677,10 +677,13 @@ static void text_compiles(void)
     gl_context_destroy(&c);
 }
 
-static void keep_promises(const function *f, batch b)
+static void keep_promises(batch b)
 {
-    for (; f->name; f++)
-        if (run_shader(f, b.inputs, b.results, b.count)) check_promise(f, b);
+    static const function *const all[] = {bound_functions, blocker_functions, reconstruct_functions,
+                                          cubic_functions};
+    for (size_t group = 0; group < sizeof all / sizeof *all; group++)
+        for (const function *f = all[group]; f->name; f++)
+            if (run_shader(f, b.inputs, b.results, b.count)) check_promise(f, b);
 }
 
 static void garbage_is_tamed(void)
@@ -688,10 +691,7 @@ static void garbage_is_tamed(void)
     gl_context c;
     if (!gl_test_begin(&c)) return;
     batch b = make_batch(random_garbage, MILLION);
-    keep_promises(bound_functions, b);
-    keep_promises(blocker_functions, b);
-    keep_promises(reconstruct_functions, b);
-    keep_promises(cubic_functions, b);
+    keep_promises(b);
     free_batch(b);
     gl_context_destroy(&c);
 }
@@ -707,10 +707,7 @@ static void loose_quotients_break_nothing(void)
     CHECK(!gl_test_rounds(), "quotients are exact");
     for (int i = 0; i < 4; i++) {
         batch b = make_batch(inputs[i], MILLION / 32); // one in a thousand broke
-        keep_promises(bound_functions, b);
-        keep_promises(blocker_functions, b);
-        keep_promises(reconstruct_functions, b);
-        keep_promises(cubic_functions, b);
+        keep_promises(b);
         free_batch(b);
     }
     gl_context_destroy(&c);
