@@ -242,13 +242,14 @@ beside()
     for part in fuzz coverage native x87 m32 valgrind compatibility zink viewer isa; do
         # From valgrind on programs are used that are built in the meantime.
         while [ $part = valgrind ] && [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done
+        from=$(date +%s)
         case $part in
             fuzz) sh tests/fuzz.sh short ;;
             coverage) COVERAGE_OF="-$slow" sh tests/coverage.sh ;;
             viewer | isa) sh tests/$part.sh ;;
             *) (suite_of $part) ;;
         esac >"$log.$part" 2>&1
-        echo $? >"$log.$part.status"
+        echo "$? $(($(date +%s) - from))" >"$log.$part.status"
     done
 }
 
@@ -256,7 +257,9 @@ later()
 {
     wait
     cat "$log.$1"
-    return "$(cat "$log.$1.status")"
+    read -r status took <"$log.$1.status"
+    echo "(beside the sections before: $took s)"
+    return "$status"
 }
 
 # What a release must pass besides.
@@ -326,7 +329,7 @@ else
     section "compile" sh tests/compile.sh
     $MAKE -s -j2 config=release test-binary
     : >"$log.built"
-    section "tests, release" suite release env TEST_SCALE=3
+    section "tests, release" suite release
     more
 fi
 

@@ -375,7 +375,7 @@ static void compare_places(uint64_t seed, int first, int last, int mode, const c
             const double other = rms(count, shaded, true_light) / mean;
             test_note("%s, %d lights: error %.3f, %s %.3f", o.name, lights, placed, otherwise,
                       other);
-            CHECK(count < 200 || placed < (which < last ? part : last_part) * other,
+            CHECK(count < MOST || placed < (which < last ? part : last_part) * other,
                   "%s, %d lights: %.3f, %s %.3f", o.name, lights, placed, otherwise, other);
         }
         drop(&o);

@@ -405,7 +405,8 @@ static void picture_agrees_with_ray_tracing(void)
     } cases[] = {{0, 0, 0, 0.05}, {0, 0, 1, 0.2}, {1, 0, 0, 0.2}, {2, 0, 1, 0.1}, {3, 0, 0, 0.2},
                  {6, 0, 0, 0.1},  {8, 1, 0, 0.3}, {0, 1, 1, 0.1}, {7, 1, 0, 0.6}, {4, 0, 0, 0.4}};
     enum { CASES = sizeof cases / sizeof *cases };
-    const int receivers = test_trials(300), side = receivers < 100 ? 64 : 256;
+    enum { RECEIVERS = 300 };
+    const int receivers = test_trials(RECEIVERS), side = receivers < 100 ? 64 : 256;
     double sums[3] = {0, 0, 0};
     uint64_t seed = 29;
     if (!begin_gl()) return;
@@ -431,7 +432,7 @@ static void picture_agrees_with_ray_tracing(void)
             CHECK(!mssm_map_update(s.map[0], z, cases[i].back ? z + count : NULL, samples),
                   "update");
             measure_scene(&s, &c, receivers, &seed, here);
-            CHECK(receivers < 100 || here[0] < 1.2 * here[1] + 3e-4,
+            CHECK(receivers < RECEIVERS || here[0] < 1.2 * here[1] + 3e-4,
                   "%s%s%s, %d samples: rms %.4f, CPU %.4f", c.name, cases[i].spot ? ", spot" : "",
                   cases[i].back ? ", both faces" : "", asked, sqrt(here[0]), sqrt(here[1]));
             for (int k = 0; k < 3; k++) sums[k] += here[k] / (2 * CASES);

@@ -814,7 +814,7 @@ static void a_spot_lights_far_plane_may_be_near(void)
     static const float far_planes[] = {8, 5.3f, 5.1f, 5.02f, 5, 4.98f};
     const float up[3] = {0, 1, 0}, axis[3] = {1, 0, 0}, eye[3] = {1, 5, 0};
     const double normal[3] = {0, 1, 0};
-    const int receivers = test_trials(400);
+    enum { RECEIVERS = 400 }; // few give no error to compare
     double best = 1, worst = 0, umbra = 0;
     for (int k = 0; k < 6; k++) {
         setup u;
@@ -831,14 +831,14 @@ static void a_spot_lights_far_plane_may_be_near(void)
               "spot");
         setup_map(&u, usual_side(), 1, 6, 0);
         double squares = 0;
-        for (int i = 0; i < receivers; i++) {
+        for (int i = 0; i < RECEIVERS; i++) {
             const double point[3] = {i % 2 ? test_range(&state, -1.1, -0.6)
                                            : test_range(&state, 0.2, 1.4),
                                      0, test_range(&state, -0.6, 0.6)};
             const double truth = scene_visibility(&u.scene, &u.light, point, normal, 12, &state);
             squares += pow(visibility(&u, NULL, point) - truth, 2);
         }
-        const double rms = sqrt(squares / receivers);
+        const double rms = sqrt(squares / RECEIVERS);
         best = fmin(best, rms);
         worst = fmax(worst, rms);
         for (int which = 0; which < 8; which++) {
@@ -849,7 +849,7 @@ static void a_spot_lights_far_plane_may_be_near(void)
         setup_free(&u);
     }
     test_note("rms %.4f to %.4f, umbra at most %.4f", best, worst, umbra);
-    CHECK(!enough(receivers) || worst < best + 0.01, "the far plane costs accuracy");
+    CHECK(worst < best + 0.01, "the far plane costs accuracy");
     CHECK(usual_side() < 256 || umbra < 0.01, "umbra %.3f", umbra);
 }
 
