@@ -145,16 +145,16 @@ typedef struct lightprobe_light {
     float cos_alpha;   // opening angle of the disc that stands for it in shading
     int id;            // survives from frame to frame: lightprobe_settings.previous
     float distance;    // from the probe's centre, world units; 0: infinitely far
-    // Of a flat emitter: by how much it recedes from the probe per length along axis_u and axis_v, at
-    // most 2.4. 0 where it faces the probe, where no plane fits and without distances.
+    // Of a flat emitter: by how much it recedes from the probe per length along axis_u and axis_v,
+    // at most 2.4. 0 where it faces the probe, where no plane fits and without distances.
     float slope_u, slope_v;
     float state[18]; // what the next frame goes on from; of no other use
 } lightprobe_light;
 
 typedef enum lightprobe_mode {
     LIGHTPROBE_BEST = 0,
-    // The paper's way (sections 3.1 and 4.1), for comparison. Its axes are the face's, projected: not
-    // always the longer first, and up to 30 degrees askew towards a corner of the cube.
+    // The paper's way (sections 3.1 and 4.1), for comparison. Its axes are the face's, projected:
+    // not always the longer first, and up to 30 degrees askew towards a corner of the cube.
     LIGHTPROBE_MEDIAN_CUT = 1
 } lightprobe_mode;
 
@@ -178,10 +178,10 @@ typedef struct lightprobe_settings {
     int previous_count;
     void (*log)(void *user, const char *message); // told in one line why a call failed; or NULL
     void *user;
-    // 1: the cube's fourth channel is the distance of what the texel shows from the probe's centre, in
-    // world units; what is not in [1e-9, 1e9], NaN say, is infinitely far. Then lights have a place.
-    // 2: it is the texel's luminance over that distance, for cubes with several samples a texel or mip
-    // maps: means of that keep lamps where they are, those of distances put their edges too far away.
+    // Gives lights a place. 1: the cube's fourth channel is the distance of what the texel shows
+    // from the probe's centre, in world units; what is not in [1e-9, 1e9], NaN say, is infinitely
+    // far. 2: it is luminance over that distance, for cubes with several samples a texel or mip
+    // maps: means of that keep lamps where they are, those of distances put edges too far off.
     int distances;
 } lightprobe_settings;
 
@@ -189,11 +189,11 @@ typedef struct lightprobe_stats {
     float total[3];          // irradiance[] of the whole probe, bad channels counting as 0
     float residual[3];       // what the lights do not carry, total - their sum
     float residual_sh[9][3]; // of it, for lightprobe_residual_irradiance
-    // Estimate of the root mean square error of irradiance behind a random half-space (its border any
-    // great circle; receivers of all orientations), in parts of the mean when nothing stands in between.
-    // Of 303 probes with 4 to 64 lights within 15% in 95% of the cases, at worst 27% too low or 34% too
-    // high; with one light mostly 40% too high. Of LIGHTPROBE_MEDIAN_CUT: mean half square angle to a
-    // light's centre.
+    // Estimate of the root mean square error of irradiance behind a random half-space (its border
+    // any great circle; receivers of all orientations), in parts of the mean when nothing stands in
+    // between. Of 303 probes with 4 to 64 lights within 15% in 95% of the cases, at worst 27% too
+    // low or 34% too high; with one light mostly 40% too high. Of LIGHTPROBE_MEDIAN_CUT: mean half
+    // square angle to a light's centre.
     float error;
     int lights;          // how many were written
     int repaired_texels; // with a negative, NaN or infinite channel; that channel counts as 0
@@ -206,14 +206,14 @@ LIGHTPROBE_API size_t lightprobe_scratch_bytes(int side, int max_lights);
 // Finds the lights of a probe. lights has room for settings->max_lights; settings may be NULL (all
 // defaults), stats too; scratch may have any alignment, and what it holds afterwards is of no use.
 //
-// The lights carry all of the probe: each texel belongs to one (with settings->previous, those between
-// lights are shared), and the residual is rounding (1e-7 of total, of either sign) unless min_share,
-// min_shadow, or LIGHTPROBE_MEDIAN_CUT with fewer than six lights, left something out. There are fewer
-// than asked for where texels run out or the tolerance is met, and none for a black probe.
+// The lights carry all of the probe: each texel belongs to one (with settings->previous, those
+// between lights are shared), and the residual is rounding (1e-7 of total, of either sign) unless
+// min_share, min_shadow, or LIGHTPROBE_MEDIAN_CUT with fewer than six lights, left something out.
+// There are fewer than asked for where texels run out or the tolerance is met, none for black ones.
 //
-// Deterministic. Radiance times a power of two changes irradiance, total and residual so, and nothing
-// else, bit for bit. Any finite texel is fine; sums beyond the range of float come out as FLT_MAX. A
-// failure leaves lights, light_count and stats untouched.
+// Deterministic. Radiance times a power of two changes irradiance, total and residual so, and
+// nothing else, bit for bit. Any finite texel is fine; sums beyond the range of float come out as
+// FLT_MAX. A failure leaves lights, light_count and stats untouched.
 LIGHTPROBE_API lightprobe_result lightprobe_extract(const lightprobe_cube *cube,
                                                     const lightprobe_settings *settings,
                                                     void *scratch, size_t scratch_bytes,
@@ -274,8 +274,8 @@ LIGHTPROBE_API lightprobe_lobe lightprobe_specular_lobe(const float normal[3], c
 LIGHTPROBE_API void lightprobe_specular(lightprobe_light light, lightprobe_lobe lobe, float x,
                                         float y, float z, float rgb[3]);
 
-// Irradiance, at least 0, of a surface with this unit normal from what the lights do not carry, in no
-// shadow: add it to that of the lights, nothing is counted twice. From nine spherical harmonics.
+// Irradiance, at least 0, of a surface with this unit normal from what the lights do not carry, in
+// no shadow: add it to that of the lights, nothing is counted twice. From nine spherical harmonics.
 LIGHTPROBE_API void lightprobe_residual_irradiance(const lightprobe_stats *stats,
                                                    const float normal[3], float rgb[3]);
 
@@ -404,7 +404,7 @@ typedef struct lightprobe_image {
 
 #define LIGHTPROBE_MAX_IMAGE 32768
 
-// Side of the faces in a cross or strip; a quarter of a panorama's width, at least 1; 0: fits no layout.
+// Side of the faces in a cross or strip; a quarter of a panorama's width, at least 1; 0: no layout.
 LIGHTPROBE_API int lightprobe_image_side(const lightprobe_image *image);
 
 // Fills texels, 18 side^2 floats, with the means of the picture over the solid angles of the cube's
@@ -544,8 +544,8 @@ float lightprobe_disc_irradiance(float cos_alpha, float cos_theta)
 // [glsl end]
 
 // [glsl begin places]
-// Vector irradiance of a disc over pi * radiance * radius2, seen from height below its plane and aside
-// from its axis: along the axis, and towards it per distance from it; its length.
+// Vector irradiance of a disc over pi * radiance * radius2, seen from height below its plane and
+// aside from its axis: along the axis, and towards it per distance from it; its length.
 typedef struct lightprobe_disc {
     float facing, inward, size;
 } lightprobe_disc;
@@ -574,8 +574,8 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     lightprobe_light seen = light;
     float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
     if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;
-    // In units of the distance, from the disc's centre: along its axis, squared distance from it and
-    // squared radius.
+    // In units of the distance, from the disc's centre: along its axis, squared distance from it
+    // and squared radius.
     float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;
     float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;
     float tilt2 = u * u + v * v, steep = tilt2 / (1.0f + sqrtf(1.0f + tilt2)), height = 0.0f;
@@ -585,7 +585,7 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
         flatter = sqrtf(steep * (2.0f + steep) / tilt2);
         tilt2 = steep * (2.0f + steep);
     }
-    // The one disc in this plane whose vector irradiance at the probe is the light's: turned away it is
+    // The one disc in this plane whose vector irradiance at the probe is the light's: turned away
     // larger, and further, since its nearer half looks larger than the other (docs/lightprobe.md).
     float slant = 1.0f + steep, gap = c2 - steep * first;
     float radius2 = first * (c2 + steep) / (gap * gap);
@@ -704,7 +704,7 @@ LIGHTPROBE_SHARED int lightprobe_level_side(int side, int level)
 }
 // [glsl end]
 
-// Solid angle of the triangle whose corners have these lengths, scalar products and triple product n.
+// Solid angle of the triangle whose corners have these lengths, scalar products, triple product n.
 // Nothing cancels, as it does in the usual difference of four atan (0.87% off in float at 256^2).
 static double lightprobe__triangle(double n, double a, double b, double c, double ab, double bc,
                                    double ca)
@@ -751,8 +751,8 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 // One e-fold of radiance counts as much as so many radians: what keeps a sun out of its haze. From
 // 0.15 to 0.25 no probe changes much; with half of that city_sun's sun is lost at 4 lights.
 #define LIGHTPROBE_TONE 0.2f
-// Radians by which what is as far away as the mean shifts for a typical receiver: what sets the near
-// apart from what is far behind it (docs/lightprobe.md, "Places").
+// Radians by which what is as far away as the mean shifts for a typical receiver: what sets the
+// near apart from what is far behind it (docs/lightprobe.md, "Places").
 #define LIGHTPROBE_PARALLAX 0.25f
 // Weight of a light's width next to its unevenness: its shadow is shaded as if the receiver saw all
 // of it at one cosine. 0.1 to 0.35 do alike; without it a night sky's 8 lights err twice as much.
@@ -760,19 +760,19 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE_BINS 8     // places for a cut, over so many standard deviations to both sides
 #define LIGHTPROBE_REACH 2.0f // of the mean
 #define LIGHTPROBE_NEAR 6     // clusters that a leaf may move to: with 3 errors grow by 3%
-// On a moving probe. Half as soft flickers up to 1.7 times as much, twice as soft errs twice as much at
-// 32 lights.
+// On a moving probe. Half as soft flickers up to 1.7 times as much, twice as soft errs twice as
+// much at 32 lights.
 #define LIGHTPROBE_SOFT 0.15f // radians further than the nearest seed: such lights share a leaf
 #define LIGHTPROBE_RATE 0.03f // part of its way to the light that a seed goes in a frame,
 #define LIGHTPROBE_TURN 0.07f // a slope; at once a flat lamp's light flickers 3 to 10 times as much
 #define LIGHTPROBE_FADE 32.0f // frames in which other changes fade in: at once they step 2.4 times
-// Leaves are divided as a probe turns. Of 312 largest steps of probes made at random 54 were above 1.2
-// times the map's and 6 above 1.8; it is 30 and 1, and errors are the same, since
+// Leaves are divided as a probe turns. Of 312 largest steps of probes made at random 54 were above
+// 1.2 times the map's and 6 above 1.8; it is 30 and 1, and errors are the same, since
 #define LIGHTPROBE_LATE 0.5f   // of what turns or widens a light comes late, by nine frames,
 #define LIGHTPROBE_WIDEN 0.1f  // and 1 - cosine changes by this part of it in a frame, or by what
 #define LIGHTPROBE_TEXELS 1.0f // so many texels are, since the map itself steps so
-// All of these are for lights that move by so many radians a frame, or less. Of faster ones as much more
-// is done in a frame, or seeds and what fades stay where bulbs were.
+// All of these are for lights that move by so many radians a frame, or less. Of faster ones as much
+// more is done in a frame, or seeds and what fades stay where bulbs were.
 #define LIGHTPROBE_STEP 0.0044f
 #define LIGHTPROBE_FASTEST 16.0f // half of the way at once
 
@@ -834,30 +834,31 @@ typedef struct lightprobe_cluster {
     lightprobe_vec3 seed; // on a moving probe leaves go to the nearest
     float seed_tone, seed_share;
     int lives; // takes leaves, 2: and those of one that does no more; 0: fades out
-    // Mean direction that the light may have (else lamps' discs step 9 times as far); what it was when it
-    // had leaves.
+    // Mean direction that the light may have (else lamps' discs step 9 times as far); what it was
+    // when it had leaves.
     float longest, distance;
     lightprobe_vec3 slopes; // along both axes, in the world
     float width;            // half of 1 - cosine in the last frame
-    // Of the leaves, now and in the last frame; what the light has besides, until it has faded. With
-    // energy alone steps are 4 times as large, without second moments those of rectangles 2 to 3 times.
+    // Of the leaves, now and in the last frame; what the light has besides, until it has faded.
+    // With energy alone steps are 4 times as large, without second moments those of rectangles 2 to
+    // 3 times.
     lightprobe_moments now, past, late;
 } lightprobe_cluster;
 // [glsl end]
 
 // [glsl begin lights]
-// What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of these, and
-// luminance times squares and product of direction along e and f, and over distance.
+// What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of
+// these, and luminance times squares and product of direction along e and f, and over distance.
 typedef struct lightprobe_region {
     lightprobe_wide flux[3], resultant[3], luminance, solid_angle, inverse;
     lightprobe_vec3 d, e, f;
     lightprobe_wide second[3];
 } lightprobe_region;
 
-// Sums over leaves around a light, by luminance: of squares and product of direction along e and f, of
-// these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that, of the
-// leaves' own spread.
-// scale: 1 / distance becomes parts by it; reach: 1 - cosine from which on a leaf does not count.
+// Sums over leaves around a light, by luminance: of squares and product of direction along e and f,
+// of these times what a plane across d leaves of 1 / distance, in parts of it, of the square of
+// that, of the leaves' own spread. scale: 1 / distance becomes parts by it; reach: 1 - cosine from
+// which on a leaf does not count.
 typedef struct lightprobe_tilt {
     float ee, ff, ef, e, f, squares, own, scale, reach;
 } lightprobe_tilt;
@@ -1155,9 +1156,9 @@ LIGHTPROBE_SHARED void lightprobe_add_edges(const lightprobe_vec3 n, lightprobe_
     }
 }
 
-// The light from (x, y, z): corners, in the lobe, of the rectangle with these sines of half-sizes in the
-// plane at c, moved along their rays from the probe into the plane of its slopes. Returns what counts of it
-// there; 0: it shines the other way.
+// The light from (x, y, z): corners, in the lobe, of the rectangle with these sines of half-sizes
+// in the plane at c, moved along their rays from the probe into the plane of its slopes. Returns
+// what counts of it there; 0: it shines the other way.
 LIGHTPROBE_SHARED float lightprobe_corners(lightprobe_light light, lightprobe_lobe lobe, float c,
                                            float u, float v, float x, float y, float z,
                                            LIGHTPROBE_OUT lightprobe_vec3 corner[4])
@@ -1338,8 +1339,8 @@ LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 te
 }
 // [glsl end]
 
-// A texel's vector irradiance is shorter than its solid angle by omega / 12, the mean half square angle
-// of a square: else a face of one texel counts as a point (17% too long, now 0.7% too short).
+// A texel's vector irradiance is shorter than its solid angle by omega / 12, the mean half square
+// angle of a square: else a face of one texel counts as a point (17% too long, now 0.7% too short).
 static void lightprobe__make_tables(lightprobe__work *w)
 {
     const double h = 2.0 / w->side, first = w->side & 1 ? -0.5 * h : 0.0;
@@ -1382,7 +1383,7 @@ static int lightprobe__repair(const float *texel, float rgb[3])
     return bad;
 }
 
-// A texel and its distance, 0 where it is infinite or there is none. Returns 1 if a channel was bad.
+// A texel and its distance, 0 where it is infinite or there is none. Returns 1 if a channel is bad.
 LIGHTPROBE_SHARED int lightprobe_read(const lightprobe__work *w, int face, int x, int y,
                                       float rgbd[4])
 {
@@ -1405,12 +1406,12 @@ static int lightprobe__gather(const lightprobe__work *w, int face, int tx, int t
     return bad;
 }
 
-// texels and step: four rows of four RGB texels. band: four rows of weights, 12 floats of solid angle
-// and, so many floats after, 12 of solid angle times luminance coefficient over distance. s: of the
-// 12 floats. sums: 12 floats of flux and 4 each of the resultant's components, which are left to
-// lightprobe__tile_cell. Returns 0 where a texel was negative, NaN or infinite (then the sums are
-// worthless): the sign bits are gathered on the way, the rest shows in the sums. Written out, three
-// registers of four floats each: gcc -O2 keeps arrays of them in memory, at twice the time.
+// texels and step: four rows of four RGB texels. band: four rows of weights, 12 floats of solid
+// angle and, so many floats after, 12 of solid angle times luminance coefficient over distance. s:
+// of the 12 floats. sums: 12 floats of flux and 4 each of the resultant's components, which are
+// left to lightprobe__tile_cell. Returns 0 where a texel was negative, NaN or infinite (then the
+// sums are worthless): the sign bits are gathered on the way, the rest shows in the sums. Written
+// out, three registers of four floats each: arrays of them gcc -O2 keeps in memory, twice as slow.
 static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, const float *band,
                                        ptrdiff_t after, const float *s, float sums[24])
 {
@@ -1452,8 +1453,8 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
            lightprobe__is_number(lightprobe__sum4(all));
 }
 
-// Adds up a tile's sums. Called a whole row of tiles later: what has just been stored is slow to load
-// in other fours. t: of the row after the last, next to the one before it.
+// Adds up a tile's sums. Called a whole row of tiles later: what has just been stored is slow to
+// load in other fours. t: of the row after the last, next to the one before it.
 static inline void lightprobe__tile_cell(const float sums[24], const float t[2], float omega,
                                          lightprobe_cell *cell)
 {
@@ -1632,8 +1633,8 @@ LIGHTPROBE_SHARED void lightprobe_set_scales(lightprobe__work *w, float inverse)
     w->reach = inverse > 0.0f ? LIGHTPROBE_PARALLAX * (w->total / inverse) : 0.0f;
 }
 
-// Whether leaves are fine enough where the largest error is this one: the rest is rounding, or there is no
-// room. Of those with last's error, the one before, all or none are divided.
+// Whether leaves are fine enough where the largest error is this one: the rest is rounding, or
+// there is no room. Of those with last's error, the one before, all or none are divided.
 LIGHTPROBE_SHARED int lightprobe_is_enough(int count, int room, float error, float last,
                                            float total)
 {
@@ -1801,9 +1802,9 @@ LIGHTPROBE_SHARED lightprobe_sum lightprobe_add_sum(lightprobe_sum a, lightprobe
     return a;
 }
 
-// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves: not
-// the brightest, since mirrored cells are equally bright, and either may come first. Without that
-// clusters can run empty: of 32 lights of lamps 11 did, with a tone of 0.18.
+// What a leaf adds to the vector of a cluster with this centre. The one that adds most never
+// leaves: not the brightest, since mirrored cells are equally bright, and either may come first.
+// Without that clusters can run empty: of 32 lights of lamps 11 did, with a tone of 0.18.
 LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)
 {
     LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);
@@ -1825,8 +1826,8 @@ LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)
     return s.luminance - lightprobe_length(s.resultant);
 }
 
-// What a cluster with this share of the flux holds against a leaf, which belongs where it is least: a
-// squared distance by flux, since errors count squared: bright lights are kept small.
+// What a cluster with this share of the flux holds against a leaf, which belongs where it is least:
+// a squared distance by flux, since errors count squared: bright lights are kept small.
 LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,
                                             const lightprobe_vec3 b, float tone_b)
 {
@@ -1892,8 +1893,8 @@ LIGHTPROBE_SHARED float lightprobe_own_tone(lightprobe_leaf leaf, float mean)
     return tone;
 }
 
-// What a cluster takes of a leaf, to be divided by the sum of all. least: distance of the nearest. Wide
-// leaves are shared further: with one width for all, lights of noise step 1.7 times as far.
+// What a cluster takes of a leaf, to be divided by the sum of all. least: distance of the nearest.
+// Wide leaves are shared further: with one width for all, lights of noise step 1.7 times as far.
 LIGHTPROBE_SHARED float lightprobe_part(float distance, float least, float half_width, float unit)
 {
     LIGHTPROBE_PRECISE float softness = unit * (1.0f + 5.0f * half_width);
@@ -1972,8 +1973,8 @@ LIGHTPROBE_SHARED float lightprobe_evenness(lightprobe_moments m)
 // state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9
 // resultant and 12 second moments, of the total's luminance.
 
-// Whether lights can go on from the previous ones, whose irradiance in all is given: not if the map has
-// jumped by a tenth.
+// Whether lights can go on from the previous ones, whose irradiance in all is given: not if the map
+// has jumped by a tenth.
 LIGHTPROBE_SHARED int lightprobe_goes_on(float all, float total)
 {
     LIGHTPROBE_PRECISE float flux = all * LIGHTPROBE_SCALE, apart = fabsf(flux - total);
@@ -2073,9 +2074,10 @@ LIGHTPROBE_SHARED void lightprobe_turn(LIGHTPROBE_INOUT lightprobe_vec3 v, const
     }
 }
 
-// How else a light's leaves had spread their light in the last frame, as bright as now, and turned along by
-// at most so many radians: it moves with the probe. The less the more its flux has changed, which shows at
-// once: a sun that gains its rim as one of three texels would be bright before it is wide.
+// How else a light's leaves had spread their light in the last frame, as bright as now, and turned
+// along by at most so many radians: it moves with the probe. The less the more its flux has
+// changed, which shows at once: a sun that gains its rim as one of three texels would be bright
+// before it is wide.
 LIGHTPROBE_SHARED lightprobe_moments lightprobe_reshaped(lightprobe_moments now,
                                                          lightprobe_moments past, float most)
 {
@@ -2134,8 +2136,8 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_widened(lightprobe_light light, fl
     return l;
 }
 
-// What part of a light's late moments is left a frame later: at first of changes, to nothing in the end, of
-// what comes late by itself for good.
+// What part of a light's late moments is left a frame later: at first of changes, to nothing in the
+// end, of what comes late by itself for good.
 LIGHTPROBE_SHARED float lightprobe_rest(float frames, float pace, int lives)
 {
     LIGHTPROBE_PRECISE float slow = lives != 0 ? 9.0f / (9.0f + pace) : 0.0f;
@@ -2159,7 +2161,7 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,
     return m;
 }
 
-// By how many radians the light of this light's leaves has turned since the last frame, times its share.
+// Radians by which the light of this light's leaves has turned since the last frame, by its share.
 LIGHTPROBE_SHARED float lightprobe_moved(lightprobe_moments now, lightprobe_moments past,
                                          float total)
 {
@@ -2210,10 +2212,10 @@ LIGHTPROBE_SHARED lightprobe_excess lightprobe_all_excess(const lightprobe__work
     return e;
 }
 
-// Late moments cut so that the flux of all lights' becomes 0. What the map itself has gained or lost
-// changes at once, where bright lights have changed: the larger of the two sums is cut down to the
-// other, with the lights' flux as weight, and what is then left without. So a sky stays as it is
-// while a sun brightens. Direction and width of what is shown stay.
+// Late moments cut so that the flux of all lights' becomes 0. What the map itself has gained or
+// lost changes at once, where bright lights have changed: the larger of the two sums is cut down to
+// the other, with the lights' flux as weight, and what is then left without. So a sky stays as it
+// is while a sun brightens. Direction and width of what is shown stay.
 LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late,
                                                          lightprobe_moments now,
                                                          lightprobe_excess e)
@@ -2247,8 +2249,8 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late
     return m;
 }
 
-// Sums and means of a cluster, and which leaf adds most, from count leaves that are sorted; without light it
-// keeps its centre and tone.
+// Sums and means of a cluster, and which leaf adds most, from count leaves that are sorted; without
+// light it keeps its centre and tone.
 LIGHTPROBE_SHARED void lightprobe_sum_cluster(lightprobe__work *w, int k, int count)
 {
     lightprobe_sum sum = lightprobe_nothing();
@@ -2392,8 +2394,8 @@ typedef struct lightprobe_axes {
     lightprobe_axis along, across, by_tone;
 } lightprobe_axes;
 
-// first: in order[], of sum.count leaves. The second axis and the leaves' own spread change errors by .2%,
-// but without them rounding chooses the cut of what is as wide as high.
+// first: in order[], of sum.count leaves. The second axis and the leaves' own spread change errors
+// by .2%, but without them rounding chooses the cut of what is as wide as high.
 LIGHTPROBE_SHARED lightprobe_axes lightprobe_axes_of(const lightprobe__work *w, int first,
                                                      lightprobe_sum sum)
 {
@@ -2593,8 +2595,8 @@ LIGHTPROBE_SHARED void lightprobe_merge(lightprobe__work *w, lightprobe_pair pai
     w->gains[a] = w->gains[b] = w->gains[from] = 0.0f;
 }
 
-// For a moving probe: whether a pair of clusters may give up a light, since it does not need it any more
-// or another gains 16 times what that costs (errors squared). error: with the pair merged.
+// For a moving probe: whether a pair of clusters may give up a light, since it does not need it any
+// more or another gains 16 times what that costs (errors squared). error: with the pair merged.
 LIGHTPROBE_SHARED int lightprobe_should_reassign(float error, float tolerance, float gain,
                                                  float cost, float total)
 {
@@ -2654,8 +2656,8 @@ static void lightprobe__find_cut(const lightprobe__work *w, lightprobe_cluster *
     }
 }
 
-// Finds the best split of a measured cluster, by place or by tone (4% less error at 32 lights); its gain
-// is 0 if there is none.
+// Finds the best split of a measured cluster, by place or by tone (4% less error at 32 lights); its
+// gain is 0 if there is none.
 static void lightprobe__plan_split(lightprobe__work *w, lightprobe_cluster *c)
 {
     float least = FLT_MAX;
@@ -2718,8 +2720,8 @@ LIGHTPROBE_SHARED void lightprobe_find_near(lightprobe__work *w, int a)
     w->clusters[a].near_count = n;
 }
 
-// Of a leaf's cluster and its neighbours, across cuts and faces, the one that holds least against it. The
-// leaf that adds most stays, so that no cluster runs empty.
+// Of a leaf's cluster and its neighbours, across cuts and faces, the one that holds least against
+// it. The leaf that adds most stays, so that no cluster runs empty.
 LIGHTPROBE_SHARED int lightprobe_nearest_cluster(const lightprobe__work *w, int leaf)
 {
     int own = w->leaves[leaf].cluster, to = own;
@@ -2760,8 +2762,8 @@ static void lightprobe__relax(lightprobe__work *w, int rounds)
     }
 }
 
-// For a moving probe: lets a light fade into another where two do little more than one does, so that
-// the next frame has one for where one is not enough, or for nothing if the tolerance can spare it.
+// For a moving probe: lets a light fade into another where two do little more than one does, so
+// that the next frame has one for where one is not enough, or none if the tolerance can spare it.
 static void lightprobe__reassign_lights(lightprobe__work *w, float tolerance)
 {
     const float total = w->total;
@@ -2826,8 +2828,8 @@ static void lightprobe__share_out(lightprobe__work *w)
     }
 }
 
-// Whether a previous light can be gone on from: not if it was not made here or has been spoiled, nor if
-// it is there twice, as what an earlier frame left behind the last light is.
+// Whether a previous light can be gone on from: not if it was not made here or has been spoiled,
+// nor if it is there twice, as what an earlier frame left behind the last light is.
 static int lightprobe__is_sound(const lightprobe_light *all, int i)
 {
     const lightprobe_light *l = all + i;
@@ -2904,8 +2906,8 @@ LIGHTPROBE_SHARED int lightprobe_is_changed(const lightprobe__work *w)
     return 0;
 }
 
-// How many frames one counts for in which all lights have moved so far; that is not known where leaves have
-// been given away.
+// How many frames one counts for in which all lights have moved so far; that is not known where
+// leaves have been given away.
 LIGHTPROBE_SHARED float lightprobe_pace(const lightprobe__work *w, int changes)
 {
     LIGHTPROBE_PRECISE float moved = 0.0f;
@@ -2950,9 +2952,9 @@ static void lightprobe__fade(lightprobe__work *w)
 // ---- Lights ---- >>lights
 
 // [glsl begin lights]
-// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,
-// which is the shadow that is lost without a map: share of the flux times the root of
-// 8/3 (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).
+// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's
+// mean, which is the shadow that is lost without a map: share of the flux times the root of 8/3
+// (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).
 LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)
 {
     float variance = lightprobe_sum_error(s) / s.luminance;
@@ -3028,8 +3030,9 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region regi
     return r;
 }
 
-// Whatever light a leaf belongs to: by its own leaves alone one of few has no plane, or a wrong one. They
-// count the less the further they are, and nothing from sqrt(5) times the light's own spread on.
+// Whatever light a leaf belongs to: by its own leaves alone one of few has no plane, or a wrong
+// one. They count the less the further they are, and nothing from sqrt(5) times the light's own
+// spread on.
 LIGHTPROBE_SHARED lightprobe_tilt lightprobe_no_tilt(lightprobe_region r)
 {
     LIGHTPROBE_PRECISE lightprobe_tilt t;
@@ -3078,8 +3081,8 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_add_late(lightprobe_region region
         LIGHTPROBE_ADD(r.resultant[i], late.resultant[i]);
         v[i] = LIGHTPROBE_VALUE(r.resultant[i]);
     }
-    // It lies where the light did: leaves that are left of one that has given a lamp away are the wall
-    // behind. What is taken off lies as far as the leaves do.
+    // It lies where the light did: leaves that are left of one that has given a lamp away are the
+    // wall behind. What is taken off lies as far as the leaves do.
     float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);
     LIGHTPROBE_PRECISE float inverse = distance > 0.0f ? more / distance : 0.0f;
     if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / (leaves + 1e-30f));
@@ -3179,11 +3182,11 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     return light;
 }
 
-// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they lie in a
-// row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the slope across: to
-// squares that are less than a tenth of the leaves' own (or their rounding), so much is added. Counts from
-// 80% explained on, fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most
-// 25% nearer than the middle.
+// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they
+// lie in a row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the
+// slope across: to squares that are less than a tenth of the leaves' own (or their rounding), so
+// much is added. Counts from 80% explained on, fully from 97%, of discs up to 29 degrees, less and
+// less up to 41; an edge is at most 25% nearer than the middle.
 LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,
                                                      lightprobe_tilt t)
 {
@@ -5961,8 +5964,8 @@ const char *lightprobe_glsl_lights(void)
 {
     return LIGHTPROBE__LIGHTS_BEGIN
     // [glsl text begin places] made by "make glsl", do not edit
-    "// Vector irradiance of a disc over pi * radiance * radius2, seen from height below its plane and aside\n"
-    "// from its axis: along the axis, and towards it per distance from it; its length.\n"
+    "// Vector irradiance of a disc over pi * radiance * radius2, seen from height below its plane and\n"
+    "// aside from its axis: along the axis, and towards it per distance from it; its length.\n"
     "struct lightprobe_disc {\n"
     "    float facing, inward, size;\n"
     "};\n"
@@ -5991,8 +5994,8 @@ const char *lightprobe_glsl_lights(void)
     "    lightprobe_light seen = light;\n"
     "    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
     "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
-    "    // In units of the distance, from the disc's centre: along its axis, squared distance from it and\n"
-    "    // squared radius.\n"
+    "    // In units of the distance, from the disc's centre: along its axis, squared distance from it\n"
+    "    // and squared radius.\n"
     "    float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;\n"
     "    float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;\n"
     "    float tilt2 = u * u + v * v, steep = tilt2 / (1.0f + sqrtf(1.0f + tilt2)), height = 0.0f;\n"
@@ -6002,7 +6005,7 @@ const char *lightprobe_glsl_lights(void)
     "        flatter = sqrtf(steep * (2.0f + steep) / tilt2);\n"
     "        tilt2 = steep * (2.0f + steep);\n"
     "    }\n"
-    "    // The one disc in this plane whose vector irradiance at the probe is the light's: turned away it is\n"
+    "    // The one disc in this plane whose vector irradiance at the probe is the light's: turned away\n"
     "    // larger, and further, since its nearer half looks larger than the other (docs/lightprobe.md).\n"
     "    float slant = 1.0f + steep, gap = c2 - steep * first;\n"
     "    float radius2 = first * (c2 + steep) / (gap * gap);\n"
@@ -6215,9 +6218,9 @@ const char *lightprobe_glsl_specular(void)
     "    }\n"
     "}\n"
     "\n"
-    "// The light from (x, y, z): corners, in the lobe, of the rectangle with these sines of half-sizes in the\n"
-    "// plane at c, moved along their rays from the probe into the plane of its slopes. Returns what counts of it\n"
-    "// there; 0: it shines the other way.\n"
+    "// The light from (x, y, z): corners, in the lobe, of the rectangle with these sines of half-sizes\n"
+    "// in the plane at c, moved along their rays from the probe into the plane of its slopes. Returns\n"
+    "// what counts of it there; 0: it shines the other way.\n"
     "LIGHTPROBE_SHARED float lightprobe_corners(lightprobe_light light, lightprobe_lobe lobe, float c,\n"
     "                                           float u, float v, float x, float y, float z,\n"
     "                                           LIGHTPROBE_OUT lightprobe_vec3 corner[4])\n"
@@ -6345,13 +6348,14 @@ static const char *lightprobe__quote_work(void)
     "    lightprobe_vec3 seed; // on a moving probe leaves go to the nearest\n"
     "    float seed_tone, seed_share;\n"
     "    int lives; // takes leaves, 2: and those of one that does no more; 0: fades out\n"
-    "    // Mean direction that the light may have (else lamps' discs step 9 times as far); what it was when it\n"
-    "    // had leaves.\n"
+    "    // Mean direction that the light may have (else lamps' discs step 9 times as far); what it was\n"
+    "    // when it had leaves.\n"
     "    float longest, distance;\n"
     "    lightprobe_vec3 slopes; // along both axes, in the world\n"
     "    float width;            // half of 1 - cosine in the last frame\n"
-    "    // Of the leaves, now and in the last frame; what the light has besides, until it has faded. With\n"
-    "    // energy alone steps are 4 times as large, without second moments those of rectangles 2 to 3 times.\n"
+    "    // Of the leaves, now and in the last frame; what the light has besides, until it has faded.\n"
+    "    // With energy alone steps are 4 times as large, without second moments those of rectangles 2 to\n"
+    "    // 3 times.\n"
     "    lightprobe_moments now, past, late;\n"
     "};\n"
     "\n"
@@ -6453,9 +6457,9 @@ static const char *lightprobe__quote_work(void)
     "    return a;\n"
     "}\n"
     "\n"
-    "// What a leaf adds to the vector of a cluster with this centre. The one that adds most never leaves: not\n"
-    "// the brightest, since mirrored cells are equally bright, and either may come first. Without that\n"
-    "// clusters can run empty: of 32 lights of lamps 11 did, with a tone of 0.18.\n"
+    "// What a leaf adds to the vector of a cluster with this centre. The one that adds most never\n"
+    "// leaves: not the brightest, since mirrored cells are equally bright, and either may come first.\n"
+    "// Without that clusters can run empty: of 32 lights of lamps 11 did, with a tone of 0.18.\n"
     "LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_vec3 centre)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float worth = leaf.strength * lightprobe_dot(leaf.direction, centre);\n"
@@ -6477,8 +6481,8 @@ static const char *lightprobe__quote_work(void)
     "    return s.luminance - lightprobe_length(s.resultant);\n"
     "}\n"
     "\n"
-    "// What a cluster with this share of the flux holds against a leaf, which belongs where it is least: a\n"
-    "// squared distance by flux, since errors count squared: bright lights are kept small.\n"
+    "// What a cluster with this share of the flux holds against a leaf, which belongs where it is least:\n"
+    "// a squared distance by flux, since errors count squared: bright lights are kept small.\n"
     "LIGHTPROBE_SHARED float lightprobe_distance(float share, const lightprobe_vec3 a, float tone_a,\n"
     "                                            const lightprobe_vec3 b, float tone_b)\n"
     "{\n"
@@ -6626,8 +6630,8 @@ static const char *lightprobe__quote_cells(void)
     "    reach = inverse > 0.0f ? LIGHTPROBE_PARALLAX * (total / inverse) : 0.0f;\n"
     "}\n"
     "\n"
-    "// Whether leaves are fine enough where the largest error is this one: the rest is rounding, or there is no\n"
-    "// room. Of those with last's error, the one before, all or none are divided.\n"
+    "// Whether leaves are fine enough where the largest error is this one: the rest is rounding, or\n"
+    "// there is no room. Of those with last's error, the one before, all or none are divided.\n"
     "LIGHTPROBE_SHARED int lightprobe_is_enough(int count, int room, float error, float last,\n"
     "                                           float total)\n"
     "{\n"
@@ -6807,8 +6811,8 @@ static const char *lightprobe__quote_splits(void)
     "    lightprobe_axis along, across, by_tone;\n"
     "};\n"
     "\n"
-    "// first: in order[], of sum.count leaves. The second axis and the leaves' own spread change errors by .2%,\n"
-    "// but without them rounding chooses the cut of what is as wide as high.\n"
+    "// first: in order[], of sum.count leaves. The second axis and the leaves' own spread change errors\n"
+    "// by .2%, but without them rounding chooses the cut of what is as wide as high.\n"
     "LIGHTPROBE_SHARED lightprobe_axes lightprobe_axes_of(int first,\n"
     "                                                     lightprobe_sum sum)\n"
     "{\n"
@@ -7008,8 +7012,8 @@ static const char *lightprobe__quote_splits(void)
     "    gains[a] = gains[b] = gains[from] = 0.0f;\n"
     "}\n"
     "\n"
-    "// For a moving probe: whether a pair of clusters may give up a light, since it does not need it any more\n"
-    "// or another gains 16 times what that costs (errors squared). error: with the pair merged.\n"
+    "// For a moving probe: whether a pair of clusters may give up a light, since it does not need it any\n"
+    "// more or another gains 16 times what that costs (errors squared). error: with the pair merged.\n"
     "LIGHTPROBE_SHARED int lightprobe_should_reassign(float error, float tolerance, float gain,\n"
     "                                                 float cost, float total)\n"
     "{\n"
@@ -7046,8 +7050,8 @@ static const char *lightprobe__quote_moving(void)
     "    return tone;\n"
     "}\n"
     "\n"
-    "// What a cluster takes of a leaf, to be divided by the sum of all. least: distance of the nearest. Wide\n"
-    "// leaves are shared further: with one width for all, lights of noise step 1.7 times as far.\n"
+    "// What a cluster takes of a leaf, to be divided by the sum of all. least: distance of the nearest.\n"
+    "// Wide leaves are shared further: with one width for all, lights of noise step 1.7 times as far.\n"
     "LIGHTPROBE_SHARED float lightprobe_part(float distance, float least, float half_width, float unit)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float softness = unit * (1.0f + 5.0f * half_width);\n"
@@ -7126,8 +7130,8 @@ static const char *lightprobe__quote_moving(void)
     "// state[]: 0 seed, 3 its tone, 4 its share (-1: fades out), 5 frames to fade, 6 late flux, 9\n"
     "// resultant and 12 second moments, of the total's luminance.\n"
     "\n"
-    "// Whether lights can go on from the previous ones, whose irradiance in all is given: not if the map has\n"
-    "// jumped by a tenth.\n"
+    "// Whether lights can go on from the previous ones, whose irradiance in all is given: not if the map\n"
+    "// has jumped by a tenth.\n"
     "LIGHTPROBE_SHARED int lightprobe_goes_on(float all, float total)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float flux = all * LIGHTPROBE_SCALE, apart = fabsf(flux - total);\n"
@@ -7227,9 +7231,10 @@ static const char *lightprobe__quote_moving(void)
     "    }\n"
     "}\n"
     "\n"
-    "// How else a light's leaves had spread their light in the last frame, as bright as now, and turned along by\n"
-    "// at most so many radians: it moves with the probe. The less the more its flux has changed, which shows at\n"
-    "// once: a sun that gains its rim as one of three texels would be bright before it is wide.\n"
+    "// How else a light's leaves had spread their light in the last frame, as bright as now, and turned\n"
+    "// along by at most so many radians: it moves with the probe. The less the more its flux has\n"
+    "// changed, which shows at once: a sun that gains its rim as one of three texels would be bright\n"
+    "// before it is wide.\n"
     "LIGHTPROBE_SHARED lightprobe_moments lightprobe_reshaped(lightprobe_moments now,\n"
     "                                                         lightprobe_moments past, float most)\n"
     "{\n"
@@ -7288,8 +7293,8 @@ static const char *lightprobe__quote_moving(void)
     "    return l;\n"
     "}\n"
     "\n"
-    "// What part of a light's late moments is left a frame later: at first of changes, to nothing in the end, of\n"
-    "// what comes late by itself for good.\n"
+    "// What part of a light's late moments is left a frame later: at first of changes, to nothing in the\n"
+    "// end, of what comes late by itself for good.\n"
     "LIGHTPROBE_SHARED float lightprobe_rest(float frames, float pace, int lives)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float slow = lives != 0 ? 9.0f / (9.0f + pace) : 0.0f;\n"
@@ -7313,7 +7318,7 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "// By how many radians the light of this light's leaves has turned since the last frame, times its share.\n"
+    "// Radians by which the light of this light's leaves has turned since the last frame, by its share.\n"
     "LIGHTPROBE_SHARED float lightprobe_moved(lightprobe_moments now, lightprobe_moments past,\n"
     "                                         float total)\n"
     "{\n"
@@ -7364,10 +7369,10 @@ static const char *lightprobe__quote_moving(void)
     "    return e;\n"
     "}\n"
     "\n"
-    "// Late moments cut so that the flux of all lights' becomes 0. What the map itself has gained or lost\n"
-    "// changes at once, where bright lights have changed: the larger of the two sums is cut down to the\n"
-    "// other, with the lights' flux as weight, and what is then left without. So a sky stays as it is\n"
-    "// while a sun brightens. Direction and width of what is shown stay.\n"
+    "// Late moments cut so that the flux of all lights' becomes 0. What the map itself has gained or\n"
+    "// lost changes at once, where bright lights have changed: the larger of the two sums is cut down to\n"
+    "// the other, with the lights' flux as weight, and what is then left without. So a sky stays as it\n"
+    "// is while a sun brightens. Direction and width of what is shown stay.\n"
     "LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late,\n"
     "                                                         lightprobe_moments now,\n"
     "                                                         lightprobe_excess e)\n"
@@ -7401,8 +7406,8 @@ static const char *lightprobe__quote_moving(void)
     "    return m;\n"
     "}\n"
     "\n"
-    "// Sums and means of a cluster, and which leaf adds most, from count leaves that are sorted; without light it\n"
-    "// keeps its centre and tone.\n"
+    "// Sums and means of a cluster, and which leaf adds most, from count leaves that are sorted; without\n"
+    "// light it keeps its centre and tone.\n"
     "LIGHTPROBE_SHARED void lightprobe_sum_cluster(int k, int count)\n"
     "{\n"
     "    lightprobe_sum sum = lightprobe_nothing();\n"
@@ -7443,8 +7448,8 @@ static const char *lightprobe__quote_moving(void)
     "    clusters[a].near_count = n;\n"
     "}\n"
     "\n"
-    "// Of a leaf's cluster and its neighbours, across cuts and faces, the one that holds least against it. The\n"
-    "// leaf that adds most stays, so that no cluster runs empty.\n"
+    "// Of a leaf's cluster and its neighbours, across cuts and faces, the one that holds least against\n"
+    "// it. The leaf that adds most stays, so that no cluster runs empty.\n"
     "LIGHTPROBE_SHARED int lightprobe_nearest_cluster(int leaf)\n"
     "{\n"
     "    int own = leaves[leaf].cluster, to = own;\n"
@@ -7492,8 +7497,8 @@ static const char *lightprobe__quote_moving(void)
     "    return 0;\n"
     "}\n"
     "\n"
-    "// How many frames one counts for in which all lights have moved so far; that is not known where leaves have\n"
-    "// been given away.\n"
+    "// How many frames one counts for in which all lights have moved so far; that is not known where\n"
+    "// leaves have been given away.\n"
     "LIGHTPROBE_SHARED float lightprobe_pace(int changes)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE float moved = 0.0f;\n"
@@ -7527,25 +7532,25 @@ static const char *lightprobe__quote_lights(void)
 {
     return
     // [glsl text begin lights] made by "make glsl", do not edit
-    "// What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of these, and\n"
-    "// luminance times squares and product of direction along e and f, and over distance.\n"
+    "// What a light is made from: the sums over its leaves, its frame (e, f, d) by the direction of\n"
+    "// these, and luminance times squares and product of direction along e and f, and over distance.\n"
     "struct lightprobe_region {\n"
     "    lightprobe_wide flux[3], resultant[3], luminance, solid_angle, inverse;\n"
     "    lightprobe_vec3 d, e, f;\n"
     "    lightprobe_wide second[3];\n"
     "};\n"
     "\n"
-    "// Sums over leaves around a light, by luminance: of squares and product of direction along e and f, of\n"
-    "// these times what a plane across d leaves of 1 / distance, in parts of it, of the square of that, of the\n"
-    "// leaves' own spread.\n"
-    "// scale: 1 / distance becomes parts by it; reach: 1 - cosine from which on a leaf does not count.\n"
+    "// Sums over leaves around a light, by luminance: of squares and product of direction along e and f,\n"
+    "// of these times what a plane across d leaves of 1 / distance, in parts of it, of the square of\n"
+    "// that, of the leaves' own spread. scale: 1 / distance becomes parts by it; reach: 1 - cosine from\n"
+    "// which on a leaf does not count.\n"
     "struct lightprobe_tilt {\n"
     "    float ee, ff, ef, e, f, squares, own, scale, reach;\n"
     "};\n"
     "\n"
-    "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's mean,\n"
-    "// which is the shadow that is lost without a map: share of the flux times the root of\n"
-    "// 8/3 (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).\n"
+    "// Standard deviation of a light's irradiance behind random half-spaces, in parts of the total's\n"
+    "// mean, which is the shadow that is lost without a map: share of the flux times the root of 8/3\n"
+    "// (1/4 - a / (2 pi)), a the mean angle between two points of it (a disc's, and 1.57 all around).\n"
     "LIGHTPROBE_SHARED float lightprobe_shadow(lightprobe_sum s, float total)\n"
     "{\n"
     "    float variance = lightprobe_sum_error(s) / s.luminance;\n"
@@ -7621,8 +7626,9 @@ static const char *lightprobe__quote_lights(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "// Whatever light a leaf belongs to: by its own leaves alone one of few has no plane, or a wrong one. They\n"
-    "// count the less the further they are, and nothing from sqrt(5) times the light's own spread on.\n"
+    "// Whatever light a leaf belongs to: by its own leaves alone one of few has no plane, or a wrong\n"
+    "// one. They count the less the further they are, and nothing from sqrt(5) times the light's own\n"
+    "// spread on.\n"
     "LIGHTPROBE_SHARED lightprobe_tilt lightprobe_no_tilt(lightprobe_region r)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_tilt t;\n"
@@ -7671,8 +7677,8 @@ static const char *lightprobe__quote_lights(void)
     "        LIGHTPROBE_ADD(r.resultant[i], late.resultant[i]);\n"
     "        v[i] = LIGHTPROBE_VALUE(r.resultant[i]);\n"
     "    }\n"
-    "    // It lies where the light did: leaves that are left of one that has given a lamp away are the wall\n"
-    "    // behind. What is taken off lies as far as the leaves do.\n"
+    "    // It lies where the light did: leaves that are left of one that has given a lamp away are the\n"
+    "    // wall behind. What is taken off lies as far as the leaves do.\n"
     "    float leaves = LIGHTPROBE_VALUE(r.luminance), more = lightprobe_luminance(late.flux);\n"
     "    LIGHTPROBE_PRECISE float inverse = distance > 0.0f ? more / distance : 0.0f;\n"
     "    if (more < 0.0f) inverse = LIGHTPROBE_VALUE(r.inverse) * (more / (leaves + 1e-30f));\n"
@@ -7772,11 +7778,11 @@ static const char *lightprobe__quote_lights(void)
     "    return light;\n"
     "}\n"
     "\n"
-    "// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they lie in a\n"
-    "// row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the slope across: to\n"
-    "// squares that are less than a tenth of the leaves' own (or their rounding), so much is added. Counts from\n"
-    "// 80% explained on, fully from 97%, of discs up to 29 degrees, less and less up to 41; an edge is at most\n"
-    "// 25% nearer than the middle.\n"
+    "// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they\n"
+    "// lie in a row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the\n"
+    "// slope across: to squares that are less than a tenth of the leaves' own (or their rounding), so\n"
+    "// much is added. Counts from 80% explained on, fully from 97%, of discs up to 29 degrees, less and\n"
+    "// less up to 41; an edge is at most 25% nearer than the middle.\n"
     "LIGHTPROBE_SHARED lightprobe_light lightprobe_tilted(lightprobe_light light, lightprobe_region r,\n"
     "                                                     lightprobe_tilt t)\n"
     "{\n"

@@ -257,7 +257,7 @@ MSSM_API mssm_result mssm_light_area(mssm_light *light, const float probe[3],
                                      const float box_min[3], const float box_max[3]);
 
 // Shadow-space x, y, depth of a world-space point: what a depth map for mssm_map_update must hold.
-// Returns 0, with shadow untouched, where the point has none (behind a spot light, not finite, NULL).
+// Returns 0, with shadow untouched, where a point has none (behind a spot light, not finite, NULL).
 MSSM_API int mssm_light_project(const mssm_light *light, const float point[3], float shadow[3]);
 
 // The six frusta of a light that shines everywhere: +x, -x, +y, -y, +z, -z. Each is a square of
@@ -351,10 +351,10 @@ MSSM_API float mssm_map_visibility(const mssm_map *map, const mssm_light *light,
                                    const mssm_settings *settings, const float point[3]);
 
 // The same with the receiver's normal, of any length, NULL or zero where it is not known. It tells
-// the receiver's own surface from blockers; best is the geometric one. With MSSM_HORIZON it points to
-// the side that is shaded, and visibility is to be multiplied by irradiance that is clipped at the
-// horizon (lightprobe_disc_irradiance): bodies do not hide from themselves what that has left out
-// already. Of a light that has set, it is that of its last part; of one far below, of the whole.
+// the receiver's own surface from blockers; best is the geometric one. With MSSM_HORIZON it points
+// to the side that is shaded, and visibility is to be multiplied by irradiance that is clipped at
+// the horizon (lightprobe_disc_irradiance): bodies do not hide from themselves what that has left
+// out already. Of a light that has set, it is that of its last part; of one far below, of all.
 MSSM_API float mssm_map_visibility_normal(const mssm_map *map, const mssm_light *light,
                                           const mssm_settings *settings, const float point[3],
                                           const float normal[3]);
@@ -382,8 +382,8 @@ typedef struct mssm_texels {
 
 // which 0: moments 1 to 4 (RGBA32I); 1: moments 5 and 6 (RG32I); 2: least depths and least -depths
 // (RG32F), from level 1 on of 2 x 2 texels together. texels may be NULL, to ask for sizes.
-// MSSM_ERROR_ARGUMENT, with all untouched, ends a loop over levels: there is no such level or, with 4
-// moments, no texture 1; MSSM_ERROR_MEMORY if bytes are too few.
+// MSSM_ERROR_ARGUMENT, with all untouched, ends a loop over levels: there is no such level or, with
+// 4 moments, no texture 1; MSSM_ERROR_MEMORY if bytes are too few.
 MSSM_API mssm_result mssm_map_texels(const mssm_map *map, int which, int level, mssm_texels *info,
                                      void *texels, size_t bytes);
 
@@ -396,7 +396,7 @@ MSSM_API mssm_result mssm_map_view(const mssm_map *map, const mssm_light *light,
 #ifndef MSSM_NO_FILTERED
 // ---- Filtered hard shadows and translucent casters (docs/filtered.md) ---- >>filtered calls
 //
-// Lights without size: a map of 16-bit moments under a Gaussian, with a mip chain, read trilinearly.
+// Lights without size: a map of 16-bit moments under a Gaussian, with mip maps, read trilinearly.
 
 typedef struct mssm_filter { // zero means default everywhere
     float moment_bias;       // 0: MSSM_BIAS4_UNORM16_FILTERED or MSSM_BIAS6_UNORM16_FILTERED
@@ -799,7 +799,7 @@ MSSM_SHARED float mssm_clamp(float x, float low, float high)
     return mssm_max(mssm_min(x, high), low);
 }
 
-// Without its fraction; from 0 to below 2^31. floorf() is a call or ten instructions where SSE 4 is not.
+// Without its fraction; from 0 to below 2^31. floorf() is a call or ten instructions without SSE 4.
 MSSM_SHARED float mssm_whole(float x)
 {
     return (float)(int)x;
@@ -1141,8 +1141,8 @@ MSSM_SHARED struct mssm_split mssm_split4(struct mssm_kernel4 k)
     return r;
 }
 
-// The only positive root of y^3 + b y^2 + c y + d, where d < 0. From above: from the Laguerre-Samuelson
-// bound, or from the root without the cubic term.
+// The only positive root of y^3 + b y^2 + c y + d, where d < 0. From above: from the
+// Laguerre-Samuelson bound, or from the root without the cubic term.
 MSSM_SHARED float mssm_positive_root(float b, float c, float d)
 {
     float h = b * b - 3.0f * c;
@@ -1164,7 +1164,7 @@ MSSM_SHARED float mssm_positive_root(float b, float c, float d)
     return y;
 }
 
-// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its side.
+// Three other depths. With one or two of them beyond the receiver, one depth is alone on its side.
 MSSM_SHARED struct mssm_split mssm_split6(struct mssm_kernel6 k)
 {
     int falling = k.k1 < 0.0f ? 1 : 0;
@@ -1394,8 +1394,8 @@ MSSM_SHARED int mssm_pair_is_real(struct mssm_deflated left, float s, float b, f
     return disc * mssm_max(apart, imaginary) <= noise ? 1 : 0;
 }
 
-// x^3 + b x^2 + c x + d. x = size * y makes the largest coefficient 1 and |y| < 2. Two roots far below
-// the third are found in units of their own, or their squares would leave the range of float.
+// x^3 + b x^2 + c x + d. x = size * y makes the largest coefficient 1 and |y| < 2. Two roots far
+// below the third are found in units of their own, or their squares would leave the range of float.
 MSSM_SHARED mssm_roots3 mssm_solve_monic(float b, float c, float d)
 {
     float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));
@@ -1543,7 +1543,7 @@ mssm_points4 mssm_reconstruct6(mssm_moments6 m, float z)
 // t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2
 // make the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16.
 // Skipping the conversion to powers skips its rounding, which the safe bias would have to pay for
-// (4e-6 instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197; same floors.
+// (4e-6, not 1.3e-6, for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197; same floors.
 
 MSSM_SHARED struct mssm_pivots mssm_factorise_stored4(mssm_moments4 t, float alpha)
 {
@@ -1806,8 +1806,8 @@ mssm_result mssm_light_spot(mssm_light *light, const float position[3], const fl
     return MSSM_OK;
 }
 
-// The box's corners as seen from a point: how far along the frame's third axis, and aside of it. Returns
-// the largest coordinate that has gone into them.
+// The box's corners as seen from a point: how far along the frame's third axis, and aside of it.
+// Returns the largest coordinate that has gone into them.
 static double mssm__corners(const float from[3], double frame[3][3], const float box_min[3],
                             const float box_max[3], double z[8], double side[8])
 {
@@ -1879,7 +1879,7 @@ int mssm_light_project(const mssm_light *light, const float point[3], float shad
     return 1;
 }
 
-// Coordinates above this part of the largest have a share: one direction in eighteen asks two faces.
+// Coordinates above this part of the largest have a share: one direction in 18 asks two faces.
 #define MSSM_FACE_BAND 0.95f
 
 mssm_result mssm_light_point(mssm_light light[6], const float position[3], float z_near,
@@ -2296,8 +2296,8 @@ mssm_result mssm_map_update(mssm_map *map, const float *front, const float *back
 #define MSSM_FAR_AWAY 1e6f
 
 // [glsl begin shading]
-// One axis of an interpolated query: four table columns (or rows), and the weights of the three strips
-// between them: a part of the first texel, whole texels (weight 1), a part of the last one.
+// One axis of an interpolated query: four table columns (or rows), and the weights of the three
+// strips between them: a part of the first texel, whole texels (weight 1), a part of the last one.
 struct mssm_strips {
     float edge[4];
     float first;
@@ -2375,8 +2375,8 @@ MSSM_SHARED void mssm__cut_row(const uint32_t *row, const size_t at[4], uint32_t
     }
 }
 
-// Sums between two rows. Partial strips come before whole ones, here and below: MSSM_BIAS*_TABLE was
-// proved for this order of rounding.
+// Sums between two rows. Partial strips come before whole ones, here and below: MSSM_BIAS*_TABLE
+// was proved for this order of rounding.
 MSSM_SHARED void mssm__add_strips(uint32_t low[3][4], uint32_t high[3][4], struct mssm_strips x,
                                   float sum[4])
 {
@@ -2579,12 +2579,12 @@ MSSM_SHARED float mssm_along_row(mssm_view v, int row, float nx, float ny, float
     return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);
 }
 
-// The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0. The
-// rectangle that stands for that has its corner in the light's furthest above, as much area, and is
-// narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the
-// receiver's own body begins. What it covers moves with the distance: the kernels' centres shift. Of a
-// light that has set, a spot at the horizon is left, where the rest of a disc may still be; up to twice
-// as deep the whole light comes back: who asks then lights from behind.
+// The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0.
+// The rectangle that stands for that has its corner in the light's furthest above, as much area,
+// and is narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon,
+// where the receiver's own body begins. What it covers moves with the distance: the kernels'
+// centres shift. Of a light that has set, a spot at the horizon is left, where the rest of a disc
+// may still be; up to twice as deep the whole light comes back: who asks then lights from behind.
 MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receiver r, float facing,
                                                 float slope_u, float slope_v)
 {
@@ -2618,9 +2618,9 @@ MSSM_CALLED struct mssm_receiver mssm_cut_light(mssm_view v, struct mssm_receive
     return r;
 }
 
-// A plane that rises by less than two texels of depth a texel is told from closer blockers: one that
-// faces the light by half of the fade and two thirds of the bias. That takes 1 to 4% of the error; half
-// of the bias would double it, but darken points half a texel below their surface.
+// A plane that rises by less than two texels of depth a texel is told from closer blockers: one
+// that faces the light by half of the fade and two thirds of the bias. That takes 1 to 4% of the
+// error; half of the bias would double it, but darken points half a texel below their surface.
 MSSM_SHARED struct mssm_receiver mssm_narrow_fade(mssm_view v, struct mssm_receiver r)
 {
     float per_depth = v.perspective != 0 ? v.distance_scale * r.blur_depth * r.blur_depth : 1.0f;
@@ -2746,9 +2746,9 @@ MSSM_SHARED float mssm_plane_reach(mssm_view v, struct mssm_receiver r, float d)
                     d);
 }
 
-// The part of a blocker in the kernel for distance d that is neither the receiver's tangent plane nor
-// below it. A plane's moments have their points in front between a third and all of its reach. Seen
-// from behind, it is at d where the kernel begins and d + d / sink where the light ends.
+// The part of a blocker in the kernel for distance d that is neither the receiver's tangent plane
+// nor below it. A plane's moments have their points in front between a third and all of its reach.
+// Seen from behind, it is at d where the kernel begins and d + d / sink where the light ends.
 MSSM_SHARED float mssm_off_plane(struct mssm_receiver r, float d, float distance, float plane_reach)
 {
     float off = (distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f);
@@ -2847,8 +2847,8 @@ MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_opti
 // [glsl end]
 
 // [glsl begin shading]
-// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider one
-// does, in part for those down to inner, where the next begins, and the last for all that are nearer.
+// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider
+// one does, in part for those down to inner, where the next begins, the last for all nearer ones.
 struct mssm_nested {
     float d;
     float inner;
@@ -2990,10 +2990,11 @@ MSSM_SHARED float mssm_next_distance(mssm_view v, struct mssm_receiver r, float 
 // [glsl end]
 // [glsl begin estimate]
 // Nested kernels from the widest in: each takes the part of its blockers that it stands for as what
-// blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its blockers
-// there is one layer, and what it does not block is lit but for blockers that only narrower kernels
-// show. So one layer is filtered by one kernel, nothing is counted twice or lost between two, and the
-// result changes continuously with all inputs. Long: all that the loop changes is used in each of its steps.
+// blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its
+// blockers there is one layer, and what it does not block is lit but for blockers that only
+// narrower kernels show. So one layer is filtered by one kernel, nothing is counted twice or lost
+// between two, and the result changes continuously with all inputs. Long: all that the loop changes
+// is used in each of its steps.
 MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                struct mssm_receiver r)
 {
@@ -4052,7 +4053,7 @@ static const struct {
     {"mssm blurred rows", {0, MSSM__GL_RGBA32F}, {0, 16}},
     {"mssm depth, one sample", {0, MSSM__GL_DEPTH_COMPONENT32F}, {0, 4}}};
 // Layers of the depth target at most, and bytes if there are more than a light needs. GPUs wait for
-// a target that is drawn to before they read it: the more passes it holds, the fewer of these waits.
+// a target that is drawn to before they read it: the more passes it holds, the fewer waits.
 enum { MSSM__LAYERS = 16, MSSM__TARGET_BYTES = 32 << 20 };
 enum { MSSM__GIVEN_UNIFORM = 2 + 5 * MSSM__LAYERS }; // after the job
 enum { MSSM__BATCH = 256 };       // lights whose tables are built by one dispatch
@@ -4271,8 +4272,8 @@ static const char mssm__glsl_resolve[] =
     "#endif\n"
     "}\n";
 
-// Least depths of three levels from the one below, by mssm__coarsen_depths: a work group's 8 x 8, 4 x 4
-// and 2 x 2 texels, and as many of the next groups' as these have in them.
+// Least depths of three levels from the one below, by mssm__coarsen_depths: a work group's 8 x 8, 4
+// x 4 and 2 x 2 texels, and as many of the next groups' as these have in them.
 static const char mssm__glsl_least[] =
     "layout(local_size_x = 11, local_size_y = 11) in;\n"
     "layout(binding = 0, rg32f) readonly uniform image2DArray finer;\n"
@@ -6849,8 +6850,8 @@ const char *mssm_glsl_math(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "// The only positive root of y^3 + b y^2 + c y + d, where d < 0. From above: from the Laguerre-Samuelson\n"
-    "// bound, or from the root without the cubic term.\n"
+    "// The only positive root of y^3 + b y^2 + c y + d, where d < 0. From above: from the\n"
+    "// Laguerre-Samuelson bound, or from the root without the cubic term.\n"
     "MSSM_SHARED float mssm_positive_root(float b, float c, float d)\n"
     "{\n"
     "    float h = b * b - 3.0f * c;\n"
@@ -6872,7 +6873,7 @@ const char *mssm_glsl_math(void)
     "    return y;\n"
     "}\n"
     "\n"
-    "// Three other depths. With one or two of them beyond the receiver, one depth stands alone on its side.\n"
+    "// Three other depths. With one or two of them beyond the receiver, one depth is alone on its side.\n"
     "MSSM_SHARED mssm_split mssm_split6(mssm_kernel6 k)\n"
     "{\n"
     "    int falling = k.k1 < 0.0f ? 1 : 0;\n"
@@ -7102,8 +7103,8 @@ const char *mssm_glsl_math(void)
     "    return disc * mssm_max(apart, imaginary) <= noise ? 1 : 0;\n"
     "}\n"
     "\n"
-    "// x^3 + b x^2 + c x + d. x = size * y makes the largest coefficient 1 and |y| < 2. Two roots far below\n"
-    "// the third are found in units of their own, or their squares would leave the range of float.\n"
+    "// x^3 + b x^2 + c x + d. x = size * y makes the largest coefficient 1 and |y| < 2. Two roots far\n"
+    "// below the third are found in units of their own, or their squares would leave the range of float.\n"
     "MSSM_SHARED mssm_roots3 mssm_solve_monic(float b, float c, float d)\n"
     "{\n"
     "    float size = mssm_max(sqrtf(fabsf(c)), fabsf(b));\n"
@@ -7251,7 +7252,7 @@ const char *mssm_glsl_math(void)
     "// t holds E[T_k], as a query of the tables gives it. The products T_i T_j = (T_i+j + T_|i-j|) / 2\n"
     "// make the moment matrix of T_0..T_3 from them. Its pivots are those of powers times 1, 1, 4, 16.\n"
     "// Skipping the conversion to powers skips its rounding, which the safe bias would have to pay for\n"
-    "// (4e-6 instead of 1.3e-6 for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197; same floors.\n"
+    "// (4e-6, not 1.3e-6, for 6 moments). Bias vectors 1.120 2.884 and .657 .734 1.197; same floors.\n"
     "\n"
     "MSSM_SHARED mssm_pivots mssm_factorise_stored4(mssm_moments4 t, float alpha)\n"
     "{\n"
@@ -7313,8 +7314,8 @@ const char *mssm_glsl_shading(void)
 {
     return MSSM__GLSL_BEGIN(SHADING) MSSM__SHADING_NAMES
     // [glsl text begin shading] made by "make glsl", do not edit
-    "// One axis of an interpolated query: four table columns (or rows), and the weights of the three strips\n"
-    "// between them: a part of the first texel, whole texels (weight 1), a part of the last one.\n"
+    "// One axis of an interpolated query: four table columns (or rows), and the weights of the three\n"
+    "// strips between them: a part of the first texel, whole texels (weight 1), a part of the last one.\n"
     "struct mssm_strips {\n"
     "    float edge[4];\n"
     "    float first;\n"
@@ -7504,12 +7505,12 @@ const char *mssm_glsl_shading(void)
     "    return (nx * x + ny * y + nz * z) / mssm_max(x * x + y * y + z * z, 1e-37f);\n"
     "}\n"
     "\n"
-    "// The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0. The\n"
-    "// rectangle that stands for that has its corner in the light's furthest above, as much area, and is\n"
-    "// narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon, where the\n"
-    "// receiver's own body begins. What it covers moves with the distance: the kernels' centres shift. Of a\n"
-    "// light that has set, a spot at the horizon is left, where the rest of a disc may still be; up to twice\n"
-    "// as deep the whole light comes back: who asks then lights from behind.\n"
+    "// The horizon leaves of the light, (a, b) in [-1,1]^2, where facing + slope_u a + slope_v b > 0.\n"
+    "// The rectangle that stands for that has its corner in the light's furthest above, as much area,\n"
+    "// and is narrower in equal parts of the slopes' squares. By up to a fifth it stays off the horizon,\n"
+    "// where the receiver's own body begins. What it covers moves with the distance: the kernels'\n"
+    "// centres shift. Of a light that has set, a spot at the horizon is left, where the rest of a disc\n"
+    "// may still be; up to twice as deep the whole light comes back: who asks then lights from behind.\n"
     "MSSM_CALLED mssm_receiver mssm_cut_light(mssm_view v, mssm_receiver r, float facing,\n"
     "                                                float slope_u, float slope_v)\n"
     "{\n"
@@ -7543,9 +7544,9 @@ const char *mssm_glsl_shading(void)
     "    return r;\n"
     "}\n"
     "\n"
-    "// A plane that rises by less than two texels of depth a texel is told from closer blockers: one that\n"
-    "// faces the light by half of the fade and two thirds of the bias. That takes 1 to 4% of the error; half\n"
-    "// of the bias would double it, but darken points half a texel below their surface.\n"
+    "// A plane that rises by less than two texels of depth a texel is told from closer blockers: one\n"
+    "// that faces the light by half of the fade and two thirds of the bias. That takes 1 to 4% of the\n"
+    "// error; half of the bias would double it, but darken points half a texel below their surface.\n"
     "MSSM_SHARED mssm_receiver mssm_narrow_fade(mssm_view v, mssm_receiver r)\n"
     "{\n"
     "    float per_depth = v.perspective != 0 ? v.distance_scale * r.blur_depth * r.blur_depth : 1.0f;\n"
@@ -7659,9 +7660,9 @@ const char *mssm_glsl_shading(void)
     "                    d);\n"
     "}\n"
     "\n"
-    "// The part of a blocker in the kernel for distance d that is neither the receiver's tangent plane nor\n"
-    "// below it. A plane's moments have their points in front between a third and all of its reach. Seen\n"
-    "// from behind, it is at d where the kernel begins and d + d / sink where the light ends.\n"
+    "// The part of a blocker in the kernel for distance d that is neither the receiver's tangent plane\n"
+    "// nor below it. A plane's moments have their points in front between a third and all of its reach.\n"
+    "// Seen from behind, it is at d where the kernel begins and d + d / sink where the light ends.\n"
     "MSSM_SHARED float mssm_off_plane(mssm_receiver r, float d, float distance, float plane_reach)\n"
     "{\n"
     "    float off = (distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f);\n"
@@ -7699,8 +7700,8 @@ const char *mssm_glsl_shading(void)
     "    return w < 1.0f ? 0 : 1;\n"
     "}\n"
     "\n"
-    "// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider one\n"
-    "// does, in part for those down to inner, where the next begins, and the last for all that are nearer.\n"
+    "// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider\n"
+    "// one does, in part for those down to inner, where the next begins, the last for all nearer ones.\n"
     "struct mssm_nested {\n"
     "    float d;\n"
     "    float inner;\n"
@@ -7908,10 +7909,11 @@ const char *mssm_glsl_shading(void)
     "}\n"
     "\n"
     "// Nested kernels from the widest in: each takes the part of its blockers that it stands for as what\n"
-    "// blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its blockers\n"
-    "// there is one layer, and what it does not block is lit but for blockers that only narrower kernels\n"
-    "// show. So one layer is filtered by one kernel, nothing is counted twice or lost between two, and the\n"
-    "// result changes continuously with all inputs. Long: all that the loop changes is used in each of its steps.\n"
+    "// blocks, and leaves the rest of the light to the next. Where a kernel stands for all of its\n"
+    "// blockers there is one layer, and what it does not block is lit but for blockers that only\n"
+    "// narrower kernels show. So one layer is filtered by one kernel, nothing is counted twice or lost\n"
+    "// between two, and the result changes continuously with all inputs. Long: all that the loop changes\n"
+    "// is used in each of its steps.\n"
     "MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                               mssm_receiver r)\n"
     "{\n"
