@@ -574,8 +574,7 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     lightprobe_light seen = light;
     float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;
     if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;
-    // In units of the distance, from the disc's centre: along its axis, squared distance from it
-    // and squared radius.
+    // In units of the distance: height over the disc, squared distance from its axis, radius2.
     float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;
     float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;
     float tilt2 = u * u + v * v, steep = tilt2 / (1.0f + sqrtf(1.0f + tilt2)), height = 0.0f;
@@ -603,14 +602,12 @@ lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y, f
     }
     lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);
     float sine2 = o.size * radius2;
-    // 0: behind it, or too far.
-    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;
-    bright *= lightprobe_fade_in(height, radius2);
+    float bright = 0.0f; // behind it, or too far
+    if (height > 0.0f && o.size > 1e-12f) bright = o.size * lightprobe_fade_in(height, radius2);
     seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // a disc with this irradiance
     float part = bright * (c2 + steep) / (gap * gap) * (1.0f + c) / (1.0f + seen.cos_alpha);
     for (int i = 0; i < 3; i++) {
-        float way = o.facing * axis[i] + o.inward * aside[i];
-        if (bright > 0.0f) seen.direction[i] = way / o.size;
+        if (bright > 0.0f) seen.direction[i] = (o.facing * axis[i] + o.inward * aside[i]) / o.size;
         seen.irradiance[i] = part * light.irradiance[i];
     }
     return seen;
@@ -5994,8 +5991,7 @@ const char *lightprobe_glsl_lights(void)
     "    lightprobe_light seen = light;\n"
     "    float c = light.cos_alpha, scale = light.distance > 1e-30f ? 1.0f / light.distance : 0.0f;\n"
     "    if (!(scale > 0.0f) || !(c > 1e-3f)) return seen;\n"
-    "    // In units of the distance, from the disc's centre: along its axis, squared distance from it\n"
-    "    // and squared radius.\n"
+    "    // In units of the distance: height over the disc, squared distance from its axis, radius2.\n"
     "    float u = light.slope_u > -4.0f ? (light.slope_u < 4.0f ? light.slope_u : 4.0f) : -4.0f;\n"
     "    float v = light.slope_v > -4.0f ? (light.slope_v < 4.0f ? light.slope_v : 4.0f) : -4.0f;\n"
     "    float tilt2 = u * u + v * v, steep = tilt2 / (1.0f + sqrtf(1.0f + tilt2)), height = 0.0f;\n"
@@ -6023,14 +6019,12 @@ const char *lightprobe_glsl_lights(void)
     "    }\n"
     "    lightprobe_disc o = lightprobe_disc_from(height, aside2, radius2);\n"
     "    float sine2 = o.size * radius2;\n"
-    "    // 0: behind it, or too far.\n"
-    "    float bright = height > 0.0f && o.size > 1e-12f ? o.size : 0.0f;\n"
-    "    bright *= lightprobe_fade_in(height, radius2);\n"
+    "    float bright = 0.0f; // behind it, or too far\n"
+    "    if (height > 0.0f && o.size > 1e-12f) bright = o.size * lightprobe_fade_in(height, radius2);\n"
     "    seen.cos_alpha = sine2 < 1.0f ? sqrtf(1.0f - sine2) : 0.0f; // a disc with this irradiance\n"
     "    float part = bright * (c2 + steep) / (gap * gap) * (1.0f + c) / (1.0f + seen.cos_alpha);\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        float way = o.facing * axis[i] + o.inward * aside[i];\n"
-    "        if (bright > 0.0f) seen.direction[i] = way / o.size;\n"
+    "        if (bright > 0.0f) seen.direction[i] = (o.facing * axis[i] + o.inward * aside[i]) / o.size;\n"
     "        seen.irradiance[i] = part * light.irradiance[i];\n"
     "    }\n"
     "    return seen;\n"
