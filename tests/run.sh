@@ -86,7 +86,7 @@ without_egl()
     mkdir -p build/no-egl && : >build/no-egl/libEGL.so.1
     (
         unset TEST_REQUIRE_GL
-        only="-compare: |$long_on_cpu"
+        only="-compare: |$slow_on_cpu"
         suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=100
     ) >"$log.run" 2>&1
     status=$?
@@ -190,19 +190,24 @@ claims()
     fi
 }
 
-# The longest measurements, whose functions other tests call.
-long_on_cpu="halve the error|few lights cast|behind random edges|steady as the map|lamps that pass|go on smoothly"
-long_on_cpu="$long_on_cpu|flat emitters|keep lamps in place"
-long="a walk shows|does not jump|$long_on_cpu"
-
 # Minutes where programs run in others, and code that other tests run too.
-slow="irradiance of 32 lights|shadow ratio|body alone|weak lights go|what is above the horizon|bars before a wall|turning probe|$long"
+slow_on_cpu="halve the error|few lights cast|behind random edges|steady as the map|lamps that pass|go on smoothly"
+slow_on_cpu="$slow_on_cpu|flat emitters|keep lamps in place|irradiance of 32 lights|body alone|weak lights go"
+slow_on_cpu="$slow_on_cpu|what is above the horizon|bars before a wall|does not jump|probe: lights follow"
+slow="shadow ratio|turning probe|a walk shows|$slow_on_cpu"
 
 # As long, but some lines of the headers are run by these alone: coverage has them.
 once="of its lobe|come to rest|a fitted light|shafts are those"
 
+# Seconds, however few the trials are.
+seconds="panoramas|half floats|radiance is that of|cuts: lights hold|carry all energy|does not pop|2000 lives"
+seconds="$seconds|agree with ray|the light grazes|a convex caster|under a roof|normals help|a finer map"
+
+# Whole pictures by rays and by OpenGL.
+pictures="room GL|gl_catcher|the sampled light is the truth"
+
 # All but these, OpenGL and rivals.
-on_cpu="-GL|gl_catcher|the shader is|hostile driver|compared methods|$once|$slow"
+on_cpu="-GL|gl_catcher|the shader is|hostile driver|compared methods|$seconds|$once|$slow"
 
 # The tests as other compilers' flags and machines have them.
 suite_of()
@@ -211,14 +216,13 @@ suite_of()
         native) # not what does not go by the flags: the calls that a driver sees, and rivals
             only="-GL: components|GL: failures|GL: finding lights|leaves the caller|leave the caller|is left alone"
             only="$only|leave nothing|undone|refused|refuses|names that died|transform feedback|contexts at once"
-            only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: |$slow"
+            only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: |$pictures|$once|$slow"
             suite native env TEST_SCALE=20 ;;
         x87)
             only=$on_cpu
             suite x87 env TEST_SCALE=100 ;;
         m32)
-            only="-compare: |compared methods|2000 lives|half floats|a convex caster|a finer map|normals help|panoramas"
-            only="$only|carry all energy|radiance is that of|$once|$slow"
+            only="-compare: |compared methods|$seconds|$once|$slow"
             log=$log.m32 # its own, for can
             can -m32 && suite m32 env TEST_SCALE=100 "$runner" ;;
         compatibility | zink) # contexts and drivers that engines have and the default is not: what differs there
@@ -269,7 +273,7 @@ more()
     [ -n "$no_egl" ] || section "tests, release, EGL hidden" without_egl release
     section "promises" promises
     section "claims" claims
-    only="-compare: |$slow" # rivals and their times
+    only="-compare: |$pictures|$slow" # rivals and their times
     if can -fsanitize=address,undefined; then
         section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=40
         [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
