@@ -86,8 +86,8 @@ without_egl()
     mkdir -p build/no-egl && : >build/no-egl/libEGL.so.1
     (
         unset TEST_REQUIRE_GL
-        only="-compare: |$slow_on_cpu"
-        suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=100
+        only="-compare: |$seconds|$once|$slow_on_cpu"
+        suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=200
     ) >"$log.run" 2>&1
     status=$?
     awk '
@@ -200,14 +200,14 @@ slow="shadow ratio|turning probe|a walk shows|$slow_on_cpu"
 once="of its lobe|come to rest|a fitted light|shafts are those"
 
 # Seconds, however few the trials are.
-seconds="panoramas|half floats|radiance is that of|cuts: lights hold|carry all energy|does not pop|2000 lives"
+seconds="radiance is that of|cuts: lights hold|carry all energy|does not pop"
 seconds="$seconds|agree with ray|the light grazes|a convex caster|under a roof|normals help|a finer map"
 
 # Whole pictures by rays and by OpenGL.
 pictures="room GL|gl_catcher|the sampled light is the truth"
 
-# All but these, OpenGL and rivals.
-on_cpu="-GL|gl_catcher|the shader is|hostile driver|compared methods|$seconds|$once|$slow"
+# All but these, OpenGL, rivals and large images.
+on_cpu="-GL|gl_catcher|the shader is|hostile driver|compared methods|panoramas|half floats|$seconds|$once|$slow"
 
 # The tests as other compilers' flags and machines have them.
 suite_of()
@@ -216,13 +216,13 @@ suite_of()
         native) # not what does not go by the flags: the calls that a driver sees, and rivals
             only="-GL: components|GL: failures|GL: finding lights|leaves the caller|leave the caller|is left alone"
             only="$only|leave nothing|undone|refused|refuses|names that died|transform feedback|contexts at once"
-            only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: |$pictures|$once|$slow"
-            suite native env TEST_SCALE=20 ;;
+            only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: |$pictures|$seconds|$once|$slow"
+            suite native env TEST_SCALE=40 ;;
         x87)
             only=$on_cpu
             suite x87 env TEST_SCALE=100 ;;
         m32)
-            only="-compare: |compared methods|$seconds|$once|$slow"
+            only="-compare: |compared methods|2000 lives|panoramas|half floats|$seconds|$once|$slow"
             log=$log.m32 # its own, for can
             can -m32 && suite m32 env TEST_SCALE=100 "$runner" ;;
         compatibility | zink) # contexts and drivers that engines have and the default is not: what differs there
@@ -243,7 +243,7 @@ suite_of()
 # What needs one core and takes minutes, run beside the sections before it. later NAME is its section.
 beside()
 {
-    for part in fuzz coverage native x87 m32 valgrind compatibility zink viewer isa; do
+    for part in fuzz coverage native x87 m32 valgrind promises compatibility zink viewer isa; do
         # From valgrind on programs are used that are built in the meantime.
         while [ $part = valgrind ] && [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done
         from=$(date +%s)
@@ -251,6 +251,7 @@ beside()
             fuzz) sh tests/fuzz.sh short ;;
             coverage) COVERAGE_OF="-$slow" sh tests/coverage.sh ;;
             viewer | isa) sh tests/$part.sh ;;
+            promises) promises ;;
             *) (suite_of $part) ;;
         esac >"$log.$part" 2>&1
         echo "$? $(($(date +%s) - from))" >"$log.$part.status"
@@ -271,9 +272,8 @@ more()
 {
     grep -q '^    skipped: .*libEGL' "$log" && no_egl=1 # these skips are seen already
     [ -n "$no_egl" ] || section "tests, release, EGL hidden" without_egl release
-    section "promises" promises
     section "claims" claims
-    only="-compare: |$pictures|$slow" # rivals and their times
+    only="-compare: |$pictures|$seconds|$slow" # rivals and their times
     if can -fsanitize=address,undefined; then
         section "tests, address and undefined behaviour sanitizers" suite sanitize env TEST_SCALE=40
         [ -n "$no_egl" ] || section "tests, sanitizers, EGL hidden" without_egl sanitize
@@ -307,6 +307,7 @@ more()
     else
         missing "valgrind: apt-get install valgrind"
     fi
+    section "promises" later promises
     section "viewer" later viewer
     section "isa" later isa
     section "fuzz, short" later fuzz
