@@ -217,7 +217,7 @@ suite_of()
             only="-GL: components|GL: failures|GL: finding lights|leaves the caller|leave the caller|is left alone"
             only="$only|leave nothing|undone|refused|refuses|names that died|transform feedback|contexts at once"
             only="$only|hostile driver|second compiler|may fail|may be missing|names GL|compare: |$pictures|$seconds|$once|$slow"
-            suite native env TEST_SCALE=40 ;;
+            suite native env TEST_SCALE=100 ;;
         x87)
             only=$on_cpu
             suite x87 env TEST_SCALE=100 ;;
@@ -234,7 +234,8 @@ suite_of()
                 suite release env GL_COMPATIBILITY=1 TEST_SCALE=20
             fi ;;
         valgrind)
-            only=$on_cpu # the sanitizers see the rest
+            # The sanitizers see the rest.
+            only="$on_cpu|governor|PNG|may be long|traced pictures|every layout|no seams|texels are enough|do not crawl"
             suite release env TEST_SCALE=200 valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 \
                 --leak-check=full --errors-for-leak-kinds=definite ;;
     esac
