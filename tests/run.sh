@@ -193,7 +193,7 @@ claims()
 # Minutes where programs run in others, and code that other tests run too.
 slow_on_cpu="halve the error|few lights cast|behind random edges|steady as the map|lamps that pass|go on smoothly"
 slow_on_cpu="$slow_on_cpu|flat emitters|keep lamps in place|irradiance of 32 lights|body alone|weak lights go"
-slow_on_cpu="$slow_on_cpu|what is above the horizon|bars before a wall|does not jump|probe: lights follow"
+slow_on_cpu="$slow_on_cpu|what is above the horizon|bars before a wall|does not jump|probe: lights follow|light times the shadow"
 slow="shadow ratio|turning probe|a walk shows|$slow_on_cpu"
 
 # As long, but some lines of the headers are run by these alone: coverage has them.

@@ -34,7 +34,7 @@ static void tables_free(state *p)
 
 // Tables hold 4 terms + 1 numbers a texel, 32 bits as in the paper. Float tables of that size are
 // off by a grey level and more (Hensley and others 2005), so they are integers, scaled such that
-// the sum of the whole map fits.
+// the sum of the whole map fits: turned waves may be 1 + 4e-7, so with some room.
 void *convolution_create(const struct method *m, int side, size_t *bytes)
 {
     state *p = view_create(sizeof *p, side);
@@ -42,7 +42,7 @@ void *convolution_create(const struct method *m, int side, size_t *bytes)
     const size_t entries = (size_t)(side + 1) * (size_t)(side + 1),
                  channels = 2 * (size_t)m->variant;
     p->terms = m->variant;
-    p->to_stored = floorf(2147483000.0f / ((float)side * (float)side));
+    p->to_stored = floorf(2147400000.0f / ((float)side * (float)side));
     p->from_stored = 1 / p->to_stored;
     p->shadow = calloc(entries * channels, sizeof *p->shadow);
     p->depths = calloc(entries * channels, sizeof *p->depths);
