@@ -2,7 +2,7 @@
 # Runs the tests and ends with one line of counts.
 #
 #     sh tests/run.sh          what a change is tried with, in minutes: `make test`
-#     sh tests/run.sh all      also more trials, sanitizers, valgrind, 32 bits, other drivers ...: `make test-all`
+#     sh tests/run.sh all      also all trials, sanitizers, valgrind, 32 bits, other drivers ...: `make test-all`
 #
 # Each section ends with a line of its counts and seconds; the first prints only what is not ok, the second
 # all. If something failed, that and what was skipped is repeated at the end. What this machine lacks is
@@ -206,8 +206,11 @@ seconds="$seconds|agree with ray|the light grazes|a convex caster|under a roof|n
 # Whole pictures by rays and by OpenGL.
 pictures="room GL|gl_catcher|the sampled light is the truth"
 
-# All but these, OpenGL, rivals and large images.
-on_cpu="-GL|gl_catcher|the shader is|hostile driver|compared methods|panoramas|half floats|$seconds|$once|$slow"
+# Large files in and out.
+images="panoramas|half floats"
+
+# All but these, OpenGL and rivals.
+on_cpu="-GL|gl_catcher|the shader is|hostile driver|compared methods|$images|$seconds|$once|$slow"
 
 # The tests as other compilers' flags and machines have them.
 suite_of()
@@ -222,7 +225,7 @@ suite_of()
             only=$on_cpu
             suite x87 env TEST_SCALE=100 ;;
         m32)
-            only="-compare: |compared methods|2000 lives|panoramas|half floats|$seconds|$once|$slow"
+            only="-compare: |compared methods|2000 lives|$images|$seconds|$once|$slow"
             log=$log.m32 # its own, for can
             can -m32 && suite m32 env TEST_SCALE=100 "$runner" ;;
         compatibility | zink) # contexts and drivers that engines have and the default is not: what differs there
