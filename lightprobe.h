@@ -4200,7 +4200,9 @@ lightprobe_result lightprobe_cube_without(const lightprobe_cube *cube,
 enum {
     // limits, textures
     LIGHTPROBE__GL_MAX_SHADER_STORAGE_BLOCK_SIZE = 0x90DE, LIGHTPROBE__GL_TEXTURE_MAX_LEVEL = 0x813D,
-    LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS = 0x82DF, LIGHTPROBE__GL_TEXTURE_INTERNAL_FORMAT = 0x1003,
+    LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS = 0x82DF, LIGHTPROBE__GL_TEXTURE_VIEW_NUM_LEVELS = 0x82DC,
+    LIGHTPROBE__GL_TEXTURE_MIN_LOD = 0x813A, LIGHTPROBE__GL_TEXTURE_MAX_LOD = 0x813B,
+    LIGHTPROBE__GL_TEXTURE_INTERNAL_FORMAT = 0x1003,
     LIGHTPROBE__GL_TEXTURE_RED_TYPE = 0x8C10, LIGHTPROBE__GL_TEXTURE_DEPTH_SIZE = 0x884A,
     LIGHTPROBE__GL_TEXTURE_STENCIL_SIZE = 0x88F1,
     LIGHTPROBE__GL_INT = 0x1404, LIGHTPROBE__GL_UNSIGNED_INT = 0x1405,
@@ -5262,13 +5264,19 @@ static void lightprobe__use_again(const lightprobe_gl *gl, int program)
     gl->f.UseProgram(good ? living : 0);
 }
 
+// Puts the generic binding of storage buffers back.
+static void lightprobe__bind_buffer_again(const lightprobe_gl *gl, int buffer)
+{
+    gl->f.BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, lightprobe__living(buffer, gl->f.IsBuffer));
+}
+
 // A buffer. Mesa forgets the generic binding too when one with an indexed binding is deleted.
 static void lightprobe__delete_buffer(const lightprobe_gl *gl, unsigned buffer)
 {
     if (!buffer) return;
     const int generic = lightprobe__get(gl, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
     gl->f.DeleteBuffers(1, &buffer); // which also unmaps it
-    if (generic != (int)buffer) gl->f.BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+    lightprobe__bind_buffer_again(gl, generic);
 }
 
 // [plumbing end]
@@ -5469,7 +5477,7 @@ lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_d
     if (!r) r = lightprobe__build_programs(g);
     const int generic = lightprobe__get(g, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
     if (!r) r = lightprobe__create_storage(g);
-    g->f.BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+    lightprobe__bind_buffer_again(g, generic);
     if (r) {
         lightprobe_gl_destroy(g);
         return r;
@@ -5529,8 +5537,7 @@ static void lightprobe__restore_bindings(const lightprobe_gl *gl, const lightpro
         else
             f->BindBufferBase(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, at, buffer);
     }
-    f->BindBuffer(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER,
-                  lightprobe__living(b->generic, f->IsBuffer));
+    lightprobe__bind_buffer_again(gl, b->generic);
     f->BindBuffer(LIGHTPROBE__GL_COPY_WRITE_BUFFER, lightprobe__living(b->copied, f->IsBuffer));
     f->BindTexture(LIGHTPROBE__GL_TEXTURE_CUBE_MAP, lightprobe__living(b->texture, f->IsTexture));
     f->BindSampler((unsigned)gl->desc.first_texture_unit,
@@ -5571,7 +5578,7 @@ static lightprobe_result lightprobe__bind_texture(const lightprobe_gl *gl, unsig
 {
     const lightprobe__glenum cube = LIGHTPROBE__GL_TEXTURE_CUBE_MAP;
     const lightprobe__gl_functions *f = &gl->f;
-    int base = 0, last = 0, levels = 0;
+    int base = 0, last = 0, levels = 0, viewed = 0;
     if (!texture || !f->IsTexture(texture))
         return lightprobe__report(gl, LIGHTPROBE_ERROR_TEXTURE, "the cube-map texture is none");
     f->BindTexture(cube, texture);
@@ -5582,6 +5589,8 @@ static lightprobe_result lightprobe__bind_texture(const lightprobe_gl *gl, unsig
     f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_BASE_LEVEL, &base);
     f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_MAX_LEVEL, &last);
     f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_IMMUTABLE_LEVELS, &levels);
+    if (levels > 0) f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_VIEW_NUM_LEVELS, &viewed);
+    if (viewed > 0 && viewed < levels) levels = viewed; // of a view; those above are the texture's
     if (levels > 0 && last >= levels) last = levels - 1;
     *mip = -1;
     // Where another level than the first is read, all there may be must be there.
@@ -5636,6 +5645,9 @@ static void lightprobe__bind(const lightprobe_gl *gl, int mip)
     // Without mipmaps where they are not needed: they may be incomplete.
     f->SamplerParameteri(gl->sampler, LIGHTPROBE__GL_TEXTURE_MIN_FILTER,
                          mip ? LIGHTPROBE__GL_NEAREST_MIPMAP_NEAREST : LIGHTPROBE__GL_NEAREST);
+    // In compatibility contexts the unit may have a bias of its own.
+    f->SamplerParameteri(gl->sampler, LIGHTPROBE__GL_TEXTURE_MIN_LOD, mip);
+    f->SamplerParameteri(gl->sampler, LIGHTPROBE__GL_TEXTURE_MAX_LOD, mip);
     f->BindBufferRange(LIGHTPROBE__GL_SHADER_STORAGE_BUFFER, first, ring,
                        lightprobe__slot(gl, gl->updates - 1), bytes);
     for (unsigned i = 0, at = 0; i < LIGHTPROBE__PARTS; at += (unsigned)gl->part_bytes[i++])

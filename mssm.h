@@ -658,8 +658,9 @@ MSSM_API mssm_result mssm_gl_set_depth(mssm_gl *gl, int index, const mssm_gl_dep
 // Round the passes and the build of a frame, where their calls of GL count: GL's state is saved and
 // put back once, not for each light, and nothing in between asks GL for it, which can cost a wait.
 // Drawing may then change programs, buffers, textures, vertex arrays, culling, viewport, scissor
-// and depth test; what else a pass sets must stay as it is. It binds its program, textures and
-// buffers after mssm_gl_begin_depth, which leaves others there whenever the target was full.
+// and depth test; what else a pass sets must stay as it is. It binds its program or pipeline,
+// textures and buffers after mssm_gl_begin_depth, which leaves others there, and no program,
+// whenever the target was full.
 // mssm_gl_bind comes after the end. Brackets of several objects nest: the last that was begun ends
 // first. Depth maps of your own are drawn before: their state would be that of a pass.
 MSSM_API mssm_result mssm_gl_begin_frame(mssm_gl *gl);
@@ -4910,13 +4911,19 @@ static void mssm__use_again(const mssm_gl *gl, int program)
     gl->f.UseProgram(good ? living : 0);
 }
 
+// Puts the generic binding of storage buffers back.
+static void mssm__bind_buffer_again(const mssm_gl *gl, int buffer)
+{
+    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, mssm__living(buffer, gl->f.IsBuffer));
+}
+
 // A buffer. Mesa forgets the generic binding too when one with an indexed binding is deleted.
 static void mssm__delete_buffer(const mssm_gl *gl, unsigned buffer)
 {
     if (!buffer) return;
     const int generic = mssm__get(gl, MSSM__GL_SHADER_STORAGE_BUFFER_BINDING);
     gl->f.DeleteBuffers(1, &buffer); // which also unmaps it
-    if (generic != (int)buffer) gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+    mssm__bind_buffer_again(gl, generic);
 }
 
 // [plumbing end]
@@ -5162,7 +5169,7 @@ static mssm_result mssm__create_depth(mssm_gl *gl)
     const int bound = mssm__get(gl, MSSM__GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY);
     gl->f.BindTexture(target, gl->depth);
     gl->samples = mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_SAMPLES);
-    gl->f.BindTexture(target, (unsigned)bound);
+    gl->f.BindTexture(target, mssm__living(bound, gl->f.IsTexture));
     gl->f.ObjectLabel(MSSM__GL_TEXTURE, gl->depth, -1, "mssm depth");
     gl->f.NamedFramebufferTextureLayer(*framebuffer, MSSM__GL_DEPTH_ATTACHMENT, gl->depth, 0, 0);
     gl->f.NamedFramebufferDrawBuffer(*framebuffer, 0);
@@ -5241,7 +5248,7 @@ static mssm_result mssm__create_views(mssm_gl *gl)
     gl->f.BufferStorage(MSSM__GL_SHADER_STORAGE_BUFFER,
                         (ptrdiff_t)((size_t)gl->desc.lights * sizeof *gl->view), gl->view,
                         MSSM__GL_DYNAMIC_STORAGE_BIT);
-    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+    mssm__bind_buffer_again(gl, generic);
     gl->f.ObjectLabel(MSSM__GL_BUFFER, gl->views, -1, "mssm lights");
     return MSSM_OK;
 }
@@ -5333,7 +5340,10 @@ static void mssm__save_bindings(mssm_gl *gl)
 static void mssm__restore_bindings(const mssm_gl *gl)
 {
     const mssm__gl_bindings *b = &gl->bindings;
-    if (gl->framing) return;
+    if (gl->framing) {
+        gl->f.UseProgram(0); // ours would be in the way of a program pipeline
+        return;
+    }
     for (int i = 0; i < 2; i++) {
         mssm__activate(gl, i);
         for (int k = 0; k < 6; k++) {
@@ -5350,7 +5360,7 @@ static void mssm__restore_bindings(const mssm_gl *gl)
         gl->f.BindImageTexture(i, mssm__living(m[0], gl->f.IsTexture), m[1], (mssm__glboolean)m[2],
                                m[3], (mssm__glenum)m[4], (mssm__glenum)m[5]);
     }
-    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, mssm__living(b->buffer, gl->f.IsBuffer));
+    mssm__bind_buffer_again(gl, b->buffer);
     gl->f.BindVertexArray(mssm__living(b->array, gl->f.IsVertexArray));
     mssm__use_again(gl, b->program);
 }
@@ -5392,9 +5402,9 @@ static void mssm__take_depth(mssm_gl *gl, unsigned program, int count, const int
     } else {
         mssm__bind_level(gl, 0, 0);
         mssm__bind_image(gl, 2, MSSM__LEAST_DEPTHS, 0);
-        // After shading, or an earlier resolve of these layers; what follows has the build's.
-        (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
     }
+    // After shading, mssm_gl_set_moments, or an earlier resolve; what follows has the build's.
+    (gl->f.MemoryBarrier)(MSSM__GL_BARRIERS);
     gl->f.DispatchCompute((side + 31) / 32, (side + 1) / 2, (unsigned)count);
     if (gl->filtered) (gl->f.MemoryBarrier)(MSSM__GL_ALL_BARRIERS);
 }
@@ -6150,7 +6160,7 @@ mssm_result mssm_gl_build(mssm_gl *gl)
     if (work)
         mssm__restore_bindings(gl);
     else if (!framing)
-        gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)gl->bindings.buffer);
+        mssm__bind_buffer_again(gl, gl->bindings.buffer);
     return MSSM_OK;
 }
 
@@ -6190,7 +6200,7 @@ mssm_result mssm_gl_bind(mssm_gl *gl)
     gl->f.ActiveTexture((mssm__glenum)active);
     gl->f.BindBufferBase(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)gl->desc.first_buffer_binding,
                          gl->views);
-    gl->f.BindBuffer(MSSM__GL_SHADER_STORAGE_BUFFER, (unsigned)generic);
+    mssm__bind_buffer_again(gl, generic);
     return MSSM_OK;
 }
 

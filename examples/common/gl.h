@@ -45,6 +45,7 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
     X(void, GetShaderInfoLog, (GLuint shader, GLsizei size, GLsizei *length, GLchar *log))         \
     X(void, DeleteShader, (GLuint shader))                                                         \
     X(GLuint, CreateProgram, (void))                                                               \
+    X(GLuint, CreateShaderProgramv, (GLenum type, GLsizei count, const GLchar *const *text))       \
     X(void, AttachShader, (GLuint program, GLuint shader))                                         \
     X(void, LinkProgram, (GLuint program))                                                         \
     X(void, GetProgramiv, (GLuint program, GLenum name, GLint *value))                             \
@@ -66,6 +67,7 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
     /* buffers */                                                                                  \
     X(void, CreateBuffers, (GLsizei count, GLuint *buffers))                                       \
     X(void, DeleteBuffers, (GLsizei count, const GLuint *buffers))                                 \
+    X(GLboolean, IsBuffer, (GLuint buffer))                                                        \
     X(void, BufferStorage, (GLenum target, GLsizeiptr size, const void *data, GLbitfield flags))   \
     X(void, NamedBufferStorage,                                                                    \
       (GLuint buffer, GLsizeiptr size, const void *data, GLbitfield flags))                        \
@@ -82,6 +84,11 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
     /* textures */                                                                                 \
     X(void, CreateTextures, (GLenum target, GLsizei count, GLuint *textures))                      \
     X(void, DeleteTextures, (GLsizei count, const GLuint *textures))                               \
+    X(GLboolean, IsTexture, (GLuint texture))                                                      \
+    X(void, GenTextures, (GLsizei count, GLuint *textures))                                        \
+    X(void, TextureView,                                                                           \
+      (GLuint view, GLenum target, GLuint texture, GLenum format, GLuint level, GLuint levels,     \
+       GLuint layer, GLuint layers))                                                               \
     X(void, TextureStorage2D,                                                                      \
       (GLuint texture, GLsizei levels, GLenum format, GLsizei width, GLsizei height))              \
     X(void, TextureStorage3D,                                                                      \
@@ -230,6 +237,7 @@ typedef void(GL_CALL *gl_debug_function)(GLenum source, GLenum type, GLuint id, 
     X(void, CreateProgramPipelines, (GLsizei count, GLuint *pipelines))                            \
     X(void, DeleteProgramPipelines, (GLsizei count, const GLuint *pipelines))                      \
     X(void, BindProgramPipeline, (GLuint pipeline))                                                \
+    X(void, UseProgramStages, (GLuint pipeline, GLbitfield stages, GLuint program))                \
     X(void, CreateTransformFeedbacks, (GLsizei count, GLuint *feedbacks))                          \
     X(void, DeleteTransformFeedbacks, (GLsizei count, const GLuint *feedbacks))                    \
     X(void, BindTransformFeedback, (GLenum target, GLuint feedback))                               \

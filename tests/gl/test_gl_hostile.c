@@ -27,6 +27,7 @@ static struct {
     int questions;                             // asked
     int objects;                               // made and not deleted
     int dispatches, barriers, binds, uploaded; // compute shaders, framebuffers, bytes of buffers
+    int under_way, overtaking; // since the last barrier, dispatches; those that did not wait
     int messages;
     size_t longest;  // message
     void *mapped[8]; // by MapBufferRange, freed when the test ends
@@ -128,12 +129,14 @@ static void GL_CALL hostile_DispatchCompute(GLuint x, GLuint y, GLuint z)
 {
     works();
     driver.dispatches++;
+    driver.overtaking += driver.under_way++ > 0;
 }
 
 static void GL_CALL hostile_MemoryBarrier(GLbitfield which)
 {
     works();
     driver.barriers++;
+    driver.under_way = 0;
 }
 
 static void GL_CALL hostile_BindFramebuffer(GLenum target, GLuint framebuffer)
@@ -767,6 +770,40 @@ static void only_what_is_needed_is_done(void)
     end_driver("what is needed");
 }
 
+// All write what another reads, also that of another object: GPUs run them at once without a barrier.
+static void dispatches_wait_for_each_other(void)
+{
+    const mssm_light light = light_of_half_size(0.1f);
+    mssm_gl_desc d;
+    mssm_gl *smoke = NULL, *soft = NULL;
+    begin_driver(WORKS, 0, 1);
+    for (int k = 0; k < LIVES; k++) CHECK(lives[k].live("a life") == 0, "%s", lives[k].name);
+    memset(&d, 0, sizeof d);
+    d.load = load_hostile;
+    d.log = log_hostile;
+    d.lights = 3;
+    CHECK(!mssm_gl_create(&soft, &d), "create");
+    d.filtered = 1;
+    CHECK(!mssm_gl_create(&smoke, &d) && !mssm_gl_set_light(smoke, 0, &light), "create");
+    for (int framed = 0; framed < 2 && soft && smoke; framed++) {
+        if (framed) CHECK(!mssm_gl_begin_frame(soft) && !mssm_gl_begin_frame(smoke), "begin");
+        for (int i = 0; i < 3; i++) { // one set of filtered moments serves all lights
+            CHECK(!mssm_gl_begin_depth(smoke, 0, 0) && !mssm_gl_end_depth(smoke), "pass");
+            if (framed)
+                CHECK(!mssm_gl_set_light(soft, i, &light) &&
+                          !mssm_gl_set_moments(soft, i, mssm_gl_texture(smoke, 3)),
+                      "set_moments");
+        }
+        if (framed) CHECK(!mssm_gl_end_frame(smoke) && !mssm_gl_end_frame(soft), "end");
+    }
+    test_note("%d dispatches", driver.dispatches);
+    CHECK(driver.dispatches > 30 && !driver.overtaking, "%d of %d dispatches wait for none",
+          driver.overtaking, driver.dispatches);
+    mssm_gl_destroy(soft);
+    mssm_gl_destroy(smoke);
+    end_driver("dispatches");
+}
+
 static void thousands_of_lives_leave_nothing(void)
 {
     const int count = test_trials(2000);
@@ -788,6 +825,7 @@ const test_case gl_hostile_tests[] = {
     {"hostile driver: extreme sizes are made or refused", extreme_sizes_are_made_or_refused},
     {"hostile driver: within a frame nothing is asked", frames_ask_nothing},
     {"hostile driver: only what is needed is done", only_what_is_needed_is_done},
+    {"hostile driver: dispatches wait for each other", dispatches_wait_for_each_other},
     {"hostile driver: 2000 lives leave nothing behind", thousands_of_lives_leave_nothing},
     {NULL, NULL},
 };

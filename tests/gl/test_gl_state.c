@@ -316,6 +316,40 @@ static void names_that_died_raise_no_error(void)
                   "passes");
             gl.BindTextureUnit(5, 0);
             gl.BindSampler(5, 0);
+            // A buffer and a texture whose turn comes when objects are made, bound and deleted.
+            const mssm_light second = wide_light(false, 0.5f);
+            mssm_gl *h = NULL;
+            for (int what = 0; what < 6; what++) {
+                GLint left[2] = {-1, -1};
+                GLuint died;
+                gl.CreateTextures(GL_TEXTURE_2D_MULTISAMPLE_ARRAY, 1, &texture);
+                gl.TextureStorage3DMultisample(texture, 4, GL_RGBA8, 8, 8, 2, GL_TRUE);
+                gl.BindTexture(GL_TEXTURE_2D_MULTISAMPLE_ARRAY, texture);
+                gl.CreateBuffers(1, &died);
+                gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, died);
+                gl_test_make_current(&other);
+                gl.DeleteTextures(1, &texture);
+                gl.DeleteBuffers(1, &died);
+                gl_test_make_current(&stage.context);
+                mssm_result r = MSSM_OK;
+                if (what == 0) r = mssm_gl_create(&h, &d);
+                if (what == 1) r = mssm_gl_bind(g);
+                if (what == 2) r = mssm_gl_set_light(g, 0, &second);
+                if (what == 2 && !r) r = mssm_gl_build(g);
+                if (what == 3) r = mssm_gl_build(g); // nothing to do
+                if (what == 4) r = mssm_gl_resize(g, 1, 48);
+                if (what == 5) mssm_gl_destroy(h);
+                const GLenum error = gl.GetError();
+                gl.GetIntegerv(0x90D3, &left[0]); // GL_SHADER_STORAGE_BUFFER_BINDING
+                gl.GetIntegerv(0x9105, &left[1]); // GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY
+                CHECK(!r && !error && (!left[0] || left[0] == (GLint)died) &&
+                          !gl.IsBuffer((GLuint)left[0]),
+                      "call %d: %s, error 0x%X, buffer %d of %u", what, mssm_result_string(r),
+                      error, left[0], died);
+                CHECK(!gl.IsTexture((GLuint)left[1]), "call %d: texture %d lives", what, left[1]);
+                gl.BindTexture(GL_TEXTURE_2D_MULTISAMPLE_ARRAY, 0);
+                gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, 0);
+            }
             gl_test_unshare(&other);
         }
         // A frame's names are kept longest. Bound again in a compatibility context, it would live.
@@ -566,6 +600,52 @@ static void frames_are_the_passes(void)
     end_gl();
 }
 
+// Programs in use come before pipelines: none of ours may stay when the target was full.
+static void frames_are_for_pipelines_too(void)
+{
+    enum { LIGHTS = 40, SIDE = 8 };
+    static const GLchar *const text =
+        "#version 450 core\n"
+        "out gl_PerVertex { vec4 gl_Position; };\n"
+        "layout(location = 0) uniform float z;\n"
+        "void main() { gl_Position = vec4(vec2(gl_VertexID % 2, gl_VertexID / 2) * 4.0 - 1.0, z, "
+        "1.0); }\n";
+    static int32_t table[2][LIGHTS * SIDE * SIDE * 4];
+    const mssm_gl_desc d = description(LIGHTS, SIDE, 1, 6);
+    const mssm_light light = wide_light(false, 1);
+    mssm_gl *g = NULL;
+    GLuint pipeline;
+    if (!begin_gl()) return;
+    CHECK(!mssm_gl_create(&g, &d), "%s", fakes.message);
+    const GLuint program = gl.CreateShaderProgramv(GL_VERTEX_SHADER, 1, &text);
+    gl.CreateProgramPipelines(1, &pipeline);
+    gl.UseProgramStages(pipeline, 1, program); // GL_VERTEX_SHADER_BIT
+    for (int framed = 0; framed < 2 && g; framed++) {
+        if (framed) CHECK(!mssm_gl_begin_frame(g), "begin of a frame");
+        for (int i = 0; i < LIGHTS; i++) {
+            CHECK(!mssm_gl_set_light(g, i, &light) && !mssm_gl_begin_depth(g, i, 0), "begin");
+            gl.BindProgramPipeline(pipeline);
+            gl.BindVertexArray(stage.array);
+            gl.ProgramUniform1f(program, 0, (float)i / LIGHTS);
+            gl.DrawArrays(GL_TRIANGLES, 0, 3);
+            CHECK(!mssm_gl_end_depth(g), "end");
+        }
+        CHECK(!mssm_gl_build(g), "build");
+        if (framed) CHECK(!mssm_gl_end_frame(g), "end of a frame");
+        gl.MemoryBarrier(0x100); // GL_TEXTURE_UPDATE_BARRIER_BIT
+        gl.GetTextureImage(mssm_gl_texture(g, 0), 0, 0x8D99, 0x1404, sizeof table[0],
+                           table[framed]); // GL_RGBA_INTEGER, GL_INT
+    }
+    CHECK(table[0][0] != table[0][(LIGHTS - 1) * SIDE * SIDE * 4], "nothing was drawn");
+    CHECK(!memcmp(table[0], table[1], sizeof table[0]), "a pipeline draws otherwise in a frame");
+    gl.BindProgramPipeline(0);
+    gl.BindVertexArray(0);
+    gl.DeleteProgramPipelines(1, &pipeline);
+    gl.DeleteProgram(program);
+    mssm_gl_destroy(g);
+    end_gl();
+}
+
 // An error that the caller has not asked about yet is not ours.
 static void callers_error_is_not_ours(void)
 {
@@ -609,5 +689,6 @@ const test_case gl_state_tests[] = {
     {"GL's front faces are the caller's", winding_is_the_callers},
     {"GL state that the caller changes between begin and end is his", changes_in_between},
     {"GL state is saved once a frame in brackets", frames_are_the_passes},
+    {"GL's frames are for pipelines too", frames_are_for_pipelines_too},
     {"GL errors of the caller are not ours", callers_error_is_not_ours},
     {0, 0}};

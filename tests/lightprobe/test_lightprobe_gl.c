@@ -664,6 +664,22 @@ static void hostile_probes_agree(void)
 }
 
 // A coarser level of a texture, of which the finer one is something else.
+static int compatible(void)
+{
+    GLint profile = 0;
+    gl.GetIntegerv(GL_CONTEXT_PROFILE_MASK, &profile);
+    return profile & 2 ? 1 : 0;
+}
+
+// Of the active texture unit, in compatibility contexts.
+static void set_unit_bias(float bias)
+{
+    void(GL_CALL * TexEnvf)(GLenum, GLenum, GLfloat);
+    const gl_fakes_function f = gl_context_function("glTexEnvf");
+    memcpy(&TexEnvf, &f, sizeof f);
+    TexEnvf(0x8500, 0x8501, bias); // GL_TEXTURE_FILTER_CONTROL, GL_TEXTURE_LOD_BIAS
+}
+
 static void side_chooses_the_level(void)
 {
     const lightprobe_gl_desc d = description(32, 20);
@@ -687,6 +703,21 @@ static void side_chooses_the_level(void)
             CHECK(to->count == 20 && !memcmp(to, &first, sizeof first), "other lights in turn %d",
                   (int)i);
         }
+        // Of a view what is in it counts; compatibility contexts have a bias of the unit.
+        GLuint view;
+        gl.GenTextures(1, &view);
+        gl.TextureView(view, GL_TEXTURE_CUBE_MAP, texture, GL_RGB32F, 0, 2, 0, 6);
+        for (int biased = 0; biased <= compatible(); biased++) {
+            if (biased) set_unit_bias(1.0f);
+            memset(&again, 0, sizeof again);
+            lightprobe_gl_restart(s.gl);
+            CHECK(!lightprobe_gl_update(s.gl, view), "a view: %s", fakes.message);
+            lightprobe_gl_read(s.gl, 1, again.light, &again.count, &again.stats);
+            CHECK(again.count == 20 && !memcmp(&again, &first, sizeof first),
+                  "other lights of a view%s", biased ? " with a bias" : "");
+            if (biased) set_unit_bias(0.0f);
+        }
+        gl.DeleteTextures(1, &view);
         gl.DeleteTextures(1, &texture);
         test_probe_free(&p);
         test_probe_free(&other);
@@ -1220,6 +1251,23 @@ static void names_that_died_raise_no_error(void)
         gl_test_make_current(&context);
         CHECK(!lightprobe_gl_update(s.gl, s.texture), "update");
         CHECK(gl.GetError() == GL_NO_ERROR, "GL error");
+        lightprobe_gl *second = NULL;
+        for (int destroy = 0; destroy < 2; destroy++) {
+            GLint left = -1;
+            gl.CreateBuffers(1, &buffer);
+            gl.BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer);
+            gl_test_make_current(&other);
+            gl.DeleteBuffers(1, &buffer);
+            gl_test_make_current(&context);
+            if (destroy)
+                lightprobe_gl_destroy(second);
+            else
+                CHECK(!lightprobe_gl_create(&second, &d), "%s", fakes.message);
+            gl.GetIntegerv(0x90D3, &left); // GL_SHADER_STORAGE_BUFFER_BINDING
+            CHECK(gl.GetError() == GL_NO_ERROR && !gl.IsBuffer((GLuint)left) &&
+                      (!left || left == (GLint)buffer),
+                  "buffer %d after %u", left, buffer);
+        }
         test_probe_free(&p);
         drop_subject(&s);
     }
