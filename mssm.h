@@ -4108,10 +4108,11 @@ struct mssm_gl {
     int bound;                       // by mssm_gl_bind, at least once
     unsigned depth, framebuffer[MSSM__FRAMEBUFFERS], table[MSSM__TABLES], views,
         program[MSSM__PROGRAMS];
-    unsigned sampler; // that of given depth maps
-    unsigned array;   // without attributes
-    int targets;      // that textures are bound to, as bits: those of the caller are saved
-    int framing;      // between mssm_gl_begin_frame and its end: nothing is saved or put back
+    unsigned sampler;  // that of given depth maps
+    unsigned array;    // without attributes
+    int targets;       // that textures are bound to, as bits: those of the caller are saved
+    int usual_targets; // outside of a frame
+    int framing;       // between mssm_gl_begin_frame and its end: nothing is saved or put back
     mssm__gl_state saved;
     mssm__gl_bindings bindings; // of the caller
     mssm__gl_light *lights;
@@ -5804,6 +5805,8 @@ mssm_result mssm_gl_begin_frame(mssm_gl *gl)
     const mssm_result r = mssm__check_order(gl, gl->drawing >= 0 || gl->framing,
                                             "mssm_gl_begin_frame", "within a frame or a pass");
     if (r) return r;
+    gl->usual_targets = gl->targets;
+    gl->targets = 63; // any may be displaced, after the caller has bound others
     mssm__save_bindings(gl);
     mssm__pass_state(gl, gl->framebuffer[0], 1, 0);
     gl->framing = 1;
@@ -5819,6 +5822,7 @@ mssm_result mssm_gl_end_frame(mssm_gl *gl)
     gl->framing = 0;
     mssm__restore_state(gl);
     mssm__restore_bindings(gl);
+    gl->targets = gl->usual_targets;
     return MSSM_OK;
 }
 
