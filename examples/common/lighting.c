@@ -165,9 +165,9 @@ static vec3 trace_lights(const light_source *source, vec3 point, vec3 normal, un
         const float share = share_of(light, normal);
         if (share <= 0) continue;
         const float seen =
-            trace_rectangle(source->tree, point, vec_of(light->direction), vec_of(light->axis_u),
-                            vec_of(light->axis_v), light->tan_half_u, light->tan_half_v,
-                            source->rays, seed * 64 + (unsigned)i);
+            trace_rectangle(source->tree, point, &normal, vec_of(light->direction),
+                            vec_of(light->axis_u), vec_of(light->axis_v), light->tan_half_u,
+                            light->tan_half_v, source->rays, seed * 64 + (unsigned)i);
         sum = vec_mad(sum, vec_of(light->irradiance), share * seen);
     }
     return sum;

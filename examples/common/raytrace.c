@@ -268,19 +268,23 @@ static void shift_of(unsigned seed, float *u, float *v)
     }
 }
 
-float trace_rectangle(const bvh *tree, vec3 point, vec3 direction, vec3 axis_u, vec3 axis_v,
-                      float tan_half_u, float tan_half_v, int grid, unsigned seed)
+float trace_rectangle(const bvh *tree, vec3 point, const vec3 *normal, vec3 direction, vec3 axis_u,
+                      vec3 axis_v, float tan_half_u, float tan_half_v, int grid, unsigned seed)
 {
-    int seen = 0;
+    float seen = 0, all = 0;
     for (int i = 0; i < grid * grid; i++) {
         float ju, jv;
         shift_of(seed * 7919u + (unsigned)i, &ju, &jv);
         const float u = 2 * ((float)(i % grid) + ju) / (float)grid - 1;
         const float v = 2 * ((float)(i / grid) + jv) / (float)grid - 1;
         const vec3 d = vec_mad(vec_mad(direction, axis_u, u * tan_half_u), axis_v, v * tan_half_v);
-        seen += !bvh_hit_any(tree, point, d, HUGE_VALF);
+        // Solid angle, with u and v, goes with the length to the -3, the cosine with another -1.
+        const float square = vec_dot(d, d);
+        const float weight = normal ? fmaxf(vec_dot(*normal, d), 0) / (square * square) : 1;
+        all += weight;
+        if (weight > 0 && !bvh_hit_any(tree, point, d, HUGE_VALF)) seen += weight;
     }
-    return (float)seen / (float)(grid * grid);
+    return all > 0 ? seen / all : 0;
 }
 
 // Density of solid angle over the s-t plane of a face.

@@ -133,11 +133,12 @@ void gl_percentage_closer_visibility(gl_percentage_closer_kind kind, char *text,
         snprintf(text, room, "#define NORMAL %d\n#define TAPS %d\n%s%s%s", normal,
                  GL_REFERENCE_TAPS, gl_reference_text, plane_text, gather_text);
     } else {
-        write_sampled(kind == GL_PERCENTAGE_CLOSER_32 ? 32 : 16, normal, text, room);
+        const bool more = kind == GL_PERCENTAGE_CLOSER_32 || kind == GL_PERCENTAGE_CLOSER_32_NORMAL;
+        write_sampled(more ? 32 : 16, normal, text, room);
     }
 }
 
 bool gl_percentage_closer_normal(gl_percentage_closer_kind kind)
 {
-    return kind == GL_PERCENTAGE_CLOSER_GATHER_NORMAL || kind == GL_PERCENTAGE_CLOSER_16_NORMAL;
+    return kind >= GL_PERCENTAGE_CLOSER_GATHER_NORMAL;
 }

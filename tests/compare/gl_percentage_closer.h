@@ -14,7 +14,8 @@ typedef enum gl_percentage_closer_kind {
     GL_PERCENTAGE_CLOSER_16, // Poisson samples, turned for every pixel, light and frame
     GL_PERCENTAGE_CLOSER_32,
     GL_PERCENTAGE_CLOSER_GATHER_NORMAL, // the same with a bias that follows the receiver's plane
-    GL_PERCENTAGE_CLOSER_16_NORMAL
+    GL_PERCENTAGE_CLOSER_16_NORMAL,
+    GL_PERCENTAGE_CLOSER_32_NORMAL
 } gl_percentage_closer_kind;
 
 // The text with mssm_visibility(). It takes PIXEL for the pixel's place, gl_FragCoord.xy if that is

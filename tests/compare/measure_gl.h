@@ -9,7 +9,7 @@
 // Experiments gl and gl_kernel. Without an OpenGL context nothing is added, and stderr says why.
 void measure_gl(figures *f, bool quick);
 
-enum { MEASURE_GL_METHODS = 21, MEASURE_GL_ROUNDS = 9 };
+enum { MEASURE_GL_METHODS = 23, MEASURE_GL_ROUNDS = 9 };
 
 // One run of some of the methods: milliseconds of every round, which go round in turns.
 typedef struct gl_times {

@@ -71,59 +71,78 @@ static double pcss_faster_up_to(const figures *f, const char *pcss, const char *
     return up_to;
 }
 
-// What the columns of the first table hold.
+// What the columns of both tables of methods hold; the first table has the first ones.
 static const struct {
     const char *name, *experiment, *metric;
     int decimals;
-} columns_all[] = {{"rms", "overall", "rms", 3},
-                   {"new", "new", "rms", 3},
-                   {"unseen", "unseen", "rms", 3},
-                   {"structure", "eye", "structure", 3},
-                   {"rows that fall, %", "eye", "falling_rows", 1},
-                   {"deepest", "eye", "deepest_fall", 3},
-                   {"FLIP", "eye", "flip", 3},
-                   {"flicker", "overall", "step_rms", 4},
-                   {"bias", "overall", "bias", 0},
-                   {"ns", "overall", "ns", 0}};
-enum { COLUMNS_ALL = sizeof columns_all / sizeof *columns_all };
+} method_columns[] = {{"rms", "overall", "rms", 3},
+                      {"unseen", "unseen", "rms", 3},
+                      {"rows that fall, %", "eye", "falling_rows", 1},
+                      {"flicker", "overall", "step_rms", 4},
+                      {"ns", "overall", "ns", 0},
+                      {"new", "new", "rms", 3},
+                      {"structure", "eye", "structure", 3},
+                      {"deepest", "eye", "deepest_fall", 3},
+                      {"FLIP", "eye", "flip", 3},
+                      {"bias", "overall", "bias", 0}};
+enum { COLUMNS_FIRST = 5, COLUMNS_ALL = sizeof method_columns / sizeof *method_columns };
 
-static void write_everything(const figures *f, FILE *page)
+static void write_methods(const figures *f, FILE *page, const names *methods, int width)
 {
-    const names methods = methods_of(f, "error");
     fprintf(page, "| method |");
-    for (int k = 0; k < COLUMNS_ALL; k++) fprintf(page, " %s |", columns_all[k].name);
+    for (int k = 0; k < width; k++) fprintf(page, " %s |", method_columns[k].name);
     fprintf(page, " at any width | MiB |\n|---|");
-    for (int k = 0; k < COLUMNS_ALL + 2; k++) fprintf(page, "---|");
-    for (int i = 0; i < methods.count; i++) {
-        const char *m = methods.list[i];
-        fprintf(page, "\n| %s |", m);
-        for (int k = 0; k < COLUMNS_ALL; k++) {
-            const double v =
-                mean_of(f, columns_all[k].experiment, "all", m, 0, columns_all[k].metric);
+    for (int k = 0; k < width + 2; k++) fprintf(page, "---|");
+    for (int i = 0; i < methods->count; i++) {
+        fprintf(page, "\n| %s |", methods->list[i]);
+        for (int k = 0; k < width; k++) {
+            const double v = mean_of(f, method_columns[k].experiment, "all", methods->list[i], 0,
+                                     method_columns[k].metric);
             if (isnan(v))
                 fprintf(page, " - |");
             else
-                fprintf(page, " %.*f |", columns_all[k].decimals, v);
+                fprintf(page, " %.*f |", method_columns[k].decimals, v);
         }
-        const double bytes = method_bytes(f, m);
-        fprintf(page, " %s |", method_constant_time(f, m) ? "yes" : "no");
+        const double bytes = method_bytes(f, methods->list[i]);
+        fprintf(page, " %s |", method_constant_time(f, methods->list[i]) ? "yes" : "no");
         fprintf(page, isnan(bytes) ? " - |" : " %.2f |", bytes / 1048576);
     }
+    fprintf(page, "\n\n");
+}
+
+// What a reader has to choose between.
+static void write_choice(const figures *f, FILE *page)
+{
+    static const names methods = {10,
+                                  {"hard", "PCSS, 16 samples", PCSS_NORMAL, "EVSM", CONVOLUTION,
+                                   BACK_PROJECTION, "MSSM 6, upper blocker", "layered, 4 moments",
+                                   LAYERED, LAYERED_NORMAL}};
+    write_methods(f, page, &methods, COLUMNS_FIRST);
     fprintf(
         page,
-        "\n\nrms: error of visibility against rays, over %d scenes and all light sizes; new: "
-        "over %d scenes that reviewers made up to show faults; unseen: over %d that were made "
-        "after all tuning. structure: rms difference between the errors of receivers a texel "
-        "apart. rows that fall: of rows of receivers outwards over the shadow of one box, those "
-        "in which visibility falls by more than 0.03 where the truth rises; deepest: the deepest "
-        "fall. FLIP (Andersson and others 2020): mean of two pictures against those by rays. "
-        "flicker: rms error of the change from frame to frame while sun or caster move. bias: in "
-        "texels, the one with which a rival errs least over the scenes. ns: per receiver on one "
-        "core, mean over light sizes; the library takes many at once. at any width: does the "
-        "widest kernel cost less than 1.5 times the narrowest? MiB: of a map of 256 x 256 "
-        "texels. \"normal\": knows the receiver's normal; PCSS takes from it a bias that follows "
-        "the receiver's plane (Isidoro 2006).\n\n",
-        scenes_of(f, "error").count, scenes_of(f, "new").count, scenes_of(f, "unseen").count);
+        "rms: error of visibility against rays, over %d scenes and all light sizes; unseen: over "
+        "%d that were made after all tuning. rows that fall: of rows of receivers outwards over "
+        "the shadow of one box, those in which visibility falls by more than 0.03 where the truth "
+        "rises. flicker: rms error of the change from frame to frame while sun or caster move. ns: "
+        "per receiver on one core, mean over light sizes; the library takes many at once. at any "
+        "width: does the widest kernel cost less than 1.5 times the narrowest? MiB: of a map of "
+        "256 x 256 texels. \"normal\": knows the receiver's normal; PCSS takes from it a bias that "
+        "follows the receiver's plane (Isidoro 2006). [All methods](#all-methods) are below.\n\n",
+        scenes_of(f, "error").count, scenes_of(f, "unseen").count);
+}
+
+static void write_all_methods(const figures *f, FILE *page)
+{
+    const names methods = methods_of(f, "error");
+    fprintf(page, "## All methods\n\n");
+    write_methods(f, page, &methods, COLUMNS_ALL);
+    fprintf(page,
+            "As in the first table; new: rms over %d scenes that reviewers made up to show faults. "
+            "structure: rms difference between the errors of receivers a texel apart. deepest: the "
+            "deepest fall of a row. FLIP (Andersson and others 2020): mean of two pictures against "
+            "those by rays. bias: in texels, the one with which a rival errs least over the "
+            "scenes.\n\n",
+            scenes_of(f, "new").count);
 }
 
 static void write_advice(const figures *f, FILE *page)
@@ -153,7 +172,7 @@ static void write_advice(const figures *f, FILE *page)
             "vectors of four below about %g; on a GPU, PCSS of 16 samples takes less than either "
             "([OpenGL](#opengl)).\n\n",
             pcss_faster_up_to(f, PCSS_ALL, best), pcss_faster_up_to(f, PCSS_VECTORS, best));
-    write_everything(f, page);
+    write_choice(f, page);
 }
 
 // ---- Sections
@@ -509,19 +528,26 @@ static double gl_ratio(const figures *f, const char *own, const char *other, con
 // What the page says first of the tables: against each rival, in time, error and memory.
 static void write_gl_conclusion(const figures *f, FILE *page)
 {
-    static const char *const rivals[] = {
-        PCSS_TAPS,           PCSS_GATHER,    PCSS_POISSON,     PCSS_GATHER_NORMAL,
-        PCSS_POISSON_NORMAL, CONVOLUTION_GL, CONVOLUTION_MIPS, "MSSM 6, upper blocker"};
+    static const char *const rivals[] = {LAYERED,
+                                         PCSS_TAPS,
+                                         PCSS_GATHER,
+                                         PCSS_POISSON,
+                                         PCSS_GATHER_NORMAL,
+                                         PCSS_POISSON_NORMAL,
+                                         PCSS_MORE_NORMAL,
+                                         CONVOLUTION_GL,
+                                         CONVOLUTION_MIPS,
+                                         "MSSM 6, upper blocker"};
     static const char *const metric[] = {"shade_ms", "frame_ms", "rms", "flip", "bytes"};
     const numbers lights = sweep_of(f, "gl", LAYERED, "frame_ms");
     fprintf(page,
             "\"%s\" with %g lights, in shares of each rival's; below 1 it needs less:\n\n"
             "| against | shading | frame | error | FLIP | memory |\n|---|---|---|---|---|---|\n",
-            LAYERED, lights.list[lights.count - 1]);
+            LAYERED_HORIZON, lights.list[lights.count - 1]);
     for (size_t i = 0; i < sizeof rivals / sizeof *rivals; i++) {
         fprintf(page, "| %s |", rivals[i]);
         for (int k = 0; k < 5; k++)
-            fprintf(page, " %.2f |", gl_ratio(f, LAYERED, rivals[i], metric[k]));
+            fprintf(page, " %.2f |", gl_ratio(f, LAYERED_HORIZON, rivals[i], metric[k]));
         fprintf(page, "\n");
     }
     const numbers widths = sweep_of(f, "gl_kernel", LAYERED, "shade_ms");
@@ -569,8 +595,12 @@ static void write_gl(const figures *f, FILE *page)
     fprintf(
         page,
         "Medians of rounds in which all methods take turns. The error is that of the whole "
-        "picture against the visibility of every surface by rays, in %% of its mean; \"truth\" "
-        "is the rays' own error. Rivals have the bias that is best here, one for the whole map; "
+        "picture, in %% of its mean, against rays to the lights from every surface, which count "
+        "by solid angle and cosine what each light sends from above the horizon; \"truth\" "
+        "is the rays' own error. Every method's visibility multiplies the irradiance that is "
+        "clipped at the horizon; \"horizon\" is MSSM_HORIZON, which the guide takes for such "
+        "lights. PCSS with the normal does not count the receiver's plane as a blocker either. "
+        "Rivals have the bias that is best here, one for the whole map; "
         "with \"normal\" that of PCSS follows the receiver's plane. The library's depth maps "
         "have 4 samples a texel, its default; the rivals' have one: PCSS has no use for more, "
         "and convolution with 4 is in "
@@ -804,6 +834,7 @@ void page_write(const figures *f, FILE *page)
     fprintf(page, "%s\n# Speed against accuracy\n\n", page_mark);
     write_advice(f, page);
     write_section(f, page, "Error against time", "error_time.svg");
+    write_all_methods(f, page);
     write_scenes(f, page);
     write_pictures(f, page);
     write_sweep(f, page, "Size of the light", "error_light.svg", "error", "rms",

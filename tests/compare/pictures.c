@@ -137,8 +137,8 @@ static float visibility_of(const pictures *p, const piece *at, unsigned seed)
         return seen;
     }
     if (p->method) return p->method->visibility(p->state, point, p->method->bias, seed);
-    return trace_rectangle(p->c.tree, vec_mad(at->point, at->normal, 2e-3f), p->towards, p->axis_u,
-                           p->axis_v, p->light.half_u, p->light.half_v, RAYS, seed);
+    return trace_rectangle(p->c.tree, vec_mad(at->point, at->normal, 2e-3f), NULL, p->towards,
+                           p->axis_u, p->axis_v, p->light.half_u, p->light.half_v, RAYS, seed);
 }
 
 static void see_row(void *context, int y)

@@ -1603,7 +1603,7 @@ static void traced_light_has_known_values(void)
     const vec3 below = trace_irradiance(tree, &sampler, vec(0, -0.2f, 0), vec(0, 1, 0), 2000, 1);
     CHECK(below.x < 0.02f, "irradiance %g under the ground", (double)below.x);
     // Straight below the rim of the ground half of a light overhead is hidden.
-    const float half = trace_rectangle(tree, vec(4.4f, -5, 0), vec(0, 1, 0), vec(1, 0, 0),
+    const float half = trace_rectangle(tree, vec(4.4f, -5, 0), NULL, vec(0, 1, 0), vec(1, 0, 0),
                                        vec(0, 0, 1), 0.06f, 0.06f, 60, 1);
     CHECK(half > 0.49f && half < 0.52f, "visibility %g", (double)half);
     probe_sampler_free(&sampler);

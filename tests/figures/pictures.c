@@ -1,4 +1,5 @@
 // Kneiphof's figures 2, 5, 6 and 7: pictures, each with its error.
+#include "../compare/figures.h"
 #include "page.h"
 #include "studio.h"
 
@@ -29,7 +30,7 @@ static const struct {
     {"MSSM 4, upper blocker", {.moments = 4, .estimator = MSSM_UPPER_BLOCKER}},
     {"MSSM 6, lower blocker", {.moments = 6, .estimator = MSSM_LOWER_BLOCKER}},
     {"MSSM 6, upper blocker", {.moments = 6, .estimator = MSSM_UPPER_BLOCKER}},
-    {"layered, 6 moments", {.moments = 6}},
+    {LAYERED_HORIZON, {.moments = 6, .estimator = MSSM_HORIZON}},
 };
 
 static bool shadowing_of(shadowing *how, const char *name, bool back_faces, int grid, message *why)
@@ -129,7 +130,7 @@ static void judge_sources(page *p, const source_row rows[SOURCES])
 
 bool light_sources(page *p, message *why)
 {
-    static const char pcss[] = "PCSS, all texels, normal", layered[] = "layered, 6 moments";
+    static const char pcss[] = "PCSS, all texels, normal", layered[] = LAYERED_HORIZON;
     source_row rows[SOURCES] = {{"median cut, 64 points", 64, true, NULL, 0, 0, 0, 0},
                                 {"median cut, 256 points", 256, true, NULL, 0, 0, 0, 0},
                                 {"median cut, 16 area lights", 16, true, pcss, 0, 0, 0, 0},
@@ -156,11 +157,11 @@ bool light_sources(page *p, message *why)
             "Kneiphof's Figure 2: the probe as points and as area lights, beside the truth. Median "
             "cut as in the paper, area lights under PCSS (all texels of the kernel, the bias along "
             "the receiver's plane), points under one exact ray each; the last row has this library's "
-            "lights under layered shadows, 6 moments. Maps are of 256² (narrow lights, as the sun: "
+            "lights under layered shadows, 6 moments, above the horizon (MSSM_HORIZON). Maps are of 256² (narrow lights, as the sun: "
             "512²), this library's of 4 samples a texel. *Edges*: rms of the steps between "
             "neighbouring pixels that the truth does not have, as hard shadow boundaries make. *By "
-            "rays*: the area lights without the errors of shadow maps. The truth's noise is "
-            "subtracted.\n\n");
+            "rays*: the area lights without the errors of shadow maps: by solid angle and cosine, what "
+            "each sends from above the receiver's horizon. The truth's noise is subtracted.\n\n");
         fprintf(p->file, "![Light sources](figure_light_sources.png)\n\n");
         done = sheet_close(&to, page_path(p, "figure_light_sources.png"), why);
         judge_sources(p, rows);
@@ -226,7 +227,7 @@ static bool probe_lights(page *p, studio *s, const char *name, const char *title
                                {"MSSM4, lower blocker", "MSSM 4, lower blocker", 0, 0, 0},
                                {"MSSM4, upper blocker", "MSSM 4, upper blocker", 0, 0, 0},
                                {"MSSM6, upper blocker", "MSSM 6, upper blocker", 0, 0, 0},
-                               {"layered, 6 moments", "layered, 6 moments", 0, 0, 0}};
+                               {"layered, above the horizon", LAYERED_HORIZON, 0, 0, 0}};
     studio_lights lights;
     bool done = studio_extract(s, &lights, p->quick ? 8 : 64, false, why) &&
                 draw_techniques(s, &lights, t, TECHNIQUES, false, page_path(p, name), why);
@@ -263,7 +264,8 @@ bool probe_lights_one(page *p, message *why)
         "the paper's means of front and back), CSSM has maps of twice the side, so as many "
         "samples. The lights are this library's. CSSM's series, bias and sharpening were tuned "
         "on these two pictures; PCSS has a bias that follows the receiver's plane, as in [the "
-        "chart](accuracy.md). Errors are rms, against rays to the same lights; *leaks* is excess "
+        "chart](accuracy.md). Errors are rms, against rays to the same lights, which count what "
+        "they send from above the horizon; *leaks* is excess "
         "light, in %% of all light.\n\n");
     const bool done = studio_open(&s, &front, width_of(p), p->quick ? 32 : 256, why) &&
                       probe_lights(p, &s, "figure_probe_lights_1.png", "64 lights of a probe", why);
@@ -290,7 +292,7 @@ bool blocker_bounds(page *p, message *why)
                               {"MSSM6 LB", "MSSM 6, lower blocker", 0, 0, 0},
                               {"MSSM4 UB", "MSSM 4, upper blocker", 0, 0, 0},
                               {"MSSM6 UB", "MSSM 6, upper blocker", 0, 0, 0},
-                              {"layered, 6 moments", "layered, 6 moments", 0, 0, 0}};
+                              {"layered, above the horizon", LAYERED_HORIZON, 0, 0, 0}};
     const technique *r = t + 1;
     studio s;
     studio_lights lights;

@@ -104,20 +104,22 @@ static float visibility_of(const shading *h, const piece *at, unsigned seed)
 {
     const lightprobe_light *l = h->light;
     const float point[3] = {at->position.x, at->position.y, at->position.z};
+    const float normal[3] = {at->normal.x, at->normal.y, at->normal.z};
     if (h->how->method) {
         const method *m = h->how->method;
         const float bias = h->how->bias * (h->how->tuning ? 2.0f : 1.0f);
-        const float normal[3] = {at->normal.x, at->normal.y, at->normal.z};
         float seen;
         if (!m->many) return m->visibility(h->state, point, bias, seed);
         m->many(h->state, 1, &point, &normal, bias, &seen);
         return seen;
     }
-    if (h->how->own) return mssm_map_visibility(h->map, &h->frustum, h->how->own, point);
+    if (h->how->own)
+        return mssm_map_visibility_normal(h->map, &h->frustum, h->how->own, point,
+                                          h->how->own->estimator == MSSM_HORIZON ? normal : NULL);
     const vec3 above = vec_mad(at->position, at->normal, 2e-3f), towards = vec_of(l->direction);
     if (h->how->grid == 0) return bvh_hit_any(h->s->tree, above, towards, 100) ? 0.0f : 1.0f;
-    return trace_rectangle(h->s->tree, above, towards, vec_of(l->axis_u), vec_of(l->axis_v),
-                           l->tan_half_u, l->tan_half_v, h->how->grid, seed);
+    return trace_rectangle(h->s->tree, above, &at->normal, towards, vec_of(l->axis_u),
+                           vec_of(l->axis_v), l->tan_half_u, l->tan_half_v, h->how->grid, seed);
 }
 
 // What a surface gets of a light when nothing is in between.

@@ -141,7 +141,8 @@ bool texts_layered(char *text, int moments, const mssm_settings *settings)
         .load = load, .moments = moments, .settings = *settings, .first_texture_unit = 8};
     mssm_gl *maps;
     if (mssm_gl_create(&maps, &desc)) return false;
-    const bool good = wrap(text, mssm_gl_shader(maps), plain_call);
+    const bool normal = settings->estimator == MSSM_HORIZON;
+    const bool good = wrap(text, mssm_gl_shader(maps), normal ? normal_call : plain_call);
     mssm_gl_destroy(maps);
     return good;
 }
