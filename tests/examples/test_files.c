@@ -1606,6 +1606,13 @@ static void traced_light_has_known_values(void)
     const float half = trace_rectangle(tree, vec(4.4f, -5, 0), NULL, vec(0, 1, 0), vec(1, 0, 0),
                                        vec(0, 0, 1), 0.06f, 0.06f, 60, 1);
     CHECK(half > 0.49f && half < 0.52f, "visibility %g", (double)half);
+    // A wall there has that half above its horizon, or the other.
+    for (int side = -1; side <= 1; side += 2) {
+        const vec3 normal = vec((float)side, 0, 0);
+        const float seen = trace_rectangle(tree, vec(4.4f, -5, 0), &normal, vec(0, 1, 0),
+                                           vec(1, 0, 0), vec(0, 0, 1), 0.06f, 0.06f, 60, 1);
+        CHECK(fabsf(seen - (side > 0)) < 0.02f, "seen from a wall: %g", (double)seen);
+    }
     probe_sampler_free(&sampler);
     probe_free(&p);
     bvh_free(tree);
