@@ -240,7 +240,7 @@ static bool probe_lights(page *p, studio *s, const char *name, const char *title
         p->file,
         "**%s** The paper finds CSSM \"slightly darkened\" beside PCSS: here the picture has "
         "%.3f (CSSM8) and %.3f (CSSM16) of the true brightness, PCSS %.3f%s. It finds 6 moments "
-        "better than 4: rms %.2f%% against %.2f%%, where PCSS has %.2f%%, CSSM8 %.2f%%, CSSM16 "
+        "better than 4: here they have an rms error of %.2f%% and %.2f%%, PCSS has %.2f%%, CSSM8 %.2f%%, CSSM16 "
         "%.2f%% and layered %.2f%%.\n\n",
         moments && dark ? "Agrees."
         : moments       ? "Agrees, but for CSSM's darkness."
