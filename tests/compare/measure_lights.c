@@ -91,6 +91,7 @@ static bool open_lighting(lighting *l, const study *s, int count, int mode, floa
     settings.probe.max_lights = count;
     settings.probe.mode = mode;
     settings.probe.tolerance = tolerance;
+    settings.shadows.estimator = MSSM_HORIZON;
     settings.map_side = 256;
     settings.map_samples = 4;
     return lighting_create(l, &settings, s->p.side, why);
@@ -116,18 +117,23 @@ static float share_of(const lightprobe_light *light, vec3 normal, int kind)
     return cosine > 0 ? 0.5f * (1 + light->cos_alpha) * cosine : 0;
 }
 
+// Irradiance that is clipped at the horizon goes with the visibility of the part above it. The
+// others are not clipped: the visibility of the whole light, which the ground hides in part, is
+// better for them.
 static double shade(const lighting *l, const surface_point *p, int kind)
 {
     const float at[3] = {p->r.point.x, p->r.point.y, p->r.point.z};
+    const float normal[3] = {p->r.normal.x, p->r.normal.y, p->r.normal.z};
+    const mssm_settings whole = {0, MSSM_LAYERED, 0, 0, 0, 0};
+    const mssm_settings *how = kind == LARGEST_ERROR ? &l->settings.shadows : &whole;
     double sum = 0;
     for (int i = 0; i < l->lights; i++) {
         const float share = share_of(&l->light[i], p->r.normal, kind);
         if (share <= 0) continue;
-        const float seen = mssm_map_visibility(l->map[i], &l->frustum[i], &l->settings.shadows, at);
+        const float seen = mssm_map_visibility_normal(l->map[i], &l->frustum[i], how, at, normal);
         sum += (double)(seen * share * vec_luminance(vec_of(l->light[i].irradiance)));
     }
     if (kind == LARGEST_ERROR) {
-        const float normal[3] = {p->r.normal.x, p->r.normal.y, p->r.normal.z};
         float rest[3];
         lightprobe_residual_irradiance(&l->stats, normal, rest);
         sum += (double)vec_luminance(vec_of(rest));

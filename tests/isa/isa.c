@@ -42,7 +42,7 @@ enum { ANY = -1 };
 static const subject subjects[] = {
     {"layered, 6 moments", LAYERED, 6, {.moments = 6}, {2, 2}, 80, 2560},
     {"layered, 4 moments", LAYERED, 4, {.moments = 4}, {2, 2}, 80, 1990},
-    {LAYERED_HORIZON, LAYERED, 6, {6, MSSM_HORIZON, 0, 0, 0, 0}, {2, 2}, 80, 0},
+    {LAYERED_HORIZON, LAYERED, 6, {6, MSSM_HORIZON, 0, 0, 0, 0}, {2, 2}, 80, 2930},
     {"MSSM 6, lower blocker", LAYERED, 6, {6, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}, {2}, 64, 1434},
     {"MSSM 4, lower blocker", LAYERED, 4, {4, MSSM_LOWER_BLOCKER, 0, 0, 0, 0}, {2}, 64, 1009},
     {"MSSM 6, upper blocker", LAYERED, 6, {6, MSSM_UPPER_BLOCKER, 0, 0, 0, 0}, {2}, 64, 1434},
