@@ -768,6 +768,7 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE_LATE 0.5f   // of what turns or widens a light comes late, by nine frames,
 #define LIGHTPROBE_WIDEN 0.1f  // and 1 - cosine changes by this part of it in a frame, or by what
 #define LIGHTPROBE_TEXELS 1.0f // so many texels are, since the map itself steps so
+#define LIGHTPROBE_ROUND 0.25f // squares of sizes apart by less than so much of their sum are round
 // All of these are for lights that move by so many radians a frame, or less. Of faster ones as much
 // more is done in a frame, or seeds and what fades stay where bulbs were.
 #define LIGHTPROBE_STEP 0.0044f
@@ -836,6 +837,7 @@ typedef struct lightprobe_cluster {
     float longest, distance;
     lightprobe_vec3 slopes; // along both axes, in the world
     float width;            // half of 1 - cosine in the last frame
+    lightprobe_vec3 across; // its axis_u then, 0: of a new light
     // Of the leaves, now and in the last frame; what the light has besides, until it has faded.
     // With energy alone steps are 4 times as large, without second moments those of rectangles 2 to
     // 3 times.
@@ -2027,7 +2029,7 @@ LIGHTPROBE_SHARED lightprobe_cluster lightprobe_fresh(void)
     lightprobe_cluster c;
     c.sum = lightprobe_nothing();
     c.now = c.past = c.late = lightprobe_no_moments();
-    for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = 0.0f;
+    for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = c.across[i] = 0.0f;
     c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = c.width = 0.0f;
     c.error = c.gain = 0.0f;
     c.planned = c.changed = c.brightest = c.first = c.near_count = 0;
@@ -2043,6 +2045,7 @@ LIGHTPROBE_SHARED lightprobe_cluster lightprobe_recalled(lightprobe_light l, flo
     for (int i = 0; i < 3; i++) {
         c.seed[i] = l.state[i];
         c.slopes[i] = l.slope_u * l.axis_u[i] + l.slope_v * l.axis_v[i];
+        c.across[i] = l.axis_u[i];
     }
     lightprobe_normalize(c.seed);
     c.seed_tone = l.state[3];
@@ -3179,6 +3182,34 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     return light;
 }
 
+// A round light has any axes: the least change of its leaves would turn its rectangle by up to 45
+// degrees. So they go part of their way from last, axis_u in the last frame (0: there was none); in
+// whole where squares of the sizes are as 5 to 3. Quarter turns are the same rectangle.
+LIGHTPROBE_SHARED lightprobe_light lightprobe_steadied(lightprobe_light light,
+                                                       const lightprobe_vec3 last, float pace)
+{
+    LIGHTPROBE_PRECISE lightprobe_light l = light;
+    LIGHTPROBE_PRECISE float a = l.tan_half_u * l.tan_half_u, b = l.tan_half_v * l.tan_half_v;
+    LIGHTPROBE_PRECISE float c = lightprobe_dot(last, l.axis_u), s = lightprobe_dot(last, l.axis_v);
+    LIGHTPROBE_PRECISE float x = fabsf(c) > fabsf(s) ? c : s, y = fabsf(c) > fabsf(s) ? s : -c;
+    a = a / (1.0f + a);
+    b = b / (1.0f + b);
+    LIGHTPROBE_PRECISE float part = (a - b) / (LIGHTPROBE_ROUND * (a + b) + 1e-30f);
+    part = pace > 1.0f ? part * pace : part;
+    if (!(part < 1.0f && fabsf(x) > 0.1f)) return l;
+    y = (1.0f - part) * (y / x);
+    x = 1.0f / sqrtf(1.0f + y * y);
+    y = y * x;
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_PRECISE float u = light.axis_u[i], v = light.axis_v[i];
+        l.axis_u[i] = x * u + y * v;
+        l.axis_v[i] = x * v - y * u;
+    }
+    l.tan_half_u = lightprobe_half_size((a * x * x + b * y * y) / 3.0f);
+    l.tan_half_v = lightprobe_half_size((a * y * y + b * x * x) / 3.0f);
+    return l;
+}
+
 // Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they
 // lie in a row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the
 // slope across: to squares that are less than a tenth of the leaves' own (or their rounding), so
@@ -3262,6 +3293,7 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_make_light(const lightprobe__work 
     for (int i = 0; i < w->leaf_count && w->distances != 0; i++)
         tilt = lightprobe_add_tilt(tilt, region, w->leaves[i]);
     lightprobe_light light = lightprobe_light_of(region);
+    light = lightprobe_steadied(light, w->clusters[k].across, pace);
     light = lightprobe_widened(light, w->clusters[k].width, pace, LIGHTPROBE_FLOAT(w->side));
     light = lightprobe_tilted(light, region, tilt);
     return lightprobe_carry_on(light, w->clusters[k], pace, w->fading, w->total);
@@ -4399,6 +4431,7 @@ static const char lightprobe__glsl_shared[] =
     LIGHTPROBE__DEFINE(LIGHTPROBE_RATE) LIGHTPROBE__DEFINE(LIGHTPROBE_TURN)
     LIGHTPROBE__DEFINE(LIGHTPROBE_FADE) LIGHTPROBE__DEFINE(LIGHTPROBE_LATE)
     LIGHTPROBE__DEFINE(LIGHTPROBE_WIDEN) LIGHTPROBE__DEFINE(LIGHTPROBE_TEXELS)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_ROUND)
     LIGHTPROBE__DEFINE(LIGHTPROBE_STEP) LIGHTPROBE__DEFINE(LIGHTPROBE_FASTEST)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MAX_LIGHTS) LIGHTPROBE__DEFINE(LIGHTPROBE_TILE_LEVEL)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MORE_LEAVES)
@@ -5378,7 +5411,7 @@ static size_t lightprobe__size_parts(lightprobe_gl *gl)
     const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
     const size_t leaves = (size_t)gl->leaves;
     const size_t bytes[] = {128 + 8 * half * half + 3 * 4 * lights + 4 * leaves, 80 * leaves,
-                            416 * lights, 32 * (size_t)gl->cells};
+                            432 * lights, 32 * (size_t)gl->cells};
     size_t sum = 0;
     for (int i = 0; i < LIGHTPROBE__PARTS; i++)
         sum += gl->part_bytes[i] = lightprobe__aligned(bytes[i]);
@@ -6359,6 +6392,7 @@ static const char *lightprobe__quote_work(void)
     "    float longest, distance;\n"
     "    lightprobe_vec3 slopes; // along both axes, in the world\n"
     "    float width;            // half of 1 - cosine in the last frame\n"
+    "    lightprobe_vec3 across; // its axis_u then, 0: of a new light\n"
     "    // Of the leaves, now and in the last frame; what the light has besides, until it has faded.\n"
     "    // With energy alone steps are 4 times as large, without second moments those of rectangles 2 to\n"
     "    // 3 times.\n"
@@ -7193,7 +7227,7 @@ static const char *lightprobe__quote_moving(void)
     "    lightprobe_cluster c;\n"
     "    c.sum = lightprobe_nothing();\n"
     "    c.now = c.past = c.late = lightprobe_no_moments();\n"
-    "    for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = 0.0f;\n"
+    "    for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = c.across[i] = 0.0f;\n"
     "    c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = c.width = 0.0f;\n"
     "    c.error = c.gain = 0.0f;\n"
     "    c.planned = c.changed = c.brightest = c.first = c.near_count = 0;\n"
@@ -7209,6 +7243,7 @@ static const char *lightprobe__quote_moving(void)
     "    for (int i = 0; i < 3; i++) {\n"
     "        c.seed[i] = l.state[i];\n"
     "        c.slopes[i] = l.slope_u * l.axis_u[i] + l.slope_v * l.axis_v[i];\n"
+    "        c.across[i] = l.axis_u[i];\n"
     "    }\n"
     "    lightprobe_normalize(c.seed);\n"
     "    c.seed_tone = l.state[3];\n"
@@ -7784,6 +7819,34 @@ static const char *lightprobe__quote_lights(void)
     "    return light;\n"
     "}\n"
     "\n"
+    "// A round light has any axes: the least change of its leaves would turn its rectangle by up to 45\n"
+    "// degrees. So they go part of their way from last, axis_u in the last frame (0: there was none); in\n"
+    "// whole where squares of the sizes are as 5 to 3. Quarter turns are the same rectangle.\n"
+    "LIGHTPROBE_SHARED lightprobe_light lightprobe_steadied(lightprobe_light light,\n"
+    "                                                       const lightprobe_vec3 last, float pace)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_light l = light;\n"
+    "    LIGHTPROBE_PRECISE float a = l.tan_half_u * l.tan_half_u, b = l.tan_half_v * l.tan_half_v;\n"
+    "    LIGHTPROBE_PRECISE float c = lightprobe_dot(last, l.axis_u), s = lightprobe_dot(last, l.axis_v);\n"
+    "    LIGHTPROBE_PRECISE float x = fabsf(c) > fabsf(s) ? c : s, y = fabsf(c) > fabsf(s) ? s : -c;\n"
+    "    a = a / (1.0f + a);\n"
+    "    b = b / (1.0f + b);\n"
+    "    LIGHTPROBE_PRECISE float part = (a - b) / (LIGHTPROBE_ROUND * (a + b) + 1e-30f);\n"
+    "    part = pace > 1.0f ? part * pace : part;\n"
+    "    if (!(part < 1.0f && fabsf(x) > 0.1f)) return l;\n"
+    "    y = (1.0f - part) * (y / x);\n"
+    "    x = 1.0f / sqrtf(1.0f + y * y);\n"
+    "    y = y * x;\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float u = light.axis_u[i], v = light.axis_v[i];\n"
+    "        l.axis_u[i] = x * u + y * v;\n"
+    "        l.axis_v[i] = x * v - y * u;\n"
+    "    }\n"
+    "    l.tan_half_u = lightprobe_half_size((a * x * x + b * y * y) / 3.0f);\n"
+    "    l.tan_half_v = lightprobe_half_size((a * y * y + b * x * x) / 3.0f);\n"
+    "    return l;\n"
+    "}\n"
+    "\n"
     "// Slopes of a light's plane: 1 / distance is linear on it, and so are the leaves' means. Where they\n"
     "// lie in a row, along a tube say, a dim wall beside it, a thousandth of its light, would tell the\n"
     "// slope across: to squares that are less than a tenth of the leaves' own (or their rounding), so\n"
@@ -7867,6 +7930,7 @@ static const char *lightprobe__quote_lights(void)
     "    for (int i = 0; i < leaf_count && distances != 0; i++)\n"
     "        tilt = lightprobe_add_tilt(tilt, region, leaves[i]);\n"
     "    lightprobe_light light = lightprobe_light_of(region);\n"
+    "    light = lightprobe_steadied(light, clusters[k].across, pace);\n"
     "    light = lightprobe_widened(light, clusters[k].width, pace, LIGHTPROBE_FLOAT(side));\n"
     "    light = lightprobe_tilted(light, region, tilt);\n"
     "    return lightprobe_carry_on(light, clusters[k], pace, fading, total);\n"

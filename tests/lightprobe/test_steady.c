@@ -282,6 +282,47 @@ static void lights_of_a_still_probe_come_to_rest(void)
     }
 }
 
+// By how much a light's rectangle has turned about its middle; a quarter turn changes nothing.
+static double turn_of(const lightprobe_light *now, const lightprobe_light *last)
+{
+    const double u = fabs(dot(last->axis_u, now->axis_u)), v = fabs(dot(last->axis_u, now->axis_v));
+    return atan2(fmin(u, v), fmax(u, v));
+}
+
+// Twelve round lamps on a dim sky. Where nothing moves, nothing turns: the axes of a round light may
+// be any, and the least change of its leaves turned them by up to 39 degrees in a frame. Behind an
+// edge that cuts a corner off such a rectangle, irradiance stepped by up to 2% of the mean.
+static void round_lights_do_not_turn(void)
+{
+    enum { N = 48, VALUES = 3 * N * N, ROUND = 12, FRAMES = 150 };
+    static lightprobe_light now[16], last[16];
+    double most = 0;
+    for (int place = 0; place < 3; place++) {
+        test_probe p = test_scene_probe(SCENE_NOISE, N);
+        for (int k = 0; k < 6 * VALUES; k++) p.face[k / VALUES][k % VALUES] *= 0.01f;
+        for (int i = 0; i < ROUND; i++) {
+            const double z = 1 - (2 * i + 1) / (double)ROUND, t = 2.4 * i + 0.35 * place;
+            const double at[3] = {sqrt(1 - z * z) * cos(t), z, sqrt(1 - z * z) * sin(t)};
+            test_probe lamp = test_disc_probe(N, at, 0.1 + 0.02 * (i % 4), 0);
+            for (int k = 0; k < 6 * VALUES; k++)
+                p.face[k / VALUES][k % VALUES] += 5 * lamp.face[k / VALUES][k % VALUES];
+            test_probe_free(&lamp);
+        }
+        int count = 0;
+        for (int frame = 0; frame < FRAMES; frame++) {
+            memcpy(last, now, sizeof last);
+            next(&p, 16, now, &count, "round lamps");
+            for (int i = 0; i < count && frame > 0; i++)
+                if (now[i].id == last[i].id && now[i].tan_half_u < 1.1f * now[i].tan_half_v &&
+                    last[i].tan_half_u < 1.1f * last[i].tan_half_v)
+                    most = fmax(most, turn_of(now + i, last + i) * 180 / pi);
+        }
+        test_probe_free(&p);
+    }
+    test_note("largest turn in a frame: %.1f degrees", most);
+    CHECK(most < 5, "a round light turns by %.1f degrees", most);
+}
+
 // A frame of axes, sizes and a state that fades within LIGHTPROBE_FADE frames.
 static void check_sound(const lightprobe_light *l, int kind)
 {
@@ -424,6 +465,7 @@ const test_case steady_tests[] = {
     {"steady: a flickering lamp leaves the rest alone", a_flickering_lamp_leaves_the_rest_alone},
     {"steady: what brightens shows at once", what_brightens_shows_at_once},
     {"steady: lights of a still probe come to rest", lights_of_a_still_probe_come_to_rest},
+    {"steady: round lights do not turn", round_lights_do_not_turn},
     {"steady: changed lights do no harm", changed_lights_do_no_harm},
     {"steady: lights of flickering lamps are the whole probe",
      lights_of_flickering_lamps_are_whole},
