@@ -351,8 +351,10 @@ static bool find_used(parser *p, int *most)
             for (int a = 0; a < 3; a++) {
                 // The negation also catches NaN. 1e18 is the most whose square is still a float.
                 if (!(fabs(v->at[a]) < 1e18))
-                    return fail(p->why, "line %d: a face uses this vertex, which is not finite",
-                                v->line);
+                    return fail(
+                        p->why,
+                        "line %d: a face uses this vertex, whose numbers must be below 1e18",
+                        v->line);
             }
             v->index = 0;
         }
