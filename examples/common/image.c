@@ -336,7 +336,7 @@ static bool decode_hdr_header(reader *in, int *width, int *height, bool *flip_x,
             return fail(why, "line %d: %.200s", number, reason.text);
         }
     }
-    if (!left(in)) return fail(why, "the HDR header is cut short");
+    if (!left(in)) return fail(why, "the HDR header has no empty line at its end, or is cut short");
     char sign_y, sign_x, h[16], w[16];
     if (!next_hdr_line(in, line, sizeof line) ||
         sscanf(line, " %cY %15s %cX %15s", &sign_y, h, &sign_x, w) != 4 || !strchr("+-", sign_y) ||

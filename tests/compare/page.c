@@ -537,6 +537,7 @@ static void write_gl_conclusion(const figures *f, FILE *page)
                                          PCSS_MORE_NORMAL,
                                          CONVOLUTION_GL,
                                          CONVOLUTION_MIPS,
+                                         "MSSM 4, upper blocker",
                                          "MSSM 6, upper blocker"};
     static const char *const metric[] = {"shade_ms", "frame_ms", "rms", "flip", "bytes"};
     const numbers lights = sweep_of(f, "gl", LAYERED, "frame_ms");
