@@ -353,7 +353,7 @@ static bool find_used(parser *p, int *most)
                 if (!(fabs(v->at[a]) < 1e18))
                     return fail(
                         p->why,
-                        "line %d: a face uses this vertex, whose numbers must be below 1e18",
+                        "line %d: a face uses this vertex, whose numbers must be finite and below 1e18",
                         v->line);
             }
             v->index = 0;

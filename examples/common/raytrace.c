@@ -278,7 +278,7 @@ float trace_rectangle(const bvh *tree, vec3 point, const vec3 *normal, vec3 dire
         const float u = 2 * ((float)(i % grid) + ju) / (float)grid - 1;
         const float v = 2 * ((float)(i / grid) + jv) / (float)grid - 1;
         const vec3 d = vec_mad(vec_mad(direction, axis_u, u * tan_half_u), axis_v, v * tan_half_v);
-        // Solid angle, with u and v, goes with the length to the -3, the cosine with another -1.
+        // Per u and v, solid angle falls with length^3; the cosine is divided by length once more.
         const float square = vec_dot(d, d);
         const float weight = normal ? fmaxf(vec_dot(*normal, d), 0) / (square * square) : 1;
         all += weight;

@@ -16,8 +16,9 @@ bool bvh_hit_any(const bvh *tree, vec3 origin, vec3 direction, float distance);
 float bvh_hit_nearest(const bvh *tree, vec3 origin, vec3 direction);
 
 // Share of a far rectangular light that a point sees: grid x grid rays through a light with the
-// given half-sizes at distance 1. The seed shifts the grid. With a normal the share of the
-// irradiance that the light, equally bright everywhere, sends from above the horizon; 0 if none.
+// given half-sizes at distance 1. The seed shifts the grid. With a normal (else NULL):
+// of the irradiance that the light's part above the horizon would send, the share that arrives; the
+// light is equally bright everywhere; 0 if no part is above.
 float trace_rectangle(const bvh *tree, vec3 point, const vec3 *normal, vec3 direction, vec3 axis_u,
                       vec3 axis_v, float tan_half_u, float tan_half_v, int grid, unsigned seed);
 

@@ -13,7 +13,7 @@ typedef enum gl_percentage_closer_kind {
                                  // texels by cells, each by one texel
     GL_PERCENTAGE_CLOSER_16, // Poisson samples, turned for every pixel, light and frame
     GL_PERCENTAGE_CLOSER_32,
-    GL_PERCENTAGE_CLOSER_GATHER_NORMAL, // the same with a bias that follows the receiver's plane
+    GL_PERCENTAGE_CLOSER_GATHER_NORMAL, // from here on with a bias that follows the receiver's plane
     GL_PERCENTAGE_CLOSER_16_NORMAL,
     GL_PERCENTAGE_CLOSER_32_NORMAL
 } gl_percentage_closer_kind;

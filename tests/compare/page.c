@@ -113,10 +113,10 @@ static void write_methods(const figures *f, FILE *page, const names *methods, in
 // What a reader has to choose between.
 static void write_choice(const figures *f, FILE *page)
 {
-    static const names methods = {10,
-                                  {"hard", "PCSS, 16 samples", PCSS_NORMAL, "EVSM", CONVOLUTION,
-                                   BACK_PROJECTION, "MSSM 6, upper blocker", "layered, 4 moments",
-                                   LAYERED, LAYERED_NORMAL}};
+    static const names methods = {11,
+                                  {"hard", "PCSS, 16 samples", PCSS_ALL, PCSS_NORMAL, "EVSM",
+                                   CONVOLUTION, BACK_PROJECTION, "MSSM 6, lower blocker",
+                                   "layered, 4 moments", LAYERED, LAYERED_NORMAL}};
     write_methods(f, page, &methods, COLUMNS_FIRST);
     fprintf(
         page,
@@ -330,7 +330,9 @@ static void write_lights(const figures *f, FILE *page)
         "is the brightest light and nine harmonics of all else. Each way is shaded as its paper "
         "does: median cut by discs (Eq. 18), greedy rectangles (Annen and others 2008, section "
         "4.2) as area lights by the cosine to their middle, variance cuts (Viriyothai and "
-        "Debevec 2009) as points at the regions' centroids. Greedy rectangles have a threshold "
+        "Debevec 2009) as points at the regions' centroids. This library's irradiance is clipped at "
+        "the horizon and has the visibility of the part above it (MSSM_HORIZON); the others are "
+        "shadowed by the default estimator with the normal, which is better for them. Greedy rectangles have a threshold "
         "instead of a number: the one that comes nearest from below is searched for, which is "
         "not timed. The last two are written plainly, so their times are those of a first "
         "implementation; median cut and its points are timed as the library does them, from texels: "
@@ -554,9 +556,11 @@ static void write_gl_conclusion(const figures *f, FILE *page)
     const numbers widths = sweep_of(f, "gl_kernel", LAYERED, "shade_ms");
     const summary all = summarize(f, "gl_kernel", NULL, LAYERED, NAN, "shade_ms");
     if (all.count)
-        fprintf(page,
-                "\nFrom kernels of %g to %g texels the time of its shading stays within %.0f%%.",
-                widths.list[0], widths.list[widths.count - 1], 100 * (all.most / all.least - 1));
+        fprintf(
+            page,
+            "\nFrom kernels of %g to %g texels the time of shading with \"%s\" stays within %.0f%%.",
+            widths.list[0], widths.list[widths.count - 1], LAYERED,
+            100 * (all.most / all.least - 1));
     fprintf(page,
             "\nTimes are of llvmpipe, a rasterizer on the CPU. What GPUs execute is in "
             "[gpu.md](gpu.md): there convolution and PCSS of few samples need less arithmetic and "
@@ -600,7 +604,7 @@ static void write_gl(const figures *f, FILE *page)
         "by solid angle and cosine what each light sends from above the horizon; \"truth\" "
         "is the rays' own error. Every method's visibility multiplies the irradiance that is "
         "clipped at the horizon; \"horizon\" is MSSM_HORIZON, which the guide takes for such "
-        "lights. PCSS with the normal does not count the receiver's plane as a blocker either. "
+        "lights. PCSS with the normal does not count the receiver's plane as a blocker. "
         "Rivals have the bias that is best here, one for the whole map; "
         "with \"normal\" that of PCSS follows the receiver's plane. The library's depth maps "
         "have 4 samples a texel, its default; the rivals' have one: PCSS has no use for more, "
@@ -740,16 +744,18 @@ static void write_other_goals(const figures *f, FILE *page)
 static void write_gl_goals(const figures *f, FILE *page)
 {
     const summary kernels = summarize(f, "gl_kernel", NULL, LAYERED, NAN, "shade_ms");
-    write_goal(page, "OpenGL: frame / CSSM16 in tables, below 1",
-               gl_ratio(f, LAYERED, CONVOLUTION_GL, "frame_ms"), 1, NULL);
-    write_goal(page, "OpenGL: error / CSSM16 in tables, below 1",
-               gl_ratio(f, LAYERED, CONVOLUTION_GL, "rms"), 1, NULL);
-    write_goal(page, "OpenGL: memory / CSSM16 in tables, below 1",
-               gl_ratio(f, LAYERED, CONVOLUTION_GL, "bytes"), 1, NULL);
-    write_goal(page, "OpenGL: error / PCSS by textureGather that knows the normal, below 1",
-               gl_ratio(f, LAYERED, PCSS_GATHER_NORMAL, "rms"), 1, NULL);
-    write_goal(page, "OpenGL: shading / PCSS by textureGather, below 1",
-               gl_ratio(f, LAYERED, PCSS_GATHER, "shade_ms"), 1, NULL);
+    write_goal(page, "OpenGL, above the horizon: frame / CSSM16 in tables, below 1",
+               gl_ratio(f, LAYERED_HORIZON, CONVOLUTION_GL, "frame_ms"), 1, NULL);
+    write_goal(page, "OpenGL, above the horizon: error / CSSM16 in tables, below 1",
+               gl_ratio(f, LAYERED_HORIZON, CONVOLUTION_GL, "rms"), 1, NULL);
+    write_goal(page, "OpenGL, above the horizon: memory / CSSM16 in tables, below 1",
+               gl_ratio(f, LAYERED_HORIZON, CONVOLUTION_GL, "bytes"), 1, NULL);
+    write_goal(
+        page,
+        "OpenGL, above the horizon: error / PCSS by textureGather that knows the normal, below 1",
+        gl_ratio(f, LAYERED_HORIZON, PCSS_GATHER_NORMAL, "rms"), 1, NULL);
+    write_goal(page, "OpenGL, above the horizon: shading / PCSS by textureGather, below 1",
+               gl_ratio(f, LAYERED_HORIZON, PCSS_GATHER, "shade_ms"), 1, NULL);
     write_goal(page, "OpenGL: shading, slowest / fastest kernel width, at most 1.2",
                kernels.count ? kernels.most / kernels.least : NAN, 1.2, NULL);
 }

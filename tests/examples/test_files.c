@@ -1051,7 +1051,7 @@ static void obj_refusals_name_the_line(void)
         {"v 0 0 \\\n\\\n0\nv 0 0", "line 4:"},
         {"v 0 0 0\nv 0 0 nan\nv 0 0 0\n\nf 1 2 3", "line 2:"},
         {"v 0 0 0\nv 0 1 0\nv 0 0 -1e30\nf 1 2 3",
-         "line 3: a face uses this vertex, whose numbers must be below 1e18"},
+         "line 3: a face uses this vertex, whose numbers must be finite and below 1e18"},
         {"v 0 0 0\nv 0 0 0\nf 1 2 \\\n3\nf 1 2 1", "line 3:"},
         {"v 0 0 0\n\nv 0 0 0\nf 1 2 -3", "line 4:"},
         {"v 0 0 0\ncall other.obj", "line 2:"},

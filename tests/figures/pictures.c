@@ -157,7 +157,8 @@ bool light_sources(page *p, message *why)
             "Kneiphof's Figure 2: the probe as points and as area lights, beside the truth. Median "
             "cut as in the paper, area lights under PCSS (all texels of the kernel, the bias along "
             "the receiver's plane), points under one exact ray each; the last row has this library's "
-            "lights under layered shadows, 6 moments, above the horizon (MSSM_HORIZON). Maps are of 256² (narrow lights, as the sun: "
+            "lights under layered shadows, 6 moments, above the horizon (MSSM_HORIZON). Maps are of "
+            "256² (narrow lights, as the sun: "
             "512²), this library's of 4 samples a texel. *Edges*: rms of the steps between "
             "neighbouring pixels that the truth does not have, as hard shadow boundaries make. *By "
             "rays*: the area lights without the errors of shadow maps: by solid angle and cosine, what "
@@ -240,8 +241,8 @@ static bool probe_lights(page *p, studio *s, const char *name, const char *title
         p->file,
         "**%s** The paper finds CSSM \"slightly darkened\" beside PCSS: here the picture has "
         "%.3f (CSSM8) and %.3f (CSSM16) of the true brightness, PCSS %.3f%s. It finds 6 moments "
-        "better than 4: here they have an rms error of %.2f%% and %.2f%%, PCSS has %.2f%%, CSSM8 %.2f%%, CSSM16 "
-        "%.2f%% and layered %.2f%%.\n\n",
+        "better than 4: here 6 have an rms error of %.2f%%, 4 of %.2f%% (upper blocker), PCSS of "
+        "%.2f%%, CSSM8 of %.2f%%, CSSM16 of %.2f%% and layered above the horizon of %.2f%%.\n\n",
         moments && dark ? "Agrees."
         : moments       ? "Agrees, but for CSSM's darkness."
         : dark          ? "Agrees for CSSM, not for the moments."
@@ -263,9 +264,10 @@ bool probe_lights_one(page *p, message *why)
         "have 4 samples a texel as in the paper (of front faces alone: MSSM errs more here with "
         "the paper's means of front and back), CSSM has maps of twice the side, so as many "
         "samples. The lights are this library's. CSSM's series, bias and sharpening were tuned "
-        "on these two pictures; PCSS has a bias that follows the receiver's plane, as in [the "
-        "chart](accuracy.md). Errors are rms, against rays to the same lights, which count what "
-        "they send from above the horizon; *leaks* is excess "
+        "on these two pictures, against rays that counted all of a light; PCSS has a bias that follows the receiver's plane, as in [the "
+        "chart](accuracy.md). The last picture is MSSM_HORIZON, which alone "
+        "of this library's knows the normal. Errors are rms, against rays to the same lights, which "
+        "count what they send from above the horizon; *leaks* is excess "
         "light, in %% of all light.\n\n");
     const bool done = studio_open(&s, &front, width_of(p), p->quick ? 32 : 256, why) &&
                       probe_lights(p, &s, "figure_probe_lights_1.png", "64 lights of a probe", why);
@@ -302,7 +304,7 @@ bool blocker_bounds(page *p, message *why)
             "## Lower and upper blocker, 4 and 6 moments\n\n"
             "Kneiphof's Figure 7: 16 lights of the probe, which are large; means of front and back "
             "faces, as in the paper. LB: the receiver's own weight counts 1e-3 (Eq. 7). UB: it "
-            "counts in full (Eq. 19).\n\n"
+            "counts in full (Eq. 19). The last picture is MSSM_HORIZON.\n\n"
             "![Lower and upper blocker](figure_blocker_bounds.png)\n\n");
     if (done)
         done = draw_techniques(&s, &lights, t, COUNT + 1, true,

@@ -677,8 +677,8 @@ static void given_depth_leaves_bindings_alone(void)
         for (int round = 0; round < 3; round++) {
             gl_state_take(&at_begin);
             CHECK(!mssm_gl_begin_frame(s.gl), "begin");
-            gl.BindTextureUnit((GLuint)d.first_texture_unit,
-                               cube); // for drawing, which may bind what it likes
+            // As drawing may, which binds what it likes.
+            gl.BindTextureUnit((GLuint)d.first_texture_unit, cube);
             gl.BindTextureUnit((GLuint)d.first_texture_unit + 1, flat);
             for (int k = 0; k < 2; k++)
                 CHECK(!mssm_gl_set_depth(s.gl, k, &given[k], NULL), "%s", fakes.message);

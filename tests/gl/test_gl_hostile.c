@@ -770,7 +770,7 @@ static void only_what_is_needed_is_done(void)
     end_driver("what is needed");
 }
 
-// All write what another reads, also that of another object: GPUs run them at once without a barrier.
+// All write what another reads, even another object's: without barriers GPUs run them at once.
 static void dispatches_wait_for_each_other(void)
 {
     const mssm_light light = light_of_half_size(0.1f);

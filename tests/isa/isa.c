@@ -286,22 +286,22 @@ static void print_table(FILE *f, const figures *measured, bool kernels)
 
 static void print_ratios(FILE *f)
 {
-    static const char *const rivals[] = {
-        PCSS_TAPS,           PCSS_GATHER,        PCSS_POISSON,    PCSS_GATHER_NORMAL,
-        PCSS_POISSON_NORMAL, CSSM16 CSSM_TABLES, CSSM16 CSSM_MIPS};
+    static const char *const rivals[] = {PCSS_TAPS,          PCSS_GATHER,         PCSS_POISSON,
+                                         PCSS_GATHER_NORMAL, PCSS_POISSON_NORMAL, PCSS_MORE_NORMAL,
+                                         CSSM16 CSSM_TABLES, CSSM16 CSSM_MIPS};
     fprintf(
         f,
         "\n**Which ratios hold where.** Times under OpenGL in [accuracy.md](accuracy.md) are of "
         "llvmpipe, a rasterizer on\nthe CPU, where every read of a texture is arithmetic too. On "
-        "a GPU the slower of the two units decides. Arithmetic and\nreads, relative to layered "
-        "shadows with 6 moments (%s):\n\n"
+        "a GPU the slower of the two units decides. Arithmetic and\nreads, relative to \"" LAYERED_HORIZON
+        "\" (%s):\n\n"
         "| | arithmetic | reads |\n"
         "|---|---|---|\n",
         gpus[CEILING_GPU].name);
     for (size_t i = 0; i < sizeof rivals / sizeof *rivals; i++) {
         fprintf(f, "| %s | %.2f | %.2f |\n", rivals[i],
-                ratio(rivals[i], "layered, 6 moments", ARITHMETIC),
-                ratio(rivals[i], "layered, 6 moments", READS));
+                ratio(rivals[i], LAYERED_HORIZON, ARITHMETIC),
+                ratio(rivals[i], LAYERED_HORIZON, READS));
     }
     fprintf(f,
             "\nPCSS is counted with its widest kernel. A read of tables takes four texels of 128 "

@@ -663,7 +663,7 @@ static void hostile_probes_agree(void)
     end_gl();
 }
 
-// A coarser level of a texture, of which the finer one is something else.
+// 1 in compatibility contexts.
 static int compatible(void)
 {
     GLint profile = 0;
@@ -680,6 +680,7 @@ static void set_unit_bias(float bias)
     TexEnvf(0x8500, 0x8501, bias); // GL_TEXTURE_FILTER_CONTROL, GL_TEXTURE_LOD_BIAS
 }
 
+// A coarser level of a texture, of which the finer one is something else.
 static void side_chooses_the_level(void)
 {
     const lightprobe_gl_desc d = description(32, 20);
