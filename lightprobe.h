@@ -5625,7 +5625,6 @@ static lightprobe_result lightprobe__bind_texture(const lightprobe_gl *gl, unsig
     if (levels > 0) f->GetTexParameteriv(cube, LIGHTPROBE__GL_TEXTURE_VIEW_NUM_LEVELS, &viewed);
     if (viewed > 0 && viewed < levels) levels = viewed; // of a view; those above are the texture's
     if (levels > 0 && last >= levels) last = levels - 1;
-    if (levels > 0 && base >= levels) base = levels - 1; // as GL clamps it
     *mip = -1;
     // Where another level than the first is read, all there may be must be there.
     for (int level = base, side = 0; level >= 0 && level < LIGHTPROBE__LEVELS; level++) {
