@@ -13,7 +13,7 @@ enum { SIDE = 64, MAP = 256, LIGHTS = 16, RECTANGLES = 10 };
 
 // Radiance of one side of a rectangle: that which edge[0] x edge[1] points to.
 typedef struct rectangle {
-    double corner[3], edge[2][3], radiance;
+    double corner[3], edge[2][3], normal[3], radiance;
 } rectangle;
 
 typedef struct room {
@@ -37,14 +37,14 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static void normal_of(const rectangle *r, double n[3])
+static void set_normal(rectangle *r)
 {
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        n[i] = r->edge[0][j] * r->edge[1][k] - r->edge[0][k] * r->edge[1][j];
+        r->normal[i] = r->edge[0][j] * r->edge[1][k] - r->edge[0][k] * r->edge[1][j];
     }
-    const double length = sqrt(dot(n, n));
-    for (int i = 0; i < 3; i++) n[i] /= length;
+    const double length = sqrt(dot(r->normal, r->normal));
+    for (int i = 0; i < 3; i++) r->normal[i] /= length;
 }
 
 // axis: of its normal; sign: which way it shines. The other axes follow in their order.
@@ -59,6 +59,7 @@ static void add(room *o, int axis, double sign, double at, double low_u, double 
     r->corner[v] = low_v;
     r->edge[sign < 0][u] = size_u;
     r->edge[sign > 0][v] = size_v;
+    set_normal(r);
     r->radiance = radiance;
 }
 
@@ -78,17 +79,19 @@ static void add_panel(room *o, const double middle[3], const double n[3], const 
         r->edge[1][i] = size[1] * v[i] / length_v;
         r->corner[i] = middle[i] - 0.5 * (r->edge[0][i] + r->edge[1][i]);
     }
+    set_normal(r);
     r->radiance = radiance;
 }
 
 // How far along the ray the rectangle shines from; HUGE_VAL where it does not.
 static double hit(const rectangle *r, const double from[3], const double ray[3])
 {
-    double n[3], to[3], at[3];
-    normal_of(r, n);
+    const double *n = r->normal, towards = dot(ray, n);
+    double to[3], at[3];
+    if (towards >= 0) return HUGE_VAL;
     for (int i = 0; i < 3; i++) to[i] = r->corner[i] - from[i];
-    const double t = dot(to, n) / dot(ray, n);
-    if (dot(ray, n) >= 0 || t <= 0) return HUGE_VAL;
+    const double t = dot(to, n) / towards;
+    if (t <= 0) return HUGE_VAL;
     for (int i = 0; i < 3; i++) at[i] = t * ray[i] - to[i];
     for (int e = 0; e < 2; e++) {
         const double part = dot(at, r->edge[e]) / dot(r->edge[e], r->edge[e]);
@@ -231,8 +234,8 @@ static double truth(const room *o, const double p[3], const double n[3], uint64_
     double sum = 0;
     for (int k = WALLS - 1; k < o->count; k++) {
         const rectangle *r = o->r + k;
-        double normal[3], part = 0;
-        normal_of(r, normal);
+        const double *normal = r->normal;
+        double part = 0;
         for (int i = 0; i < GRID * GRID; i++) {
             const double a = (i % GRID + test_uniform(state)) / GRID,
                          b = (i / GRID + test_uniform(state)) / GRID;
@@ -420,7 +423,7 @@ static void slopes_are_the_panels(void)
         for (int c = 0; c < 3; c++) at[c] += probe[c];
         const double size[2] = {0.3 * away, 0.2 * away};
         add_panel(&o, at, n, aside, size, 5);
-        normal_of(o.r, n);
+        memcpy(n, o.r->normal, sizeof n);
         render(&o);
         for (int i = 3; i < 24 * SIDE * SIDE; i += 4) // nothing but the panel has a place
             if (!(o.texels[i] > 0)) o.texels[i] = 0;

@@ -98,12 +98,24 @@ static void place(receivers *r, int count)
     scene_free(&s);
 }
 
+// probe_irradiance at all receivers; those on the ground share its normal.
+static void irradiance_of(const receivers *r, const probe *p, vec3 *out)
+{
+    static vec3 normal[RECEIVERS + 1], sum[RECEIVERS + 1];
+    int count = 0;
+    normal[count++] = vec(0, 1, 0);
+    for (int i = 0; i < r->count; i++)
+        if (r->normal[i].y < 1) normal[count++] = r->normal[i];
+    probe_irradiance(p, normal, count, sum);
+    for (int i = count = 0; i < r->count; i++) out[i] = sum[r->normal[i].y < 1 ? ++count : 0];
+}
+
 static void trace_receivers(receivers *r, const probe *p, const scene *casters)
 {
     probe_sampler sampler;
     bvh *tree = bvh_create(casters);
     if (!tree || !probe_sampler_create(&sampler, p)) abort();
-    probe_irradiance(p, r->normal, r->count, r->own);
+    irradiance_of(r, p, r->own);
     for (int i = 0; i < r->count; i++)
         r->truth[i] = trace_irradiance(tree, &sampler, vec_mad(r->point[i], r->normal[i], 2e-3f),
                                        r->normal[i], TRUTH_RAYS, (unsigned)i);
@@ -128,7 +140,7 @@ static void shade_without(const receivers *r, const probe *p, const lighting *al
     if (!probe_create(&rest, p->side) ||
         lightprobe_cube_without(&cube, all->light, few.lights, rest.texels))
         abort();
-    probe_irradiance(&rest, r->normal, r->count, out);
+    irradiance_of(r, &rest, out);
     for (int i = 0; i < r->count; i++) {
         vec3 seen, unshadowed;
         lights_at(&few, r->point[i], r->normal[i], &seen, &unshadowed);
@@ -222,7 +234,7 @@ static void ratio_is_near_to_rays(void)
         if (!probe_number(which, &p, &name)) continue;
         trace_receivers(&r, &p, &s);
         light_scene(&most, &p, &s, 32);
-        for (int lights = few ? 8 : 2; lights <= (few ? 8 : 32); lights *= 2) {
+        for (int lights = few ? 8 : 2; lights <= (few ? 8 : which ? 16 : 32); lights *= 2) {
             lighting l;
             double e[WAYS], o[WAYS];
             char text[200] = "";
