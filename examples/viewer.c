@@ -409,15 +409,23 @@ int main(int argc, char **argv)
                        .stale = true,
                        .width = 960,
                        .height = 540};
-    message why = {"usage: viewer [--screenshot FILE] [--frames N] [--keys KEYS]"};
+    message why = {"usage: viewer [--size WxH] [--screenshot FILE] [--frames N] [--keys KEYS]"};
     const char *file = NULL, *keys = "";
     int frames = 0;
-    for (int i = 1; i + 1 < argc; i += 2) {
-        if (!strcmp(argv[i], "--screenshot")) file = argv[i + 1];
-        if (!strcmp(argv[i], "--frames")) frames = atoi(argv[i + 1]);
-        if (!strcmp(argv[i], "--keys")) keys = argv[i + 1];
+    bool known = argc % 2;
+    for (int i = 1; i + 1 < argc && known; i += 2) {
+        if (!strcmp(argv[i], "--screenshot"))
+            file = argv[i + 1];
+        else if (!strcmp(argv[i], "--keys"))
+            keys = argv[i + 1];
+        else if (!strcmp(argv[i], "--frames"))
+            known = sscanf(argv[i + 1], "%d", &frames) == 1 && frames > 0;
+        else
+            known = !strcmp(argv[i], "--size") &&
+                    sscanf(argv[i + 1], "%dx%d", &v.width, &v.height) == 2 && v.width > 0 &&
+                    v.height > 0;
     }
-    const bool done = argc % 2 && run(&v, file, frames, keys, &why);
+    const bool done = known && run(&v, file, frames, keys, &why);
     if (!done) fprintf(stderr, "viewer: %s\n", why.text);
     close_viewer(&v);
     return done ? 0 : 1;

@@ -24,9 +24,9 @@ ${MAKE:-make} -s build/release/viewer || exit 1
 # shot NAME KEYS FRAMES: a picture that is not nearly empty, which PNG would make small.
 shot()
 {
-    if xvfb-run -a -s "-screen 0 1280x800x24" build/release/viewer --keys "$2" --frames "$3" \
+    if xvfb-run -a -s "-screen 0 1280x800x24" build/release/viewer --size 480x270 --keys "$2" --frames "$3" \
         --screenshot "$work/shot.png" > "$work/log" 2>&1 &&
-        [ "$(wc -c < "$work/shot.png")" -gt 50000 ]; then
+        [ "$(wc -c < "$work/shot.png")" -gt 20000 ]; then
         echo "ok   viewer: $1"
     else
         echo "FAIL viewer: $1"
