@@ -86,7 +86,7 @@ without_egl()
     mkdir -p build/no-egl && : >build/no-egl/libEGL.so.1
     (
         unset TEST_REQUIRE_GL
-        only="-compare: |$seconds|$once|$slow_on_cpu"
+        only="-compare: |compared methods|a walk shows|$seconds|$once|$slow_on_cpu"
         suite "$1" env LD_LIBRARY_PATH="$PWD/build/no-egl" TEST_SCALE=200
     ) >"$log.run" 2>&1
     status=$?
@@ -244,30 +244,44 @@ suite_of()
     esac
 }
 
-# What needs one core and takes minutes, run beside the sections before it. later NAME is its section.
+# What needs one core and takes minutes. Whoever comes first to a part runs it: the loop beside the sections
+# before it, or its own section.
+run_part()
+{
+    (set -C && : >"$log.$1.taken") 2>/dev/null || return 0
+    case $1 in # these use programs that are built in the meantime
+        valgrind | promises | compatibility | zink | viewer | isa)
+            while [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done ;;
+    esac
+    from=$(date +%s)
+    case $1 in
+        fuzz) sh tests/fuzz.sh short ;;
+        coverage) COVERAGE_OF="-$slow" sh tests/coverage.sh ;;
+        viewer | isa) sh tests/$1.sh ;;
+        promises) promises ;;
+        *) (suite_of $1) ;;
+    esac >"$log.$1" 2>&1
+    echo "$? $(($(date +%s) - from))" >"$log.$1.ended"
+    mv "$log.$1.ended" "$log.$1.status"
+}
+
 beside()
 {
-    for part in fuzz coverage native x87 m32 valgrind promises compatibility zink viewer isa; do
-        # From valgrind on programs are used that are built in the meantime.
-        while [ $part = valgrind ] && [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done
-        from=$(date +%s)
-        case $part in
-            fuzz) sh tests/fuzz.sh short ;;
-            coverage) COVERAGE_OF="-$slow" sh tests/coverage.sh ;;
-            viewer | isa) sh tests/$part.sh ;;
-            promises) promises ;;
-            *) (suite_of $part) ;;
-        esac >"$log.$part" 2>&1
-        echo "$? $(($(date +%s) - from))" >"$log.$part.status"
+    for part in fuzz coverage native x87 m32 valgrind promises isa viewer zink compatibility; do
+        run_part $part
     done
 }
 
 later()
 {
-    wait
+    run_part "$1"
+    while [ ! -e "$log.$1.status" ]; do
+        kill -0 "$beside" 2>/dev/null || [ -e "$log.$1.status" ] || return 1
+        sleep 1
+    done
     cat "$log.$1"
     read -r status took <"$log.$1.status"
-    echo "(beside the sections before: $took s)"
+    echo "(its own time: $took s)"
     return "$status"
 }
 
@@ -327,7 +341,7 @@ section "format" format
 section "merges" merged
 section "list of mutants" mutants_listed
 section "docs" sh tests/snippets.sh
-[ -z "$all" ] || beside &
+[ -z "$all" ] || beside & beside=$!
 section "dialects" sh tests/dialects.sh ${all:-quick}
 if [ -z "$all" ]; then
     section "compile" sh tests/compile.sh quick
@@ -336,7 +350,8 @@ if [ -z "$all" ]; then
     section "claims" claims
 else
     section "compile" sh tests/compile.sh
-    $MAKE -s -j2 config=release test-binary
+    # All objects that several parts link.
+    $MAKE -s -j2 config=release test-binary build/release/report build/release/figures build/release/stability
     : >"$log.built"
     section "tests, release" suite release
     more
