@@ -1684,13 +1684,6 @@ LIGHTPROBE_SHARED float lightprobe_tone(float luminance, float solid_angle, floa
     return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);
 }
 
-// Angle by which a light shifts for receivers reach away from the probe; sums may be infinite.
-LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)
-{
-    LIGHTPROBE_PRECISE float angle = inverse * reach;
-    return angle < 1.0f ? angle : 1.0f;
-}
-
 // [glsl end]
 
 // [glsl begin cells]
@@ -1726,7 +1719,8 @@ LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, float
     LIGHTPROBE_PRECISE float inverse =
         leaf.luminance > 0.0f ? cell.resultant[3] / leaf.luminance : 0.0f;
     leaf.inverse = inverse;
-    leaf.parallax = lightprobe_parallax(inverse, reach);
+    LIGHTPROBE_PRECISE float angle = inverse * reach; // sums may be infinite
+    leaf.parallax = angle < 1.0f ? angle : 1.0f;
     LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far
     leaf.tone = tone;
     leaf.least = leaf.parts = 0.0f;
@@ -2015,13 +2009,12 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_past(lightprobe_light l, lightpr
         LIGHTPROBE_PRECISE float vector = strength * l.direction[i];
         LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i],
                                  dd = d * l.direction[i];
-        m.flux[i] = flux - late.flux[i];
-        m.resultant[i] = vector - late.resultant[i];
-        m.second[i] = du * l.axis_u[i] + dv * l.axis_v[i] + dd * l.direction[i] - late.second[i];
-        m.second[3 + i] =
-            du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];
+        m.flux[i] = flux;
+        m.resultant[i] = vector;
+        m.second[i] = du * l.axis_u[i] + dv * l.axis_v[i] + dd * l.direction[i];
+        m.second[3 + i] = du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j];
     }
-    return m;
+    return lightprobe_more(m, late, -1.0f);
 }
 
 // A cluster that has no leaves yet.
@@ -2150,13 +2143,9 @@ LIGHTPROBE_SHARED float lightprobe_rest(float frames, float pace, int lives)
 LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,
                                                       lightprobe_moments now, float rest)
 {
-    LIGHTPROBE_PRECISE lightprobe_moments m = late;
+    lightprobe_moments m = lightprobe_more(lightprobe_no_moments(), late, rest);
     for (int i = 0; i < 3; i++) {
         LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];
-        m.flux[i] *= rest;
-        m.resultant[i] *= rest;
-        m.second[i] *= rest;
-        m.second[3 + i] *= rest;
         if (m.flux[i] < least) m.flux[i] = least;
     }
     return m;
@@ -2242,12 +2231,8 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late
         whole = lightprobe_luminance(now.flux);
     }
     LIGHTPROBE_PRECISE float part = change / (whole + 1e-30f);
-    for (int i = 0; i < 3; i++) {
-        m.resultant[i] += part * shape.resultant[i];
-        m.second[i] += part * shape.second[i];
-        m.second[3 + i] += part * shape.second[3 + i];
-    }
-    return m;
+    for (int i = 0; i < 3; i++) shape.flux[i] = 0.0f; // that is cut already
+    return lightprobe_more(m, shape, part);
 }
 
 // Sums and means of a cluster, and which leaf adds most, from count leaves that are sorted; without
@@ -2509,23 +2494,6 @@ LIGHTPROBE_SHARED float lightprobe_merge_cost(lightprobe_sum a, lightprobe_sum b
     return cost;
 }
 
-// Errors once two clusters, with these squares, share a light: more, unless they are very uneven.
-LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,
-                                                      float a_squares, lightprobe_sum b,
-                                                      float b_squares, float total)
-{
-    lightprobe_sum both = lightprobe_add_sum(a, b);
-    if (!(both.luminance > 0.0f)) return all;
-    LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;
-    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;
-    LIGHTPROBE_PRECISE lightprobe_errors e = all;
-    LIGHTPROBE_PRECISE float apart = a_squares + b_squares;
-    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);
-    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);
-    e.width = e.width - widths + lightprobe_sum_error(both);
-    return e;
-}
-
 // Moves the leaves beyond the planned plane from one cluster to another, fresh one, and sums both.
 LIGHTPROBE_SHARED void lightprobe_split(lightprobe__work *w, int k, int fresh)
 {
@@ -2550,14 +2518,21 @@ LIGHTPROBE_SHARED void lightprobe_split(lightprobe__work *w, int k, int fresh)
     w->clusters[fresh].first = i;
 }
 
+// With the errors of a cluster, times 1 or -1.
+LIGHTPROBE_SHARED lightprobe_errors lightprobe_add_error(const lightprobe__work *w,
+                                                         lightprobe_errors all, int k, float times)
+{
+    LIGHTPROBE_PRECISE lightprobe_errors e = all;
+    e.squares += times * w->clusters[k].error;
+    e.width += times * lightprobe_sum_error(w->clusters[k].sum);
+    return e;
+}
+
 LIGHTPROBE_SHARED lightprobe_errors lightprobe_all_errors(const lightprobe__work *w)
 {
-    LIGHTPROBE_PRECISE lightprobe_errors e;
+    lightprobe_errors e;
     e.squares = e.width = 0.0f;
-    for (int k = 0; k < w->cluster_count; k++) {
-        e.squares += w->clusters[k].error;
-        e.width += lightprobe_sum_error(w->clusters[k].sum);
-    }
+    for (int k = 0; k < w->cluster_count; k++) e = lightprobe_add_error(w, e, k, 1.0f);
     return e;
 }
 
@@ -2584,6 +2559,23 @@ LIGHTPROBE_SHARED lightprobe_pair lightprobe_cheaper_pair(const lightprobe__work
         least.cost = cost;
     }
     return least;
+}
+
+// Errors once a pair shares a light: more, unless the two are very uneven.
+LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(const lightprobe__work *w,
+                                                      lightprobe_errors all, lightprobe_pair pair)
+{
+    lightprobe_sum a = w->clusters[pair.a].sum, b = w->clusters[pair.b].sum;
+    lightprobe_sum both = lightprobe_add_sum(a, b);
+    if (!(both.luminance > 0.0f)) return all;
+    LIGHTPROBE_PRECISE float share = both.luminance / w->total * both.luminance;
+    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, w->total) / share;
+    LIGHTPROBE_PRECISE lightprobe_errors e = all;
+    LIGHTPROBE_PRECISE float apart = w->clusters[pair.a].error + w->clusters[pair.b].error;
+    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);
+    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), w->total);
+    e.width = e.width - widths + lightprobe_sum_error(both);
+    return e;
 }
 
 // The dimmer's light fades out; the brighter keeps its id. from: the cluster that gets one for it.
@@ -2687,14 +2679,12 @@ static void lightprobe__divide(lightprobe__work *w, float tolerance)
             lightprobe__plan_split(w, parent);
             continue;
         }
-        e.squares -= parent->error;
-        e.width -= lightprobe_sum_error(parent->sum);
+        e = lightprobe_add_error(w, e, most, -1);
         *fresh = lightprobe_fresh();
         lightprobe_split(w, most, w->cluster_count++);
         lightprobe__measure(w, parent);
         lightprobe__measure(w, fresh);
-        e.squares += parent->error + fresh->error;
-        e.width += lightprobe_sum_error(parent->sum) + lightprobe_sum_error(fresh->sum);
+        e = lightprobe_add_error(w, lightprobe_add_error(w, e, most, 1), w->cluster_count - 1, 1);
     }
 }
 
@@ -2781,9 +2771,7 @@ static void lightprobe__reassign_lights(lightprobe__work *w, float tolerance)
         const int most = lightprobe__largest(w->gains, w->cluster_count);
         lightprobe_pair pair = {0, 0, FLT_MAX};
         for (int k = 0; k < w->cluster_count; k++) pair = lightprobe_cheaper_pair(w, pair, k, most);
-        const lightprobe_cluster *a = w->clusters + pair.a, *b = w->clusters + pair.b;
-        const lightprobe_errors merged =
-            lightprobe_merged(e, a->sum, a->error, b->sum, b->error, total);
+        const lightprobe_errors merged = lightprobe_merged(w, e, pair);
         if (pair.cost >= FLT_MAX ||
             !lightprobe_should_reassign(lightprobe_root_error(merged, total), tolerance,
                                         w->gains[most], pair.cost, total))
@@ -4902,21 +4890,12 @@ static const char lightprobe__glsl_divide[] =
     "        most = largest_gain(count, top);\n"
     "        if (!(top > 0.0)) break;\n"
     "        if (lane == 0) {\n"
-    "            precise lightprobe_errors rest = left;\n"
-    "            rest.squares -= clusters[most].error;\n"
-    "            rest.width -= lightprobe_sum_error(clusters[most].sum);\n"
-    "            left = rest;\n"
+    "            left = lightprobe_add_error(left, most, -1.0);\n"
     "            lightprobe_split(most, count);\n"
     "        }\n"
     "        sync();\n"
     "        plan_split(lane < LIGHTPROBE_BINS ? most : lane < 2 * LIGHTPROBE_BINS ? count : -1);\n"
-    "        if (lane == 0) {\n"
-    "            precise lightprobe_errors all = left;\n"
-    "            all.squares += clusters[most].error + clusters[count].error;\n"
-    "            all.width += lightprobe_sum_error(clusters[most].sum) +\n"
-    "                         lightprobe_sum_error(clusters[count].sum);\n"
-    "            left = all;\n"
-    "        }\n"
+    "        if (lane == 0) left = lightprobe_add_error(lightprobe_add_error(left, most, 1.0), count, 1.0);\n"
     "        sync();\n"
     "        count++;\n"
     "    }\n"
@@ -4949,8 +4928,7 @@ static const char lightprobe__glsl_reassign[] =
     "        int first = largest(-pair.cost, pair.a, top);\n"
     "        if (first < 0) break;\n"
     "        pair = pairs[first % GROUP];\n"
-    "        lightprobe_errors merged = lightprobe_merged(e, clusters[pair.a].sum, clusters[pair.a].error,\n"
-    "                                                     clusters[pair.b].sum, clusters[pair.b].error, total);\n"
+    "        lightprobe_errors merged = lightprobe_merged(e, pair);\n"
     "        float error = lightprobe_root_error(merged, total);\n"
     "        if (lightprobe_should_reassign(error, TOLERANCE, gain, pair.cost, total) == 0) break;\n"
     "        e = merged;\n"
@@ -6458,13 +6436,6 @@ static const char *lightprobe__quote_work(void)
     "    return LIGHTPROBE_TONE * lightprobe_log(luminance < most ? luminance / unit : 1e6f);\n"
     "}\n"
     "\n"
-    "// Angle by which a light shifts for receivers reach away from the probe; sums may be infinite.\n"
-    "LIGHTPROBE_SHARED float lightprobe_parallax(float inverse, float reach)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float angle = inverse * reach;\n"
-    "    return angle < 1.0f ? angle : 1.0f;\n"
-    "}\n"
-    "\n"
     "LIGHTPROBE_SHARED lightprobe_sum lightprobe_nothing(void)\n"
     "{\n"
     "    lightprobe_sum s;\n"
@@ -6715,7 +6686,8 @@ static const char *lightprobe__quote_cells(void)
     "    LIGHTPROBE_PRECISE float inverse =\n"
     "        leaf.luminance > 0.0f ? cell.resultant[3] / leaf.luminance : 0.0f;\n"
     "    leaf.inverse = inverse;\n"
-    "    leaf.parallax = lightprobe_parallax(inverse, reach);\n"
+    "    LIGHTPROBE_PRECISE float angle = inverse * reach; // sums may be infinite\n"
+    "    leaf.parallax = angle < 1.0f ? angle : 1.0f;\n"
     "    LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far\n"
     "    leaf.tone = tone;\n"
     "    leaf.least = leaf.parts = 0.0f;\n"
@@ -6965,23 +6937,6 @@ static const char *lightprobe__quote_splits(void)
     "    return cost;\n"
     "}\n"
     "\n"
-    "// Errors once two clusters, with these squares, share a light: more, unless they are very uneven.\n"
-    "LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(lightprobe_errors all, lightprobe_sum a,\n"
-    "                                                      float a_squares, lightprobe_sum b,\n"
-    "                                                      float b_squares, float total)\n"
-    "{\n"
-    "    lightprobe_sum both = lightprobe_add_sum(a, b);\n"
-    "    if (!(both.luminance > 0.0f)) return all;\n"
-    "    LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;\n"
-    "    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;\n"
-    "    LIGHTPROBE_PRECISE lightprobe_errors e = all;\n"
-    "    LIGHTPROBE_PRECISE float apart = a_squares + b_squares;\n"
-    "    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);\n"
-    "    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);\n"
-    "    e.width = e.width - widths + lightprobe_sum_error(both);\n"
-    "    return e;\n"
-    "}\n"
-    "\n"
     "// Moves the leaves beyond the planned plane from one cluster to another, fresh one, and sums both.\n"
     "LIGHTPROBE_SHARED void lightprobe_split(int k, int fresh)\n"
     "{\n"
@@ -7006,14 +6961,21 @@ static const char *lightprobe__quote_splits(void)
     "    clusters[fresh].first = i;\n"
     "}\n"
     "\n"
+    "// With the errors of a cluster, times 1 or -1.\n"
+    "LIGHTPROBE_SHARED lightprobe_errors lightprobe_add_error(\n"
+    "                                                         lightprobe_errors all, int k, float times)\n"
+    "{\n"
+    "    LIGHTPROBE_PRECISE lightprobe_errors e = all;\n"
+    "    e.squares += times * clusters[k].error;\n"
+    "    e.width += times * lightprobe_sum_error(clusters[k].sum);\n"
+    "    return e;\n"
+    "}\n"
+    "\n"
     "LIGHTPROBE_SHARED lightprobe_errors lightprobe_all_errors()\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_errors e;\n"
+    "    lightprobe_errors e;\n"
     "    e.squares = e.width = 0.0f;\n"
-    "    for (int k = 0; k < cluster_count; k++) {\n"
-    "        e.squares += clusters[k].error;\n"
-    "        e.width += lightprobe_sum_error(clusters[k].sum);\n"
-    "    }\n"
+    "    for (int k = 0; k < cluster_count; k++) e = lightprobe_add_error(e, k, 1.0f);\n"
     "    return e;\n"
     "}\n"
     "\n"
@@ -7040,6 +7002,23 @@ static const char *lightprobe__quote_splits(void)
     "        least.cost = cost;\n"
     "    }\n"
     "    return least;\n"
+    "}\n"
+    "\n"
+    "// Errors once a pair shares a light: more, unless the two are very uneven.\n"
+    "LIGHTPROBE_SHARED lightprobe_errors lightprobe_merged(\n"
+    "                                                      lightprobe_errors all, lightprobe_pair pair)\n"
+    "{\n"
+    "    lightprobe_sum a = clusters[pair.a].sum, b = clusters[pair.b].sum;\n"
+    "    lightprobe_sum both = lightprobe_add_sum(a, b);\n"
+    "    if (!(both.luminance > 0.0f)) return all;\n"
+    "    LIGHTPROBE_PRECISE float share = both.luminance / total * both.luminance;\n"
+    "    LIGHTPROBE_PRECISE float variance = lightprobe_cost(both, total) / share;\n"
+    "    LIGHTPROBE_PRECISE lightprobe_errors e = all;\n"
+    "    LIGHTPROBE_PRECISE float apart = clusters[pair.a].error + clusters[pair.b].error;\n"
+    "    LIGHTPROBE_PRECISE float widths = lightprobe_sum_error(a) + lightprobe_sum_error(b);\n"
+    "    e.squares = e.squares - apart + lightprobe_edge_error(both, 0.1f * sqrtf(variance), total);\n"
+    "    e.width = e.width - widths + lightprobe_sum_error(both);\n"
+    "    return e;\n"
     "}\n"
     "\n"
     "// The dimmer's light fades out; the brighter keeps its id. from: the cluster that gets one for it.\n"
@@ -7212,13 +7191,12 @@ static const char *lightprobe__quote_moving(void)
     "        LIGHTPROBE_PRECISE float vector = strength * l.direction[i];\n"
     "        LIGHTPROBE_PRECISE float du = u * l.axis_u[i], dv = v * l.axis_v[i],\n"
     "                                 dd = d * l.direction[i];\n"
-    "        m.flux[i] = flux - late.flux[i];\n"
-    "        m.resultant[i] = vector - late.resultant[i];\n"
-    "        m.second[i] = du * l.axis_u[i] + dv * l.axis_v[i] + dd * l.direction[i] - late.second[i];\n"
-    "        m.second[3 + i] =\n"
-    "            du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j] - late.second[3 + i];\n"
+    "        m.flux[i] = flux;\n"
+    "        m.resultant[i] = vector;\n"
+    "        m.second[i] = du * l.axis_u[i] + dv * l.axis_v[i] + dd * l.direction[i];\n"
+    "        m.second[3 + i] = du * l.axis_u[j] + dv * l.axis_v[j] + dd * l.direction[j];\n"
     "    }\n"
-    "    return m;\n"
+    "    return lightprobe_more(m, late, -1.0f);\n"
     "}\n"
     "\n"
     "// A cluster that has no leaves yet.\n"
@@ -7347,13 +7325,9 @@ static const char *lightprobe__quote_moving(void)
     "LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,\n"
     "                                                      lightprobe_moments now, float rest)\n"
     "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_moments m = late;\n"
+    "    lightprobe_moments m = lightprobe_more(lightprobe_no_moments(), late, rest);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];\n"
-    "        m.flux[i] *= rest;\n"
-    "        m.resultant[i] *= rest;\n"
-    "        m.second[i] *= rest;\n"
-    "        m.second[3 + i] *= rest;\n"
     "        if (m.flux[i] < least) m.flux[i] = least;\n"
     "    }\n"
     "    return m;\n"
@@ -7439,12 +7413,8 @@ static const char *lightprobe__quote_moving(void)
     "        whole = lightprobe_luminance(now.flux);\n"
     "    }\n"
     "    LIGHTPROBE_PRECISE float part = change / (whole + 1e-30f);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        m.resultant[i] += part * shape.resultant[i];\n"
-    "        m.second[i] += part * shape.second[i];\n"
-    "        m.second[3 + i] += part * shape.second[3 + i];\n"
-    "    }\n"
-    "    return m;\n"
+    "    for (int i = 0; i < 3; i++) shape.flux[i] = 0.0f; // that is cut already\n"
+    "    return lightprobe_more(m, shape, part);\n"
     "}\n"
     "\n"
     "// Sums and means of a cluster, and which leaf adds most, from count leaves that are sorted; without\n"

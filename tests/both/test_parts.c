@@ -146,8 +146,14 @@ static void costs_and_gains_are_those_of_the_leaves(void)
     }
     const lightprobe_sum nothing = lightprobe_nothing(), some = sum_of(leaf, 2);
     const lightprobe_errors few = {0.5f, 0.25f};
+    const lightprobe_pair pair = {0, 1, 0};
+    lightprobe_cluster black[2];
+    black[0] = black[1] = lightprobe_fresh();
+    lightprobe__work w = {0};
+    w.clusters = black;
+    w.total = 1;
     CHECK(lightprobe_cost(nothing, 1) == 0 && lightprobe_edge_error(nothing, 1, 1) == 0 &&
-              lightprobe_merged(few, nothing, 0, nothing, 0, 1).squares == 0.5f,
+              lightprobe_merged(&w, few, pair).squares == 0.5f,
           "nothing costs");
     CHECK(lightprobe_cut_cost(nothing, some, 1) > 1e30f &&
               lightprobe_cut_cost(some, nothing, 1) > 1e30f,
