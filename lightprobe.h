@@ -1975,18 +1975,6 @@ LIGHTPROBE_SHARED int lightprobe_goes_on(float all, float total)
     return apart < 0.1f * total ? 1 : 0;
 }
 
-LIGHTPROBE_SHARED lightprobe_moments lightprobe_late(const float state[18], float total)
-{
-    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();
-    for (int i = 0; i < 3; i++) {
-        m.flux[i] = total * state[6 + i];
-        m.resultant[i] = total * state[9 + i];
-        m.second[i] = total * state[12 + i];
-        m.second[3 + i] = total * state[15 + i];
-    }
-    return m;
-}
-
 // The variance of lightprobe_half_size.
 LIGHTPROBE_SHARED float lightprobe_variance(float tangent)
 {
@@ -2049,7 +2037,12 @@ LIGHTPROBE_SHARED lightprobe_cluster lightprobe_recalled(lightprobe_light l, flo
     c.distance = l.distance > 0.0f && l.distance <= 1e9f ? l.distance : 0.0f;
     c.width = 0.5f - 0.5f * l.cos_alpha;
     if (jumps != 0) return c;
-    c.late = lightprobe_late(l.state, total);
+    for (int i = 0; i < 3; i++) {
+        c.late.flux[i] = total * l.state[6 + i];
+        c.late.resultant[i] = total * l.state[9 + i];
+        c.late.second[i] = total * l.state[12 + i];
+        c.late.second[3 + i] = total * l.state[15 + i];
+    }
     c.past = lightprobe_past(l, c.late);
     c.longest = lightprobe_evenness(lightprobe_more(c.past, c.late, 1.0f));
     return c;
@@ -2128,27 +2121,6 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_widened(lightprobe_light light, fl
     l.tan_half_u *= times;
     l.tan_half_v *= times;
     return l;
-}
-
-// What part of a light's late moments is left a frame later: at first of changes, to nothing in the
-// end, of what comes late by itself for good.
-LIGHTPROBE_SHARED float lightprobe_rest(float frames, float pace, int lives)
-{
-    LIGHTPROBE_PRECISE float slow = lives != 0 ? 9.0f / (9.0f + pace) : 0.0f;
-    LIGHTPROBE_PRECISE float rest = frames > pace ? 1.0f - pace / frames : slow;
-    return rest;
-}
-
-// What is left of it a frame later. No light becomes negative.
-LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,
-                                                      lightprobe_moments now, float rest)
-{
-    lightprobe_moments m = lightprobe_more(lightprobe_no_moments(), late, rest);
-    for (int i = 0; i < 3; i++) {
-        LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];
-        if (m.flux[i] < least) m.flux[i] = least;
-    }
-    return m;
 }
 
 // Radians by which the light of this light's leaves has turned since the last frame, by its share.
@@ -2906,21 +2878,29 @@ LIGHTPROBE_SHARED float lightprobe_pace(const lightprobe__work *w, int changes)
     return moved > 1.0f ? (moved < LIGHTPROBE_FASTEST ? moved : LIGHTPROBE_FASTEST) : 1.0f;
 }
 
-// What a light has of the last frame, and of lights that have changed, so that nothing jumps.
+// What a light has of the last frame, and of lights that have changed, so that nothing jumps. A part
+// of it is left a frame later: at first of changes, to nothing in the end, of what comes late by
+// itself for good. No light becomes negative.
 LIGHTPROBE_SHARED void lightprobe_fade(lightprobe__work *w, int k, int changes, float pace,
                                        float frames)
 {
     lightprobe_moments now = w->clusters[k].now, past = w->clusters[k].past;
     lightprobe_moments late = w->clusters[k].late;
-    float longest = lightprobe_evenness(now),
-          rest = lightprobe_rest(frames, pace, w->clusters[k].lives);
+    LIGHTPROBE_PRECISE float slow = w->clusters[k].lives != 0 ? 9.0f / (9.0f + pace) : 0.0f;
+    LIGHTPROBE_PRECISE float rest = frames > pace ? 1.0f - pace / frames : slow;
+    float longest = lightprobe_evenness(now);
     if (longest > w->clusters[k].longest) w->clusters[k].longest = longest;
     if (changes != 0)
         late = lightprobe_more(lightprobe_more(late, past, 1.0f), now, -1.0f);
     else
         late = lightprobe_more(late, lightprobe_reshaped(now, past, LIGHTPROBE_STEP * pace),
                                LIGHTPROBE_LATE);
-    w->clusters[k].late = lightprobe_faded(late, now, rest);
+    late = lightprobe_more(lightprobe_no_moments(), late, rest);
+    for (int i = 0; i < 3; i++) {
+        LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];
+        if (late.flux[i] < least) late.flux[i] = least;
+    }
+    w->clusters[k].late = late;
 }
 // [glsl end]
 
@@ -7157,18 +7137,6 @@ static const char *lightprobe__quote_moving(void)
     "    return apart < 0.1f * total ? 1 : 0;\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_late(const float state[18], float total)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        m.flux[i] = total * state[6 + i];\n"
-    "        m.resultant[i] = total * state[9 + i];\n"
-    "        m.second[i] = total * state[12 + i];\n"
-    "        m.second[3 + i] = total * state[15 + i];\n"
-    "    }\n"
-    "    return m;\n"
-    "}\n"
-    "\n"
     "// The variance of lightprobe_half_size.\n"
     "LIGHTPROBE_SHARED float lightprobe_variance(float tangent)\n"
     "{\n"
@@ -7231,7 +7199,12 @@ static const char *lightprobe__quote_moving(void)
     "    c.distance = l.distance > 0.0f && l.distance <= 1e9f ? l.distance : 0.0f;\n"
     "    c.width = 0.5f - 0.5f * l.cos_alpha;\n"
     "    if (jumps != 0) return c;\n"
-    "    c.late = lightprobe_late(l.state, total);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        c.late.flux[i] = total * l.state[6 + i];\n"
+    "        c.late.resultant[i] = total * l.state[9 + i];\n"
+    "        c.late.second[i] = total * l.state[12 + i];\n"
+    "        c.late.second[3 + i] = total * l.state[15 + i];\n"
+    "    }\n"
     "    c.past = lightprobe_past(l, c.late);\n"
     "    c.longest = lightprobe_evenness(lightprobe_more(c.past, c.late, 1.0f));\n"
     "    return c;\n"
@@ -7310,27 +7283,6 @@ static const char *lightprobe__quote_moving(void)
     "    l.tan_half_u *= times;\n"
     "    l.tan_half_v *= times;\n"
     "    return l;\n"
-    "}\n"
-    "\n"
-    "// What part of a light's late moments is left a frame later: at first of changes, to nothing in the\n"
-    "// end, of what comes late by itself for good.\n"
-    "LIGHTPROBE_SHARED float lightprobe_rest(float frames, float pace, int lives)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float slow = lives != 0 ? 9.0f / (9.0f + pace) : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float rest = frames > pace ? 1.0f - pace / frames : slow;\n"
-    "    return rest;\n"
-    "}\n"
-    "\n"
-    "// What is left of it a frame later. No light becomes negative.\n"
-    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_faded(lightprobe_moments late,\n"
-    "                                                      lightprobe_moments now, float rest)\n"
-    "{\n"
-    "    lightprobe_moments m = lightprobe_more(lightprobe_no_moments(), late, rest);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];\n"
-    "        if (m.flux[i] < least) m.flux[i] = least;\n"
-    "    }\n"
-    "    return m;\n"
     "}\n"
     "\n"
     "// Radians by which the light of this light's leaves has turned since the last frame, by its share.\n"
@@ -7519,21 +7471,29 @@ static const char *lightprobe__quote_moving(void)
     "    return moved > 1.0f ? (moved < LIGHTPROBE_FASTEST ? moved : LIGHTPROBE_FASTEST) : 1.0f;\n"
     "}\n"
     "\n"
-    "// What a light has of the last frame, and of lights that have changed, so that nothing jumps.\n"
+    "// What a light has of the last frame, and of lights that have changed, so that nothing jumps. A part\n"
+    "// of it is left a frame later: at first of changes, to nothing in the end, of what comes late by\n"
+    "// itself for good. No light becomes negative.\n"
     "LIGHTPROBE_SHARED void lightprobe_fade(int k, int changes, float pace,\n"
     "                                       float frames)\n"
     "{\n"
     "    lightprobe_moments now = clusters[k].now, past = clusters[k].past;\n"
     "    lightprobe_moments late = clusters[k].late;\n"
-    "    float longest = lightprobe_evenness(now),\n"
-    "          rest = lightprobe_rest(frames, pace, clusters[k].lives);\n"
+    "    LIGHTPROBE_PRECISE float slow = clusters[k].lives != 0 ? 9.0f / (9.0f + pace) : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float rest = frames > pace ? 1.0f - pace / frames : slow;\n"
+    "    float longest = lightprobe_evenness(now);\n"
     "    if (longest > clusters[k].longest) clusters[k].longest = longest;\n"
     "    if (changes != 0)\n"
     "        late = lightprobe_more(lightprobe_more(late, past, 1.0f), now, -1.0f);\n"
     "    else\n"
     "        late = lightprobe_more(late, lightprobe_reshaped(now, past, LIGHTPROBE_STEP * pace),\n"
     "                               LIGHTPROBE_LATE);\n"
-    "    clusters[k].late = lightprobe_faded(late, now, rest);\n"
+    "    late = lightprobe_more(lightprobe_no_moments(), late, rest);\n"
+    "    for (int i = 0; i < 3; i++) {\n"
+    "        LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];\n"
+    "        if (late.flux[i] < least) late.flux[i] = least;\n"
+    "    }\n"
+    "    clusters[k].late = late;\n"
     "}\n"
     // [glsl text end]
         ;
