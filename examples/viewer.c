@@ -6,6 +6,7 @@
 #include "common/gl_reference.h"
 #include "common/gl_text.h"
 #include "common/governor.h"
+#include "common/options.h"
 #include "common/png.h"
 #include "common/threads.h"
 
@@ -409,23 +410,20 @@ int main(int argc, char **argv)
                        .stale = true,
                        .width = 960,
                        .height = 540};
-    message why = {"usage: viewer [--size WxH] [--screenshot FILE] [--frames N] [--keys KEYS]"};
+    static const char usage[] =
+        "viewer [--size WxH] [--screenshot FILE] [--frames N] [--keys KEYS]";
+    message why = {"a size is 16x16 to 8192x8192; --help shows all options"};
     const char *file = NULL, *keys = "";
     int frames = 0;
-    bool known = argc % 2;
-    for (int i = 1; i + 1 < argc && known; i += 2) {
-        if (!strcmp(argv[i], "--screenshot"))
-            file = argv[i + 1];
-        else if (!strcmp(argv[i], "--keys"))
-            keys = argv[i + 1];
-        else if (!strcmp(argv[i], "--frames"))
-            known = sscanf(argv[i + 1], "%d", &frames) == 1 && frames > 0;
-        else
-            known = !strcmp(argv[i], "--size") &&
-                    sscanf(argv[i + 1], "%dx%d", &v.width, &v.height) == 2 && v.width > 0 &&
-                    v.height > 0;
+    bool good = true;
+    if (options_help_asked(argc, argv, usage)) return 0;
+    for (int i = 1; i + 1 < argc; i += 2) {
+        if (!strcmp(argv[i], "--size")) good = options_size(argv[i + 1], &v.width, &v.height);
+        if (!strcmp(argv[i], "--screenshot")) file = argv[i + 1];
+        if (!strcmp(argv[i], "--frames")) frames = atoi(argv[i + 1]);
+        if (!strcmp(argv[i], "--keys")) keys = argv[i + 1];
     }
-    const bool done = known && run(&v, file, frames, keys, &why);
+    const bool done = argc % 2 && good && run(&v, file, frames, keys, &why);
     if (!done) fprintf(stderr, "viewer: %s\n", why.text);
     close_viewer(&v);
     return done ? 0 : 1;

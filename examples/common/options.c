@@ -48,7 +48,7 @@ static bool parse_float(const char *text, float low, float high, float *value)
     return true;
 }
 
-static bool parse_size(const char *text, int *width, int *height)
+bool options_size(const char *text, int *width, int *height)
 {
     char copy[16] = {0};
     const char *x = strchr(text, 'x');
@@ -99,7 +99,7 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
     if (!strcmp(name, "--min-shadow")) return parse_float(value, 0, 1, &o->min_shadow);
     if (!strcmp(name, "--estimator")) return parse_estimator(value, &o->estimator);
     if (!strcmp(name, "--faces")) return parse_faces(value, &o->back_faces);
-    if (!strcmp(name, "--size")) return parse_size(value, &o->width, &o->height);
+    if (!strcmp(name, "--size")) return options_size(value, &o->width, &o->height);
     if (!strcmp(name, "--orbit")) return parse_int(value, 1, 9999, &o->orbit);
     if (!strcmp(name, "--moments")) {
         return parse_int(value, 0, 6, &o->moments) &&

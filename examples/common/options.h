@@ -39,4 +39,7 @@ bool options_help_asked(int argc, char **argv, const char *usage);
 // The first such option, NULL if there is none.
 const char *options_unknown(int argc, char **argv, const char *usage);
 
+// WIDTHxHEIGHT, 16 to 8192 each.
+bool options_size(const char *text, int *width, int *height);
+
 #endif
