@@ -234,7 +234,7 @@ static void ratio_is_near_to_rays(void)
         if (!probe_number(which, &p, &name)) continue;
         trace_receivers(&r, &p, &s);
         light_scene(&most, &p, &s, 32);
-        for (int lights = few ? 8 : 2; lights <= (few ? 8 : which ? 16 : 32); lights *= 2) {
+        for (int lights = few ? 8 : 2; lights <= (few ? 8 : 32); lights *= 2) {
             lighting l;
             double e[WAYS], o[WAYS];
             char text[200] = "";

@@ -367,13 +367,33 @@ static void shadow_ray(shadow_rays *s, double x, double y, double origin[3], dou
     memcpy(s->perspective ? origin : ray, s->same, sizeof s->same);
 }
 
+// What of the map a shape can cover: low x and y, high x and y, of a cube around it.
+static void shadow_window(const shadow_rays *s, const shape *o, double window[4])
+{
+    const double size = o->kind == SHAPE_BOX ? sqrt(dot(o->half, o->half)) : o->half[0];
+    window[0] = window[1] = 1e30;
+    window[2] = window[3] = -1e30;
+    for (int i = 0; i < 8; i++) {
+        double p[3], at[3];
+        for (int k = 0; k < 3; k++) p[k] = o->centre[k] + (i >> k & 1 ? 1.001 : -1.001) * size;
+        for (int k = 0; k < 3; k++) at[k] = dot(s->m[k], p) + s->offset[k];
+        const double w = s->perspective ? at[2] : 1;
+        for (int k = 0; k < 2; k++) { // all of it where the cube reaches behind the light
+            window[k] = fmin(window[k], w > 0 ? at[k] / w : -1e30);
+            window[2 + k] = fmax(window[2 + k], w > 0 ? at[k] / w : 1e30);
+        }
+    }
+}
+
 void scene_depth(const scene *s, const mssm_light *light, int side, int samples, float *front,
                  float *back)
 {
     const double z_near = light->perspective ? (double)light->z_near : 0;
     const double z_far = light->perspective ? (double)light->z_far : 2;
+    double window[SCENE_SHAPES][4];
     shadow_rays rays;
     shadow_rays_of(light, &rays);
+    for (int j = 0; j < s->count; j++) shadow_window(&rays, &s->shapes[j], window[j]);
     for (int i = 0; i < side * side * samples; i++) {
         // A rank-1 lattice: evenly spread for any number of samples, the centre for one.
         const int texel = i / samples, n = i % samples;
@@ -384,6 +404,8 @@ void scene_depth(const scene *s, const mssm_light *light, int side, int samples,
         shadow_ray(&rays, x, y, origin, ray);
         for (int j = 0; j < s->count; j++) {
             double enter, leave;
+            const double *w = window[j];
+            if (x < w[0] || y < w[1] || x > w[2] || y > w[3]) continue;
             if (!intersect(&s->shapes[j], origin, ray, &enter, &leave)) continue;
             // A thousandth of tolerance: shapes touch the planes of a fitted frustum.
             if (enter > z_near - 1e-3 && enter < first) first = enter;
