@@ -16,7 +16,7 @@ static const char *const selection[] = {"hard",
                                         PCSS_NORMAL,
                                         "VSSM",
                                         "EVSM",
-                                        CONVOLUTION,
+                                        CONVOLUTION_MIPS,
                                         "MSSM 6, lower blocker",
                                         "MSSM 6, upper blocker",
                                         LAYERED,
@@ -417,12 +417,12 @@ static double draw_bars(svg *s, double y, const bar *bars, int count)
 
 static void message_memory(const figures *f, char *text, size_t room)
 {
-    const double own = method_bytes(f, LAYERED), its = method_bytes(f, CONVOLUTION);
+    const double own = method_bytes(f, LAYERED), its = method_bytes(f, CONVOLUTION_MIPS);
     const numbers sides = sweep_of(f, "side", LAYERED, "bytes");
     snprintf(text, room,
              "A map of %g texels a side takes %.1f MiB with six moments, %.2g times as much as %s "
              "needs.",
-             nearest(&sides, 256), own / 1048576, own / its, CONVOLUTION);
+             nearest(&sides, 256), own / 1048576, own / its, CONVOLUTION_MIPS);
 }
 
 static bool draw_memory(const figures *f, const char *path)

@@ -1,18 +1,22 @@
 // Convolution soft shadows (Annen and others 2008): the depth comparison as a Fourier series whose
-// terms are filtered by summed-area tables, for the average blocker depth and for the shadow.
+// terms are filtered by summed-area tables or mip maps, for the average blocker depth and for the
+// shadow.
+#include "mip_maps.h"
 #include "rivals.h"
 
 enum { TERMS_MAX = 16 };
 
-// What the paper leaves to its reader, by the number of terms: the least mean error over the
-// chart's scenes, by coordinate descent at other receivers than the chart's (4 terms: over the tests'
-// scenes, where the descent leads to what is worse on all others). Sharpening then does nothing or
-// next to it: the strengths that the paper's pictures use (A = 30, B = 20, a scale that
+// What the paper leaves to its reader, for tables and mip maps, by the number of terms: the least mean
+// error over the chart's scenes, by coordinate descent at other receivers than the chart's. Sharpening
+// then does nothing or next to it: the strengths that the paper's pictures use (A = 30, B = 20, a scale that
 // puts all ringing outside of [0,1]) make shadows darker and sharper, at 1.6 times the error.
-static const convolution_tuning tunings[3] = {
-    {0.968f, 0.153f, 0.041f, 1.011f, 0.024f, 0, 0.07f, 1},
-    {0.949f, 0.083f, 0.007f, 0.997f, 0.013f, 0, 0, 0},
-    {0.960f, 0.121f, 0.012f, 0.980f, 0.013f, 0.6f, 0.03f, 7}};
+static const convolution_tuning tunings[2][3] = {
+    {{1, 0.152f, 0.037f, 1.026f, 0.013f, 0, 0, 0, 0},
+     {1, 0.084f, 0.0155f, 0.971f, 0.0066f, 0, 0, 0, 0},
+     {0.969f, 0.121f, 0.014f, 0.976f, 0.0115f, 0.52f, 0, 0, 0}},
+    {{1, 0.138f, 0.05f, 1.053f, 0.073f, 0, 0.15f, 1, 1.49f},
+     {1, 0.087f, 0.0325f, 0.974f, 0.0237f, 0, 0, 0, 1.2f},
+     {0.97f, 0.1f, 0.02f, 0.9765f, 0.019f, 0.09f, 0, 0, 1.11f}}};
 
 typedef struct state {
     view view;
@@ -23,6 +27,7 @@ typedef struct state {
     float weight[TERMS_MAX]; // of the terms
     float to_stored, from_stored;
     int32_t *shadow, *depths, *plain; // tables of cos and sin; of u cos and u sin; of u
+    mip_maps mips;                    // instead of them
 } state;
 
 static void tables_free(state *p)
@@ -30,6 +35,11 @@ static void tables_free(state *p)
     free(p->shadow);
     free(p->depths);
     free(p->plain);
+}
+
+static void tune_best(state *p, int mips)
+{
+    convolution_tune(p, &tunings[mips][p->terms <= 4 ? 0 : p->terms <= 8 ? 1 : 2]);
 }
 
 // Tables hold 4 terms + 1 numbers a texel, 32 bits as in the paper. Float tables of that size are
@@ -51,8 +61,21 @@ void *convolution_create(const struct method *m, int side, size_t *bytes)
         convolution_destroy(p);
         return NULL;
     }
-    convolution_tune(p, &tunings[m->variant <= 4 ? 0 : m->variant <= 8 ? 1 : 2]);
+    tune_best(p, 0);
     *bytes = entries * (2 * channels + 1) * sizeof(int32_t);
+    return p;
+}
+
+void *convolution_mips_create(const struct method *m, int side, size_t *bytes)
+{
+    state *p = view_create(sizeof *p, side);
+    if (!p) return NULL;
+    p->terms = m->variant;
+    if (!mip_maps_create(&p->mips, side, 2 * p->terms, bytes)) {
+        convolution_destroy(p);
+        return NULL;
+    }
+    tune_best(p, 1);
     return p;
 }
 
@@ -69,7 +92,9 @@ void convolution_tune(void *state_, const convolution_tuning *to)
 
 void convolution_destroy(void *state_)
 {
-    tables_free(state_);
+    state *p = state_;
+    tables_free(p);
+    mip_maps_free(&p->mips);
     view_destroy(state_);
 }
 
@@ -132,11 +157,27 @@ static void add_texel(state *p, size_t at, size_t above, float u, int32_t *runni
     p->plain[at] = p->plain[above] + running[2 * n];
 }
 
+static void update_mips(state *p)
+{
+    const size_t texels = (size_t)p->view.side * (size_t)p->view.side;
+    float wave[2 * TERMS_MAX];
+    for (size_t i = 0; i < texels; i++) {
+        const float u = phase_of_texel(p, p->view.depth[i]);
+        waves_of(u, p->terms, wave);
+        mip_maps_set(&p->mips, i, wave, u);
+    }
+    mip_maps_build(&p->mips);
+}
+
 void convolution_update(void *state_, const depth_map *map)
 {
     state *p = state_;
     view_update(&p->view, map);
     find_range(p);
+    if (p->mips.levels) {
+        update_mips(p);
+        return;
+    }
     const size_t side = (size_t)p->view.side;
     for (size_t y = 0; y < side; y++) {
         int32_t running[4 * TERMS_MAX + 1] = {0};
@@ -152,17 +193,24 @@ void convolution_update(void *state_, const depth_map *map)
 
 // A rectangle of three by three parts: where the table holds their corners, and weights that make a
 // mean of their sums.
+// Or the square of mip maps that is as large.
 typedef struct lookup {
     size_t x[4], y[4];
     float weight_x[3], weight_y[3];
     float outside; // share of the rectangle that lies beside the map
+    mip_read mips;
 } lookup;
 
 static lookup lookup_of(const state *p, const place *r, kernel k)
 {
+    if (p->mips.levels) {
+        const float level = 0.5f * log2f(4 * k.u * k.v) - p->set.finer;
+        return (lookup){.mips = mip_maps_read(&p->mips, r->x, r->y, level)};
+    }
     const strips x = strips_of(r->x, k.u, p->view.side), y = strips_of(r->y, k.v, p->view.side);
     const float scale = p->from_stored / (x.width * y.width);
-    lookup l = {{0}, {0}, {x.first, 1, x.last}, {scale * y.first, scale, scale * y.last}, 0};
+    lookup l = {.weight_x = {x.first, 1, x.last},
+                .weight_y = {scale * y.first, scale, scale * y.last}};
     for (int i = 0; i < 4; i++) {
         l.x[i] = (size_t)x.edge[i];
         l.y[i] = (size_t)y.edge[i] * ((size_t)p->view.side + 1);
@@ -197,6 +245,7 @@ static void means_of(const lookup *l, const int32_t *table, size_t channels, flo
 static float mean_phase(const state *p, const lookup *l)
 {
     float mean = 0;
+    if (p->mips.levels) return mip_maps_phase(&p->mips, &l->mips);
     for (int j = 0; j < 3; j++) {
         const int32_t *low = p->plain + l->y[j], *high = p->plain + l->y[j + 1];
         for (int i = 0; i < 3; i++) {
@@ -231,7 +280,10 @@ static float series_empty(const state *p, const float *own)
 static float blocked_share(const state *p, const lookup *l, const float *own)
 {
     float mean[2 * TERMS_MAX];
-    means_of(l, p->shadow, 2 * (size_t)p->terms, mean);
+    if (p->mips.levels)
+        mip_maps_waves(&p->mips, &l->mips, mean);
+    else
+        means_of(l, p->shadow, 2 * (size_t)p->terms, mean);
     const float beside = l->outside > 0 ? l->outside * series_empty(p, own) : 0;
     return 0.5f - p->set.shift + series(p, own, mean) + beside;
 }
@@ -241,7 +293,10 @@ static float blocked_share(const state *p, const lookup *l, const float *own)
 static float blocked_phase(const state *p, const lookup *l, const float *own)
 {
     float mean[2 * TERMS_MAX];
-    means_of(l, p->depths, 2 * (size_t)p->terms, mean);
+    if (p->mips.levels)
+        mip_maps_weighted(&p->mips, &l->mips, mean);
+    else
+        means_of(l, p->depths, 2 * (size_t)p->terms, mean);
     const float beside = l->outside > 0 ? l->outside * series_empty(p, own) : 0;
     const float constant = (0.5f - p->set.shift) * (mean_phase(p, l) + l->outside * p->set.period);
     return constant + series(p, own, mean) + beside * p->set.period;

@@ -145,7 +145,7 @@ bool is_followed(const char *name)
     static const char *const followed[] = {"hard",
                                            "PCSS, all texels",
                                            "PCSS, all texels, normal",
-                                           CSSM16,
+                                           CSSM16 CSSM_MIPS,
                                            "back-projection, all texels, normal",
                                            "MSSM 6, lower blocker",
                                            "MSSM 6, upper blocker",

@@ -153,6 +153,8 @@ static float filtered_visibility(const void *state, const float point[3], float 
     percentage_closer_create, percentage_closer_destroy, percentage_closer_update
 #define CONVOLUTION \
     convolution_create, convolution_destroy, convolution_update, convolution_visibility
+#define CONVOLUTION_MIPS \
+    convolution_mips_create, convolution_destroy, convolution_update, convolution_visibility
 #define MOMENTS moment_create, moment_destroy, moment_update, moment_visibility
 
 static const char fernando[] = "Fernando 2005, Percentage-Closer Soft Shadows";
@@ -184,9 +186,12 @@ const method methods[] = {
      NULL},
     {"EVSM", "EVSM", "Lauritzen and McCool 2008, Layered Variance Shadow Maps", 1, 0,
      exponential_create, variance_destroy, exponential_update, exponential_visibility, 0, NULL},
-    {CSSM8, "CSSM", annen, 1, 4, CONVOLUTION, 7, NULL},
-    {CSSM16, "CSSM", annen, 1, 8, CONVOLUTION, 6, NULL},
-    {CSSM_ANNEN, "CSSM", annen, 1, 16, CONVOLUTION, 6, NULL},
+    {CSSM8 CSSM_TABLES, "CSSM", annen, 1, 4, CONVOLUTION, 6, NULL},
+    {CSSM16 CSSM_TABLES, "CSSM", annen, 1, 8, CONVOLUTION, 6, NULL},
+    {CSSM_ANNEN CSSM_TABLES, "CSSM", annen, 1, 16, CONVOLUTION, 4, NULL},
+    {CSSM8 CSSM_MIPS, "CSSM", annen, 1, 4, CONVOLUTION_MIPS, 2, NULL},
+    {CSSM16 CSSM_MIPS, "CSSM", annen, 1, 8, CONVOLUTION_MIPS, 2, NULL},
+    {CSSM_ANNEN CSSM_MIPS, "CSSM", annen, 1, 16, CONVOLUTION_MIPS, 3, NULL},
     {"back-projection, all texels", "back-projection",
      "Guennebaud, Barthe and Paulin 2006, Real-Time Soft Shadow Mapping by Backprojection", 0, 0,
      PERCENTAGE_CLOSER, back_projection_visibility, 4, NULL},

@@ -57,6 +57,7 @@ typedef struct convolution_tuning {
     float shift;   // of the series, towards light
     float damping; // of the terms, exp(-damping (k / terms)^2)
     float a, b;    // of the sharpening exponent, Eq. 9
+    float finer;   // levels of mip maps below the one whose texels are as wide as the kernel
 } convolution_tuning;
 void convolution_tune(void *state, const convolution_tuning *to);
 

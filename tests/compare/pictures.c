@@ -25,7 +25,7 @@ enum { MAP_SIDE = 256, RAYS = 32, PANELS = COLUMNS * ROWS };
 // In reading order; the first is the truth.
 static const char *const panels[PANELS] = {NULL,
                                            "PCSS, all texels, normal",
-                                           CSSM16,
+                                           CSSM16 CSSM_MIPS,
                                            "MSSM 6, lower blocker",
                                            "MSSM 6, upper blocker",
                                            "layered, 6 moments, normal"};

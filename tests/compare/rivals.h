@@ -201,7 +201,7 @@ method_update variance_update, variance_soft_update, exponential_update, exponen
 method_visibility variance_visibility, variance_soft_visibility, exponential_visibility,
     exponential_hard_visibility, exponential_half_visibility, moments_float_visibility;
 
-method_create convolution_create;
+method_create convolution_create, convolution_mips_create;
 method_destroy convolution_destroy;
 method_update convolution_update;
 method_visibility convolution_visibility;

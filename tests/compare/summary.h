@@ -79,8 +79,7 @@ const style *style_of(const char *method);
 #define PCSS_ALL "PCSS, all texels"
 #define PCSS_NORMAL "PCSS, all texels, normal"
 #define BACK_PROJECTION "back-projection, all texels, normal"
-#define CONVOLUTION CSSM16
-#define CONVOLUTION_GL CSSM16 CSSM_TABLES
+#define CONVOLUTION_TABLES CSSM16 CSSM_TABLES
 #define CONVOLUTION_MIPS CSSM16 CSSM_MIPS
 #define PCSS_VECTORS "PCSS, all texels in vectors"
 #define FILTERED_4 "filtered, 4 moments"

@@ -17,8 +17,8 @@ static const struct {
     float bias;
     convolution_tuning tuning;
 } tuned[] = {
-    {CSSM8, 2, {0.970f, 0.150f, 0.040f, 1.500f, 0.080f, 0.20f, 9.35f, 21.75f}},
-    {CSSM16, 2, {0.955f, 0.120f, 0.025f, 1.300f, 0.100f, 0.80f, 3.75f, 20}},
+    {CSSM8 CSSM_TABLES, 2, {0.970f, 0.150f, 0.040f, 1.500f, 0.080f, 0.20f, 9.35f, 21.75f, 0}},
+    {CSSM16 CSSM_TABLES, 2, {0.955f, 0.120f, 0.025f, 1.300f, 0.100f, 0.80f, 3.75f, 20, 0}},
 };
 
 // The library's methods by the names that they have in the charts.
@@ -223,8 +223,8 @@ static bool probe_lights(page *p, studio *s, const char *name, const char *title
 {
     technique t[TECHNIQUES] = {{"the same 64 lights, by rays", NULL, 0, 0, 0},
                                {"PCSS, every texel", "PCSS, all texels, normal", 0, 0, 0},
-                               {"CSSM8 (17 values)", CSSM8, 0, 0, 0},
-                               {"CSSM16 (33 values)", CSSM16, 0, 0, 0},
+                               {"CSSM8 (17 values)", CSSM8 CSSM_TABLES, 0, 0, 0},
+                               {"CSSM16 (33 values)", CSSM16 CSSM_TABLES, 0, 0, 0},
                                {"MSSM4, lower blocker", "MSSM 4, lower blocker", 0, 0, 0},
                                {"MSSM4, upper blocker", "MSSM 4, upper blocker", 0, 0, 0},
                                {"MSSM6, upper blocker", "MSSM 6, upper blocker", 0, 0, 0},

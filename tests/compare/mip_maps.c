@@ -1,0 +1,146 @@
+#include "mip_maps.h"
+
+#include "rivals.h"
+
+typedef uint8_t bytes_of_4 __attribute__((vector_size(4)));
+typedef int16_t shorts_of_4 __attribute__((vector_size(8)));
+
+static const float byte = 127, word = 32767;
+
+bool mip_maps_create(mip_maps *m, int side, int channels, size_t *bytes)
+{
+    size_t texels = 0;
+    *m = (mip_maps){.channels = channels};
+    for (int s = side; m->levels == 0 || m->side[m->levels - 1] > 1; s = (s + 1) / 2) {
+        m->side[m->levels] = s;
+        m->first[m->levels++] = texels;
+        texels += (size_t)s * (size_t)s;
+    }
+    m->waves = malloc(texels * (size_t)channels);
+    m->weighted = malloc(texels * (size_t)channels * sizeof *m->weighted);
+    m->phases = malloc(texels * sizeof *m->phases);
+    *bytes = texels * ((size_t)channels * 3 + 2);
+    if (m->waves && m->weighted && m->phases) return true;
+    mip_maps_free(m);
+    return false;
+}
+
+void mip_maps_free(mip_maps *m)
+{
+    free(m->waves);
+    free(m->weighted);
+    free(m->phases);
+    *m = (mip_maps){0};
+}
+
+void mip_maps_set(mip_maps *m, size_t texel, const float *waves, float phase)
+{
+    const size_t n = (size_t)m->channels, at = texel * n;
+    for (size_t c = 0; c < n; c++) {
+        m->waves[at + c] = (uint8_t)(byte * waves[c] + byte + 0.5f);
+        m->weighted[at + c] = (int16_t)lrintf(word * waves[c] * phase);
+    }
+    m->phases[texel] = (int16_t)lrintf(word * phase);
+}
+
+// Rounded, or every level would be darker than the finer one.
+static int mean_of_4(int a, int b, int c, int d)
+{
+    return (a + b + c + d + 2) >> 2;
+}
+
+// The first of the four finer texels of a coarser one, and the others: the last row and column of
+// an odd side count twice.
+static void finer_of(const mip_maps *m, int level, int x, int y, size_t from[4])
+{
+    const int side = m->side[level - 1];
+    for (int i = 0; i < 4; i++) {
+        const int fx = 2 * x + i % 2, fy = 2 * y + i / 2;
+        from[i] = m->first[level - 1] + (size_t)(fy < side ? fy : side - 1) * (size_t)side +
+                  (size_t)(fx < side ? fx : side - 1);
+    }
+}
+
+void mip_maps_build(mip_maps *m)
+{
+    const size_t n = (size_t)m->channels;
+    for (int level = 1; level < m->levels; level++) {
+        const int side = m->side[level];
+        for (int i = 0; i < side * side; i++) {
+            const size_t to = m->first[level] + (size_t)i;
+            size_t f[4];
+            finer_of(m, level, i % side, i / side, f);
+            const uint8_t *w = m->waves;
+            const int16_t *d = m->weighted, *u = m->phases;
+            for (size_t c = 0; c < n; c++) {
+                m->waves[to * n + c] = (uint8_t)mean_of_4(w[f[0] * n + c], w[f[1] * n + c],
+                                                          w[f[2] * n + c], w[f[3] * n + c]);
+                m->weighted[to * n + c] = (int16_t)mean_of_4(d[f[0] * n + c], d[f[1] * n + c],
+                                                             d[f[2] * n + c], d[f[3] * n + c]);
+            }
+            m->phases[to] = (int16_t)mean_of_4(u[f[0]], u[f[1]], u[f[2]], u[f[3]]);
+        }
+    }
+}
+
+// Bilinear in one level: four texels and their weights, times a share.
+static void read_level(const mip_maps *m, int level, float x, float y, float share, size_t at[4],
+                       float weight[4])
+{
+    const float end = (float)(m->side[level] - 1), step = ldexpf(1, -level);
+    const float u = limited(x * step - 0.5f, 0, end), v = limited(y * step - 0.5f, 0, end);
+    const int low_u = (int)u, low_v = (int)v;
+    const float part_u = u - (float)low_u, part_v = v - (float)low_v;
+    for (int i = 0; i < 4; i++) {
+        const int tx = low_u + (i % 2 && part_u > 0), ty = low_v + (i / 2 && part_v > 0);
+        at[i] = m->first[level] + (size_t)ty * (size_t)m->side[level] + (size_t)tx;
+        weight[i] = share * (i % 2 ? part_u : 1 - part_u) * (i / 2 ? part_v : 1 - part_v);
+    }
+}
+
+mip_read mip_maps_read(const mip_maps *m, float x, float y, float level)
+{
+    mip_read r;
+    const float last = (float)(m->levels - 1), at = limited(level, 0, last);
+    const int low = (int)least(at, most(last - 1, 0)), high = low + 1 < m->levels ? low + 1 : low;
+    const float part = at - (float)low;
+    read_level(m, low, x, y, 1 - part, r.at, r.weight);
+    read_level(m, high, x, y, part, r.at + 4, r.weight + 4);
+    return r;
+}
+
+void mip_maps_waves(const mip_maps *m, const mip_read *r, float *mean)
+{
+    const size_t n = (size_t)m->channels;
+    for (size_t c = 0; c < n; c += LANES) {
+        floats sum = {0};
+        for (int i = 0; i < 8; i++) {
+            bytes_of_4 b;
+            memcpy(&b, m->waves + r->at[i] * n + c, sizeof b);
+            sum += all_of(r->weight[i] / byte) * __builtin_convertvector(b, floats);
+        }
+        sum -= all_of(1);
+        memcpy(mean + c, &sum, sizeof sum);
+    }
+}
+
+void mip_maps_weighted(const mip_maps *m, const mip_read *r, float *mean)
+{
+    const size_t n = (size_t)m->channels;
+    for (size_t c = 0; c < n; c += LANES) {
+        floats sum = {0};
+        for (int i = 0; i < 8; i++) {
+            shorts_of_4 s;
+            memcpy(&s, m->weighted + r->at[i] * n + c, sizeof s);
+            sum += all_of(r->weight[i] / word) * __builtin_convertvector(s, floats);
+        }
+        memcpy(mean + c, &sum, sizeof sum);
+    }
+}
+
+float mip_maps_phase(const mip_maps *m, const mip_read *r)
+{
+    float sum = 0;
+    for (int i = 0; i < 8; i++) sum += r->weight[i] / word * (float)m->phases[r->at[i]];
+    return sum;
+}
