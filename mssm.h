@@ -5951,9 +5951,11 @@ static mssm_result mssm__ask_depth(const mssm_gl *gl, mssm__gl_source *s, const 
     const int type = mssm__ask_texture(gl, image, level, MSSM__GL_TEXTURE_RED_TYPE);
     if (!depth && type != MSSM__GL_FLOAT && type != MSSM__GL_UNSIGNED_NORMALIZED &&
         type != MSSM__GL_SIGNED_NORMALIZED) {
-        return mssm__report(
-            gl, MSSM_ERROR_ARGUMENT,
-            "mssm_gl_depth: the texture has no storage, or neither depth nor red as fractions");
+        mssm__take_error(gl); // of a level that no texture has
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT,
+                            "mssm_gl_depth: the texture's base level %d has no storage, or neither "
+                            "depth nor red as fractions",
+                            level);
     }
     if (!multisampled && !mssm__is_whole(gl, target, image, level))
         return mssm__report(gl, MSSM_ERROR_ARGUMENT,

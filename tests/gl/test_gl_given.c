@@ -509,19 +509,19 @@ static void own_depth_maps_cast_the_same_shadows(void)
 
 // What cannot be read is refused by name and range, and the light's map stays as it was.
 // Storage made level by level and face by face, of which GL reads 0 without an error: five faces,
-// one face of another format, a level that the texture's last one is before.
-static void make_parts(GLuint part[3], int side)
+// one face of another format, a level that the texture's last one is before, one beyond all levels.
+static void make_parts(GLuint part[4], int side)
 {
     void(GL_CALL * TexImage2D)(GLenum, GLint, GLint, GLsizei, GLsizei, GLint, GLenum, GLenum,
                                const void *);
     const gl_fakes_function f = gl_context_function("glTexImage2D");
     memcpy(&TexImage2D, &f, sizeof f);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 4; i++) {
         const GLenum target = i < 2 ? CUBE : FLAT;
         gl.CreateTextures(target, 1, &part[i]);
         gl.BindTexture(target, part[i]);
         for (int k = 0; k < 6; k++) {
-            if (i == 2 ? k > 1 : i == 0 && k == 3) continue;
+            if (i >= 2 ? k > 1 : i == 0 && k == 3) continue;
             TexImage2D(i < 2 ? 0x8515 + (GLenum)k : FLAT, i < 2 ? 0 : k, // _CUBE_MAP_POSITIVE_X
                        i == 1 && k == 4 ? DEPTH16 : GL_DEPTH_COMPONENT32F, side, side, 0, 0x1902,
                        GL_FLOAT, NULL); // GL_DEPTH_COMPONENT
@@ -530,6 +530,7 @@ static void make_parts(GLuint part[3], int side)
     }
     gl.TextureParameteri(part[2], 0x813C, 1); // base level
     gl.TextureParameteri(part[2], 0x813D, 0); // last level
+    gl.TextureParameteri(part[3], 0x813C, 1000);
 }
 
 static void bad_depth_maps_are_refused(void)
@@ -545,7 +546,7 @@ static void bad_depth_maps_are_refused(void)
     const GLuint flat = given_texture(FLAT, GL_DEPTH_COMPONENT32F, WIDTH, WIDTH, 1, 1, v);
     const GLuint array = given_texture(FLAT_ARRAY, DEPTH16, WIDTH, WIDTH, 3, 1, v);
     const GLuint cube = given_texture(CUBE, DEPTH16, WIDTH, WIDTH, 6, 1, v);
-    GLuint other[3], part[3];
+    GLuint other[3], part[4];
     make_parts(part, SIDE);
     gl.CreateTextures(FLAT, 3, other);
     gl.TextureStorage2D(other[0], 1, RED8UI, SIDE, SIDE);
@@ -590,7 +591,8 @@ static void bad_depth_maps_are_refused(void)
         {{part[0], CUBE, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "not complete"},
         {{part[1], CUBE, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "not complete"},
         {{part[2], 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "base level beyond"},
-        {{other[2], 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "no storage"}};
+        {{part[3], 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "level 1000 has no storage"},
+        {{other[2], 0, 0, 0, 0, 0, 0, MSSM_STORED_WINDOW, 0, 0, 0}, 0, "level 0 has no storage"}};
     WATCH_FAIL(mssm_gl_set_depth(s.gl, 0, &good, NULL), MSSM_ERROR_ORDER); // there is no light yet
     CHECK(strstr(fakes.message, "mssm_gl_set_light"), "\"%s\"", fakes.message);
     for (int i = 0; i < 2; i++) {
@@ -642,7 +644,7 @@ static void bad_depth_maps_are_refused(void)
     gl.DeleteTextures(1, &array);
     gl.DeleteTextures(1, &cube);
     gl.DeleteTextures(3, other);
-    gl.DeleteTextures(3, part);
+    gl.DeleteTextures(4, part);
     drop_subject(&s);
     end_gl();
 }
