@@ -732,8 +732,8 @@ MSSM_API mssm_result mssm_gl_end_translucent(mssm_gl *gl);
 MSSM_API const char *mssm_glsl_translucent(void);
 
 // Soft shadows of such moments: in place of a depth pass of an mssm_gl that is not filtered.
-// texture: an array of two layers as mssm_gl_texture(filtered, 3), at least as large as the map,
-// which is checked but within a frame. Texels beyond the map are not read. Then mssm_gl_build.
+// texture: an array of two layers as mssm_gl_texture(filtered, 3), at least as large as the map, of
+// base level 0: checked but within a frame. Texels beyond the map are not read. Then mssm_gl_build.
 MSSM_API mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture);
 #endif
 #endif // MSSM_STATIC, MSSM_NO_GL
@@ -6422,13 +6422,16 @@ static mssm_result mssm__check_moments(mssm_gl *gl, unsigned texture)
     mssm__save_bindings(gl);
     mssm__displace(gl, 2); // 2D arrays
     mssm_result r = mssm__bind_given(gl, 0, 2, texture, 0, "mssm_gl_set_moments");
+    int base = 0; // a lost context writes nothing
+    if (!r) gl->f.GetTexParameteriv(target, MSSM__GL_TEXTURE_BASE_LEVEL, &base);
     if (!r &&
-        (mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_WIDTH) < gl->desc.side ||
+        (base || mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_WIDTH) < gl->desc.side ||
          mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_HEIGHT) < gl->desc.side ||
          mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_DEPTH) < 2 ||
          mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_INTERNAL_FORMAT) != MSSM__GL_RGBA32F)) {
         r = mssm__report(gl, MSSM_ERROR_ARGUMENT,
-                         "mssm_gl_set_moments: two layers of GL_RGBA32F, of side %d or more",
+                         "mssm_gl_set_moments: two layers of GL_RGBA32F, of side %d or more, of "
+                         "base level 0",
                          gl->desc.side);
     }
     mssm__restore_bindings(gl);

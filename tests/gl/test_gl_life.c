@@ -256,20 +256,21 @@ static void bad_arguments_are_refused(void)
     WATCH_FAIL(mssm_gl_set_moments(g, 2, 1), MSSM_ERROR_ARGUMENT);
     CHECK(fakes.messages == 4, "%d messages for 4 refusals", fakes.messages);
     // Moments of another kind would be read as 0: an array of one layer, a small one, other numbers,
-    // which is no array.
+    // a base level that is not the one read, which is no array.
     gl.DebugMessageCallback(NULL,
                             NULL); // to find out a target raises an error, which is taken away
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 6; i++) {
         GLuint texture;
-        gl.CreateTextures(i < 4 ? GL_TEXTURE_2D_ARRAY : 0x0DE1, 1, &texture);
-        if (i < 4)
-            gl.TextureStorage3D(texture, 1, i == 3 ? 0x881A : GL_RGBA32F, i == 2 ? 31 : 40, 32,
+        gl.CreateTextures(i < 5 ? GL_TEXTURE_2D_ARRAY : 0x0DE1, 1, &texture);
+        if (i < 5)
+            gl.TextureStorage3D(texture, 2, i == 3 ? 0x881A : GL_RGBA32F, i == 2 ? 31 : 40, 32,
                                 i == 1 ? 1 : 2); // GL_RGBA16F
         else
             gl.TextureStorage2D(texture, 1, GL_RGBA32F, 40, 40);
+        if (i == 4) gl.TextureParameteri(texture, 0x813C, 1); // base level
         if (!i) WATCH_OK(mssm_gl_set_moments(g, 0, texture), NULL);
         if (i) WATCH_FAIL(mssm_gl_set_moments(g, 0, texture), MSSM_ERROR_ARGUMENT);
-        CHECK(!i || strstr(fakes.message, i < 4 ? "two layers of GL_RGBA32F, of side 32" : "is no"),
+        CHECK(!i || strstr(fakes.message, i < 5 ? "two layers of GL_RGBA32F, of side 32" : "is no"),
               "\"%s\"", fakes.message);
         gl.DeleteTextures(1, &texture);
     }
