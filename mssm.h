@@ -5268,7 +5268,8 @@ static mssm_result mssm__create_storage(mssm_gl *gl)
     if (!r && gl->filtered) r = mssm__filtered_targets(gl);
     const mssm__glenum error = mssm__take_error(gl);
     if (error || r) {
-        return mssm__report(gl, MSSM_ERROR_GL, "no storage for the moment maps: %s",
+        return mssm__report(gl, MSSM_ERROR_GL, "no storage for %.1f MiB of moment maps: %s",
+                            (double)mssm_gl_bytes(&gl->desc) / 1048576,
                             error == MSSM__GL_OUT_OF_MEMORY ? "out of memory"
                                                             : "the driver refuses it");
     }

@@ -138,6 +138,8 @@ static void allocations_fail(void)
         fakes.fail_allocation = i;
         snprintf(what, sizeof what, "GL allocation %d", i);
         fail_once(what, MSSM_ERROR_GL);
+        CHECK(strstr(fakes.message, " object") || strstr(fakes.message, " MiB of moment maps"),
+              "%s: \"%s\" does not say what or how much", what, fakes.message);
     }
     for (int i = 1; i <= mallocs; i += stride()) {
         gl_fakes_reset();
