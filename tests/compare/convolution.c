@@ -14,9 +14,9 @@ static const convolution_tuning tunings[2][3] = {
     {{1, 0.152f, 0.037f, 1.026f, 0.013f, 0, 0, 0, 0},
      {1, 0.084f, 0.0155f, 0.971f, 0.0066f, 0, 0, 0, 0},
      {0.969f, 0.121f, 0.014f, 0.976f, 0.0115f, 0.52f, 0, 0, 0}},
-    {{1, 0.138f, 0.05f, 1.053f, 0.073f, 0, 0.15f, 1, 1.49f},
-     {1, 0.087f, 0.0325f, 0.974f, 0.0237f, 0, 0, 0, 1.2f},
-     {0.97f, 0.1f, 0.02f, 0.9765f, 0.019f, 0.09f, 0, 0, 1.11f}}};
+    {{1, 0.136f, 0.052f, 1.041f, 0.077f, 0, 0.15f, 0.4f, 1.48f},
+     {1, 0.084f, 0.0325f, 0.971f, 0.0195f, 0, 0, 0, 1.13f},
+     {0.97f, 0.112f, 0.0227f, 0.976f, 0.0163f, 0.1f, 0, 0, 1.06f}}};
 
 typedef struct state {
     view view;
@@ -205,7 +205,8 @@ static lookup lookup_of(const state *p, const place *r, kernel k)
 {
     if (p->mips.levels) {
         const float level = 0.5f * log2f(4 * k.u * k.v) - p->set.finer;
-        return (lookup){.mips = mip_maps_read(&p->mips, r->x, r->y, level)};
+        const mip_read mips = mip_maps_read(&p->mips, r->x, r->y, level);
+        return (lookup){.mips = mips, .outside = mips.outside};
     }
     const strips x = strips_of(r->x, k.u, p->view.side), y = strips_of(r->y, k.v, p->view.side);
     const float scale = p->from_stored / (x.width * y.width);

@@ -84,28 +84,32 @@ void mip_maps_build(mip_maps *m)
 }
 
 // Bilinear in one level: four texels and their weights, times a share.
-static void read_level(const mip_maps *m, int level, float x, float y, float share, size_t at[4],
-                       float weight[4])
+static void read_level(const mip_maps *m, int level, float x, float y, float share, mip_read *r,
+                       int first)
 {
-    const float end = (float)(m->side[level] - 1), step = ldexpf(1, -level);
-    const float u = limited(x * step - 0.5f, 0, end), v = limited(y * step - 0.5f, 0, end);
-    const int low_u = (int)u, low_v = (int)v;
-    const float part_u = u - (float)low_u, part_v = v - (float)low_v;
+    const int side = m->side[level];
+    const float step = ldexpf(1, -level);
+    const float u = limited(x * step - 0.5f, -1, (float)side);
+    const float v = limited(y * step - 0.5f, -1, (float)side);
+    const float low_u = floorf(u), low_v = floorf(v), part_u = u - low_u, part_v = v - low_v;
     for (int i = 0; i < 4; i++) {
-        const int tx = low_u + (i % 2 && part_u > 0), ty = low_v + (i / 2 && part_v > 0);
-        at[i] = m->first[level] + (size_t)ty * (size_t)m->side[level] + (size_t)tx;
-        weight[i] = share * (i % 2 ? part_u : 1 - part_u) * (i / 2 ? part_v : 1 - part_v);
+        const int tx = (int)low_u + i % 2, ty = (int)low_v + i / 2;
+        const bool inside = tx >= 0 && tx < side && ty >= 0 && ty < side;
+        const float weight = share * (i % 2 ? part_u : 1 - part_u) * (i / 2 ? part_v : 1 - part_v);
+        r->at[first + i] = m->first[level] + (inside ? (size_t)ty * (size_t)side + (size_t)tx : 0);
+        r->weight[first + i] = inside ? weight : 0;
+        r->outside += inside ? 0 : weight;
     }
 }
 
 mip_read mip_maps_read(const mip_maps *m, float x, float y, float level)
 {
-    mip_read r;
+    mip_read r = {.outside = 0};
     const float last = (float)(m->levels - 1), at = limited(level, 0, last);
     const int low = (int)least(at, most(last - 1, 0)), high = low + 1 < m->levels ? low + 1 : low;
     const float part = at - (float)low;
-    read_level(m, low, x, y, 1 - part, r.at, r.weight);
-    read_level(m, high, x, y, part, r.at + 4, r.weight + 4);
+    read_level(m, low, x, y, 1 - part, &r, 0);
+    read_level(m, high, x, y, part, &r, 4);
     return r;
 }
 
@@ -119,7 +123,7 @@ void mip_maps_waves(const mip_maps *m, const mip_read *r, float *mean)
             memcpy(&b, m->waves + r->at[i] * n + c, sizeof b);
             sum += all_of(r->weight[i] / byte) * __builtin_convertvector(b, floats);
         }
-        sum -= all_of(1);
+        sum -= all_of(1 - r->outside);
         memcpy(mean + c, &sum, sizeof sum);
     }
 }

@@ -24,11 +24,11 @@ void mip_maps_free(mip_maps *m);
 void mip_maps_set(mip_maps *m, size_t texel, const float *waves, float phase);
 void mip_maps_build(mip_maps *m); // the coarser levels, once all texels are set
 
-// The texels of a trilinear read, clamped at the map's edges, around a place in texels of the finest
-// level.
+// The texels of a trilinear read around a place in texels of the finest level.
 typedef struct mip_read {
     size_t at[8];
-    float weight[8]; // sum 1
+    float weight[8];
+    float outside; // share of the read that lies beside the map; with it the weights sum to 1
 } mip_read;
 mip_read mip_maps_read(const mip_maps *m, float x, float y, float level);
 

@@ -19,9 +19,9 @@ typedef struct columns {
 } columns;
 
 static const columns soft = {10,
-                             {"hard", PCSS_ALL, PCSS_NORMAL, CONVOLUTION_MIPS, "MSSM 6, lower blocker",
-                              "MSSM 6, upper blocker", "layered, 4 moments", LAYERED,
-                              LAYERED_NORMAL, BACK_PROJECTION}};
+                             {"hard", PCSS_ALL, PCSS_NORMAL, CONVOLUTION_MIPS,
+                              "MSSM 6, lower blocker", "MSSM 6, upper blocker",
+                              "layered, 4 moments", LAYERED, LAYERED_NORMAL, BACK_PROJECTION}};
 static const columns hard = {
     7, {"hard", PCF_GAUSSIAN, "VSM, Gaussian", EVSM_HALVES, EVSM_GAUSSIAN, FILTERED_4, FILTERED_6}};
 
@@ -707,7 +707,8 @@ static void write_time_goals(const figures *f, FILE *page)
     const double ns = method_ns(f, LAYERED);
     write_goal(page, "time / PCSS reading every texel at 101 x 101 kernels, at most 0.1",
                own / mean_of(f, "kernel", NULL, PCSS_ALL, x, "ns"), 0.1, NULL);
-    write_goal(page, "time / CSSM16 in mip maps, below 1", ns / method_ns(f, CONVOLUTION_MIPS), 1, NULL);
+    write_goal(page, "time / CSSM16 in mip maps, below 1", ns / method_ns(f, CONVOLUTION_MIPS), 1,
+               NULL);
     write_goal(page, "time / MSSM with 6 moments, lower blocker, below 2",
                ns / method_ns(f, "MSSM 6, lower blocker"), 2, NULL);
     write_goal(page, "time / MSSM with 6 moments, upper blocker, below 2",
