@@ -10,15 +10,15 @@ static const shot front = {0, 0, {0.3f, 2.25f, 7.7f}, {-0.05f, 0.86f, 0}, 0.57f}
                   close_up = {2.5f, 2.2f, {-3.4f, 1.5f, 2.9f}, {-0.3f, 0.55f, 0}, 0.62f};
 
 // Convolution soft shadows for these shots: coordinate descent, from what the OpenGL rival has, to
-// the least rms error of both under 64 lights. The chart's own tuning is for other casters and has
-// three times the error here.
+// the least rms error of both under 64 lights, in smaller pictures. The chart's own tuning is for
+// other casters and has two to three times the error here.
 static const struct {
     const char *name;
     float bias;
     convolution_tuning tuning;
 } tuned[] = {
-    {CSSM8 CSSM_TABLES, 2, {0.970f, 0.150f, 0.040f, 1.500f, 0.080f, 0.20f, 9.35f, 21.75f, 0}},
-    {CSSM16 CSSM_TABLES, 2, {0.955f, 0.120f, 0.025f, 1.300f, 0.100f, 0.80f, 3.75f, 20, 0}},
+    {CSSM8 CSSM_TABLES, 2.25f, {0.955f, 0.14f, 0.04f, 1.484f, 0.087f, 0.26f, 60, 40, 0}},
+    {CSSM16 CSSM_TABLES, 2.25f, {0.926f, 0.136f, 0.025f, 1.278f, 0.108f, 0.84f, 55, 52, 0}},
 };
 
 // The library's methods by the names that they have in the charts.
@@ -263,8 +263,8 @@ bool probe_lights_one(page *p, message *why)
         "Kneiphof's Figures 5 and 6. All use depth maps of 256² (narrow lights: 512²): moments "
         "have 4 samples a texel as in the paper (of front faces alone: MSSM errs more here with "
         "the paper's means of front and back), CSSM has maps of twice the side, so as many "
-        "samples. The lights are this library's. CSSM's series, bias and sharpening were tuned "
-        "on these two pictures, against rays that counted all of a light; PCSS has a bias that follows the receiver's plane, as in [the "
+        "samples. The lights are this library's. CSSM's series, bias and sharpening are tuned "
+        "on these two pictures, against the same rays; PCSS has a bias that follows the receiver's plane, as in [the "
         "chart](accuracy.md). The last picture is MSSM_HORIZON, which alone "
         "of this library's knows the normal. Errors are rms, against rays to the same lights, which "
         "count what they send from above the horizon; *leaks* is excess "
