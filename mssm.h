@@ -558,9 +558,9 @@ MSSM_API const char *mssm_glsl_shading(void);
 // is active and not paused GL forbids our programs: MSSM_ERROR_ORDER. Not between
 // glBeginConditionalRender and its end: GL would leave out what a pass draws, and cannot be asked.
 // Not seen either: conservative rasterization, shading rates and sample locations of vendors'
-// extensions, advanced blend equations (which also forbid plain shaders to draw). For programs and
-// framebuffers that were deleted while bound, and programs whose last link failed, 0 is bound in
-// the end; subroutines are chosen anew after any change of program.
+// extensions, advanced blend equations (which also forbid plain shaders to draw); active queries
+// count what is drawn. For programs and framebuffers that were deleted while bound, and programs
+// whose last link failed, 0 is bound in the end; subroutines are chosen anew with each program.
 
 typedef void (*mssm_gl_function)(void);
 typedef mssm_gl_function (*mssm_gl_loader)(const char *name); // glfwGetProcAddress and the like
