@@ -3567,14 +3567,15 @@ mssm_epipolar mssm_scattering_row(mssm_scattering s, float azimuth)
     }
     row.first = first;
     row.extent = last > first ? last - first : 0.0f;
-    row.fade = mssm_clamp(s.fade * row.extent, 1e-2f, 10.0f);
+    row.fade = mssm_clamp(s.fade * row.extent, 1e-2f, 1e20f);
     return row;
 }
 
 float mssm_scattering_distance(mssm_epipolar row, float column)
 {
-    float left = 1.0f - mssm_clamp(column, 0.0f, 1.0f) * (1.0f - expf(-row.fade));
-    return row.first - row.extent * logf(left) / row.fade;
+    float least = expf(-mssm_min(row.fade, 20.0f)); // light from further off is not missed
+    float left = 1.0f - mssm_clamp(column, 0.0f, 1.0f) * (1.0f - least);
+    return row.first - row.extent * logf(mssm_max(left, least)) / row.fade;
 }
 
 // The roots of the kernel without a given depth, u^2 - c u - d: d the variance, c third moment / d.
@@ -3626,7 +3627,7 @@ mssm_view_ray mssm_scattering_ray(mssm_scattering s, float x, float y, float z, 
     float cosecant = 1.0f / mssm_max(across, 1e-6f);
     float enter = mssm_clamp(row.first * cosecant, 0.0f, all);
     float leave = mssm_clamp((row.first + row.extent) * cosecant, enter, all);
-    float e = mssm_clamp(s.extinction, 1e-3f / all, 80.0f / all);
+    float e = mssm_clamp(s.extinction, 1e-3f / all, 1e20f);
     float angle = atan2f(across, up);
     mssm_view_ray r;
     r.row = (azimuth - s.azimuth[0]) / s.azimuth[1];
@@ -8166,14 +8167,15 @@ const char *mssm_glsl_scattering(void)
     "    }\n"
     "    row.first = first;\n"
     "    row.extent = last > first ? last - first : 0.0f;\n"
-    "    row.fade = mssm_clamp(s.fade * row.extent, 1e-2f, 10.0f);\n"
+    "    row.fade = mssm_clamp(s.fade * row.extent, 1e-2f, 1e20f);\n"
     "    return row;\n"
     "}\n"
     "\n"
     "float mssm_scattering_distance(mssm_epipolar row, float column)\n"
     "{\n"
-    "    float left = 1.0f - mssm_clamp(column, 0.0f, 1.0f) * (1.0f - expf(-row.fade));\n"
-    "    return row.first - row.extent * logf(left) / row.fade;\n"
+    "    float least = expf(-mssm_min(row.fade, 20.0f)); // light from further off is not missed\n"
+    "    float left = 1.0f - mssm_clamp(column, 0.0f, 1.0f) * (1.0f - least);\n"
+    "    return row.first - row.extent * logf(mssm_max(left, least)) / row.fade;\n"
     "}\n"
     "\n"
     "// The roots of the kernel without a given depth, u^2 - c u - d: d the variance, c third moment / d.\n"
@@ -8225,7 +8227,7 @@ const char *mssm_glsl_scattering(void)
     "    float cosecant = 1.0f / mssm_max(across, 1e-6f);\n"
     "    float enter = mssm_clamp(row.first * cosecant, 0.0f, all);\n"
     "    float leave = mssm_clamp((row.first + row.extent) * cosecant, enter, all);\n"
-    "    float e = mssm_clamp(s.extinction, 1e-3f / all, 80.0f / all);\n"
+    "    float e = mssm_clamp(s.extinction, 1e-3f / all, 1e20f);\n"
     "    float angle = atan2f(across, up);\n"
     "    mssm_view_ray r;\n"
     "    r.row = (azimuth - s.azimuth[0]) / s.azimuth[1];\n"

@@ -167,6 +167,48 @@ static void shares_are_those_of_the_medium(void)
     CHECK(worst < 5e-3, "%g", worst);
 }
 
+// Points at equal steps of what the medium has let through, and the shares of columns, for optical
+// depths up to 1e6 and rays into the sky.
+static void dense_media_and_the_sky_have_their_shares(void)
+{
+    uint64_t seed = 94;
+    double worst = 0, worst_column = 0;
+    for (int trial = 0; trial < test_trials(1000); trial++) {
+        situation s = random_situation(&seed);
+        const vec3 d = vec_unit(
+            camera_ray(&s.eye, (float)test_range(&seed, 0, 1), (float)test_range(&seed, 0, 1)));
+        const double extinction = pow(10, test_range(&seed, -2, 4));
+        const float t = trial % 2 ? INFINITY : (float)(pow(10, test_range(&seed, 1, 6)));
+        int inside = 0;
+        s.from.fade *= (float)extinction / s.from.extinction;
+        s.from.extinction = (float)extinction;
+        const mssm_view_ray ray = mssm_scattering_ray(s.from, d.x, d.y, d.z, t);
+        for (int i = 0; i < 4000; i++) {
+            const double through = -expm1(-extinction * (double)t) * (i + 0.5) / 4000;
+            const vec3 p = vec_mad(s.eye.position, d, (float)(-log1p(-through) / extinction));
+            const float point[3] = {p.x, p.y, p.z};
+            float shadow[3];
+            mssm_light_project(&s.light, point, shadow);
+            inside += fabsf(shadow[0]) < 1 && fabsf(shadow[1]) < 1;
+        }
+        worst = fmax(worst, fabs(inside / 4000.0 - (double)ray.share));
+        const mssm_epipolar row =
+            mssm_scattering_row(s.from, (float)test_range(&seed, -3.14, 3.14));
+        const double fade = (double)s.from.fade, all = -expm1(-fade * (double)row.extent);
+        if (fade * (double)row.extent < 0.1) continue; // rounding of r over so little
+        for (int i = 0; i <= 16; i++) {
+            const double r = (double)(mssm_scattering_distance(row, (float)i / 16) - row.first);
+            const double rounding = 1e-7 * fade * (double)(row.first + row.extent / 16);
+            const double off = fabs(-expm1(-fade * r) / all - i / 16.0);
+            worst_column = fmax(worst_column, off / (1e-3 + rounding));
+        }
+    }
+    test_note("share over the map off by %.2g, up to a column by %.2g of what is allowed", worst,
+              worst_column);
+    CHECK(worst < 5e-3, "%g", worst);
+    CHECK(worst_column < 1, "%g", worst_column);
+}
+
 // ---- From a depth map to the light along a view ray ----
 
 typedef struct stage {
@@ -543,6 +585,8 @@ const test_case scattering_tests[] = {
     {"two depths have the three moments that they stand for", two_depths_have_three_moments},
     {"all points of a view ray have its inclination", points_of_a_view_ray_share_its_depth},
     {"shares of a view ray's light are those of the medium", shares_are_those_of_the_medium},
+    {"dense media and rays into the sky have their shares",
+     dense_media_and_the_sky_have_their_shares},
     {"light under a roof is what geometry says", roofs_shadow_as_computed},
     {"light shafts are those of ray marching", pictures_are_those_of_marching},
     {"scattering goes from bound to bound with the angle to the light",
