@@ -210,7 +210,8 @@ LIGHTPROBE_API size_t lightprobe_scratch_bytes(int side, int max_lights);
 // The lights carry all of the probe: each texel belongs to one (with settings->previous, those
 // between lights are shared), and the residual is rounding (1e-7 of total, of either sign) unless
 // min_share, min_shadow, or LIGHTPROBE_MEDIAN_CUT with fewer than six lights, left something out.
-// There are fewer than asked for where texels run out or the tolerance is met, none for black ones.
+// There are fewer than asked for where texels run out or the tolerance is met, none for black ones,
+// which is those whose luminance sums to less than 1.6e-29.
 //
 // Deterministic. Radiance times a power of two changes irradiance, total and residual so, and
 // nothing else, bit for bit. Any finite texel is fine; sums beyond the range of float come out as
@@ -3270,7 +3271,7 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_make_light(const lightprobe__work 
 
 static float lightprobe__clamp(double x)
 {
-    return x > FLT_MAX ? FLT_MAX : (float)x;
+    return (float)(x > FLT_MAX ? FLT_MAX : x < -FLT_MAX ? -FLT_MAX : x);
 }
 
 // ---- The paper's way: median cut (image-based lighting paper, sections 3.1 and 4.1) ---- >>median cut
@@ -3412,15 +3413,14 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
 
 // ---- Extraction ---- >>extraction
 
-// What a light that is not written leaves to the residual.
+// What a light that is not written leaves to the residual, scaled as sums over texels are.
 static void lightprobe__add_residual(lightprobe__work *w, const lightprobe_light *light)
 {
     const float *d = light->direction;
     for (int i = 0; i < 9; i++) {
         const float weight = lightprobe_harmonic_weight(i, light->cos_alpha, d[0], d[1], d[2]);
         for (int c = 0; c < 3; c++)
-            w->residual_sh[i][c] = lightprobe__clamp((double)w->residual_sh[i][c] +
-                                                     (double)(weight * light->irradiance[c]));
+            w->residual_sh[i][c] += weight * (light->irradiance[c] * LIGHTPROBE_SCALE);
     }
 }
 
@@ -3626,8 +3626,11 @@ static lightprobe_result lightprobe__check(const lightprobe_cube *cube, lightpro
 static void lightprobe__fill_stats(const lightprobe__work *w, const lightprobe_light *lights,
                                    int count, lightprobe_stats *stats)
 {
-    memcpy(stats->residual_sh, w->residual_sh, sizeof stats->residual_sh);
     for (int i = 0; i < 3; i++) {
+        for (int k = 1; k < 9; k++) {
+            const double sum = (double)w->residual_sh[k][i];
+            stats->residual_sh[k][i] = lightprobe__clamp(sum / (double)LIGHTPROBE_SCALE);
+        }
         const double all = w->sum_of_all[i] / (double)LIGHTPROBE_SCALE;
         double carried = 0;
         for (int k = 0; k < count; k++) carried += (double)lights[k].irradiance[i];
@@ -5082,9 +5085,10 @@ static const char lightprobe__glsl_write[] =
     "        for (int i = LIGHTS - 1; i >= LIGHTS - weak; i--) {\n"
     "            vec3 d = made.lights[i].direction;\n"
     "            sum += lightprobe_harmonic_weight(n, made.lights[i].cos_alpha, d.x, d.y, d.z) *\n"
-    "                   made.lights[i].irradiance;\n"
+    "                   (made.lights[i].irradiance * LIGHTPROBE_SCALE);\n"
     "        }\n"
-    "        made.residual_sh[n] = vec4(min(sum, vec3(FLT_MAX)), 0.0);\n"
+    "        vec3 most = vec3(FLT_MAX * LIGHTPROBE_SCALE);\n"
+    "        made.residual_sh[n] = vec4(clamp(sum, -most, most) / LIGHTPROBE_SCALE, 0.0);\n"
     "    }\n"
     "}\n"
     "void main()\n"

@@ -1104,6 +1104,29 @@ static void hostile_probes_give_finite_lights(void)
     }
 }
 
+// All lights of an even sphere are left out: as much comes from above as from below.
+static void the_brightest_residual_is_even(void)
+{
+    test_probe p = test_probe_new(4);
+    for (int f = 0; f < 6; f++)
+        for (int i = 0; i < 3 * 4 * 4; i++) p.face[f][i] = FLT_MAX;
+    for (int n = 8; n <= 32; n *= 2) {
+        lightprobe_settings s = settings_of(n, 0);
+        lightprobe_light lights[32];
+        lightprobe_stats stats;
+        int count;
+        s.min_share = 1;
+        CHECK(!extract(&p, &s, lights, &count, &stats) && count == 0, "%d lights", count);
+        CHECK(stats.residual[0] == FLT_MAX, "residual %g", (double)stats.residual[0]);
+        for (int i = 1; i < 9; i++) {
+            const double part = (double)stats.residual_sh[i][0] / (double)FLT_MAX;
+            CHECK(fabs(part) < (i < 4 ? 1e-5 : 0.1), "of %d: harmonic %d is %g of the most", n, i,
+                  part);
+        }
+    }
+    test_probe_free(&p);
+}
+
 static void one_texel_faces_work(void)
 {
     test_probe p = test_probe_new(1);
@@ -1285,6 +1308,7 @@ const test_case lightprobe_tests[] = {
     {"probe: lights move to a new lamp and are given back", lights_follow_a_new_lamp},
     {"probe: bad texels are repaired and counted", bad_texels_are_repaired_and_counted},
     {"probe: hostile probes give finite lights", hostile_probes_give_finite_lights},
+    {"probe: the brightest residual is even", the_brightest_residual_is_even},
     {"probe: faces of one texel work", one_texel_faces_work},
     {"probe: bad arguments are refused, outputs untouched", bad_arguments_are_refused},
     {"probe: bad previous lights do no harm", bad_previous_lights_do_no_harm},
