@@ -164,6 +164,7 @@ static const char loose_functions[] =
     "uint test_loose(uint x) { return x; }\n"
     "ivec2 test_loose(ivec2 x) { return x; }\n"
     "float test_root(float x) { return test_loose(sqrt(x)); }\n"
+    "vec2 test_root(vec2 x) { return vec2(test_root(x.x), test_root(x.y)); }\n"
     "#line 2\n";
 // clang-format on
 
