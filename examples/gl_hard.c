@@ -6,7 +6,6 @@
 #include "common/threads.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 
 enum { WIDTH = 640, HEIGHT = 360, SIDE = 512, FRAMES = 5 };
 static const float to_sun[3] = {-0.6f, 1, 0.5f}, axis[3] = {1, 0, 0};
@@ -127,13 +126,17 @@ static bool create(message *why)
 static bool run(int argc, char **argv, message *why)
 {
     const char *const file = argc > 1 ? argv[1] : "hard";
+    int radius = 2, moments = 4;
+    const bool good = (argc <= 2 || options_int(argv[2], 1, 32, &radius)) &&
+                      (argc <= 3 || options_int(argv[3], 4, 6, &moments)) && moments != 5;
     const mssm_gl_desc desc = {.load = gl_context_function,
                                .filtered = 1,
                                .side = SIDE,
-                               .radius = argc > 2 ? atoi(argv[2]) : 2,
-                               .moments = argc > 3 ? atoi(argv[3]) : 4};
+                               .radius = radius,
+                               .moments = moments};
     mssm_gl *shadow;
     char name[300];
+    if (!good) return fail(why, "RADIUS is 1 to 32, MOMENTS 4 or 6");
     snprintf(name, sizeof name, "%s-truth.png", file);
     if (mssm_gl_create(&shadow, &desc)) return fail(why, "no filtered maps");
     const bool done = create(why) && image_save_png(&truth, 1.3f, name, why) &&

@@ -5,7 +5,6 @@
 #include "common/gl_smoke_plume.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <time.h>
 
 enum { WIDTH = 640, HEIGHT = 360, SIDE = 512 };
@@ -132,8 +131,11 @@ static bool run(int argc, char **argv, message *why)
 {
     const char *const file = argc > 1 ? argv[1] : "smoke";
     const camera eye = camera_look(vec(0.6f, 2.4f, 6.3f), vec(0.1f, 1.3f, 0), 0.54f, 16.0f / 9);
+    int moments = 6;
     gl_target target;
-    bool done = create(argc > 2 ? atoi(argv[2]) : 6, why) &&
+    if ((argc > 2 && !options_int(argv[2], 4, 6, &moments)) || moments == 5)
+        return fail(why, "MOMENTS are 4 or 6");
+    bool done = create(moments, why) &&
                 gl_target_create(&target, WIDTH, HEIGHT, 4, (GLenum[3]){GL_RGBA32F}, why);
     if (done) draw_maps();
     for (int wide = 0; wide < 2 && done; wide++)

@@ -12,6 +12,7 @@
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -412,18 +413,24 @@ int main(int argc, char **argv)
                        .height = 540};
     static const char usage[] =
         "viewer [--size WxH] [--screenshot FILE] [--frames N] [--keys KEYS]";
-    message why = {"a size is 16x16 to 8192x8192; --help shows all options"};
+    message why = {"no memory"};
     const char *file = NULL, *keys = "";
     int frames = 0;
     bool good = true;
     if (options_help_asked(argc, argv, usage)) return 0;
-    for (int i = 1; i + 1 < argc; i += 2) {
-        if (!strcmp(argv[i], "--size")) good = options_size(argv[i + 1], &v.width, &v.height);
-        if (!strcmp(argv[i], "--screenshot")) file = argv[i + 1];
-        if (!strcmp(argv[i], "--frames")) frames = atoi(argv[i + 1]);
-        if (!strcmp(argv[i], "--keys")) keys = argv[i + 1];
+    for (int i = 1; i < argc && good; i += 2) {
+        const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : "";
+        if (!strcmp(name, "--screenshot") && *value) {
+            file = value;
+        } else if (!strcmp(name, "--keys")) {
+            keys = value;
+        } else if (!(!strcmp(name, "--size") && options_size(value, &v.width, &v.height)) &&
+                   !(!strcmp(name, "--frames") && options_int(value, 0, INT_MAX, &frames))) {
+            good = fail(&why, "%.60s cannot be \"%.40s\"; sizes are 16x16 to 8192x8192; usage: %s",
+                        name, value, usage);
+        }
     }
-    const bool done = argc % 2 && good && run(&v, file, frames, keys, &why);
+    const bool done = good && run(&v, file, frames, keys, &why);
     if (!done) fprintf(stderr, "viewer: %s\n", why.text);
     close_viewer(&v);
     return done ? 0 : 1;

@@ -21,6 +21,15 @@ trap 'rm -rf "$work"' EXIT
 failed=0
 ${MAKE:-make} -s build/release/viewer || exit 1
 
+for words in "--frames x" "--frames" "--size 4x4" "extra" "extra words"; do
+    # shellcheck disable=SC2086 # one word each
+    said=$(build/release/viewer $words 2>&1) && said=
+    case $said in
+    "viewer: ${words%% *} cannot be"*) echo "ok   viewer: $words is refused by its name" ;;
+    *) echo "FAIL viewer: $words: $said"; failed=1 ;;
+    esac
+done
+
 # shot NAME KEYS FRAMES: a picture that is not nearly empty, which PNG would make small.
 shot()
 {

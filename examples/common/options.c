@@ -28,7 +28,7 @@ const char options_help[] =
     "  --cpu, --gl       the pipeline to use (OpenGL 4.5 if available)\n"
     "  --help            print this text\n";
 
-static bool parse_int(const char *text, int low, int high, int *value)
+bool options_int(const char *text, int low, int high, int *value)
 {
     char *end;
     errno = 0;
@@ -54,7 +54,7 @@ bool options_size(const char *text, int *width, int *height)
     const char *x = strchr(text, 'x');
     if (!x || (size_t)(x - text) >= sizeof copy) return false;
     memcpy(copy, text, (size_t)(x - text));
-    return parse_int(copy, 16, 8192, width) && parse_int(x + 1, 16, 8192, height);
+    return options_int(copy, 16, 8192, width) && options_int(x + 1, 16, 8192, height);
 }
 
 // The place of a word in a list that ends with NULL.
@@ -92,7 +92,7 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
     if (!strcmp(name, "--out")) return (o->out = value) != NULL;
     // Without a value only the name is asked for.
     if (!value) value = "";
-    if (!strcmp(name, "--lights")) return parse_int(value, 1, 1024, &o->lights);
+    if (!strcmp(name, "--lights")) return options_int(value, 1, 1024, &o->lights);
     if (!strcmp(name, "--tolerance")) return parse_float(value, 0, 1, &o->tolerance);
     if (!strcmp(name, "--exposure")) return parse_float(value, 1e-6f, 1e6f, &o->exposure);
     if (!strcmp(name, "--shine")) return parse_float(value, 0.02f, 1, &o->shine);
@@ -100,9 +100,9 @@ static bool parse_value(options *o, const char *name, const char *value, bool *k
     if (!strcmp(name, "--estimator")) return parse_estimator(value, &o->estimator);
     if (!strcmp(name, "--faces")) return parse_faces(value, &o->back_faces);
     if (!strcmp(name, "--size")) return options_size(value, &o->width, &o->height);
-    if (!strcmp(name, "--orbit")) return parse_int(value, 1, 9999, &o->orbit);
+    if (!strcmp(name, "--orbit")) return options_int(value, 1, 9999, &o->orbit);
     if (!strcmp(name, "--moments")) {
-        return parse_int(value, 0, 6, &o->moments) &&
+        return options_int(value, 0, 6, &o->moments) &&
                (o->moments == 0 || o->moments == 4 || o->moments == 6);
     }
     return *known = false;

@@ -39,6 +39,9 @@ bool options_help_asked(int argc, char **argv, const char *usage);
 // The first such option, NULL if there is none.
 const char *options_unknown(int argc, char **argv, const char *usage);
 
+// A whole number from low to high, nothing before or after it; else value is untouched.
+bool options_int(const char *text, int low, int high, int *value);
+
 // WIDTHxHEIGHT, 16 to 8192 each.
 bool options_size(const char *text, int *width, int *height);
 

@@ -527,6 +527,12 @@ static void options_are_checked(void)
     arguments[1] = (char[]){"--light"};
     CHECK(!options_parse_some(&o, "--lights --exposure --help", 2, arguments, &why),
           "a part of a name");
+    static const char *const none[] = {"", "x", "4x", "0", "33", "-1", "4294967298", "2.5"};
+    int number = 7;
+    for (int i = 0; i < 8; i++) {
+        CHECK(!options_int(none[i], 1, 32, &number) && number == 7, "\"%s\" is a number", none[i]);
+    }
+    CHECK(options_int("32", 1, 32, &number) && number == 32, "%d", number);
     // And of those with a usage alone, whose other words are names of files.
     static const char usage[] = "gl [--es|--gl33] [--out FILE] [PICTURE.png]: what --es-like does";
     char few[][12] = {"gl", "--es", "--gl33", "--out", "a.png", "--e", "-s", "--es-", "--PICTURE"};
