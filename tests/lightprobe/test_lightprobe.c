@@ -1124,6 +1124,16 @@ static void the_brightest_residual_is_even(void)
                   part);
         }
     }
+    // From below alone there is more than floats hold.
+    lightprobe_settings s = settings_of(32, 0);
+    lightprobe_light lights[32];
+    lightprobe_stats stats;
+    int count;
+    for (int f = 0; f < 6; f++)
+        for (int i = 0; i < 3 * 4 * (f == 2 ? 4 : 2) && f != 3; i++) p.face[f][i] = 0;
+    s.min_share = 1;
+    CHECK(!extract(&p, &s, lights, &count, &stats) && count == 0, "%d lights", count);
+    CHECK(stats.residual_sh[1][0] == -FLT_MAX, "harmonic %g", (double)stats.residual_sh[1][0]);
     test_probe_free(&p);
 }
 
