@@ -64,9 +64,10 @@ int cascades_create(cascades *c, const cascades_desc *desc)
     static const float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
     mssm_light frame;
     if (desc->count < 1 || desc->count > CASCADES_MOST || desc->side < 4 * STEP ||
-        !(desc->first > 0) || !(desc->farthest >= desc->first) || !(desc->height >= 0) ||
+        !(desc->first > 1e-9f) || !(desc->farthest >= desc->first) || !(desc->height >= 0) ||
         !(desc->tan_x > 0) || !(desc->tan_y > 0) ||
-        !(desc->farthest + desc->height + desc->tan_x + desc->tan_y < 1e9f) ||
+        !(desc->farthest + desc->tan_x + desc->tan_y < 1e9f) ||
+        !((1 + desc->tan_half_u + desc->tan_half_v) * desc->height < 1e9f) ||
         mssm_light_directional(&frame, desc->to_light, desc->axis_u, desc->tan_half_u,
                                desc->tan_half_v, low, high)) {
         return 0;

@@ -266,7 +266,7 @@ static void bad_numbers_are_refused(void)
     cascades c, before;
     memset(&c, 7, sizeof c);
     before = c;
-    for (int i = 0; i < 12; i++) {
+    for (int i = 0; i < 14; i++) {
         cascades_desc d = good;
         if (i == 0) d.count = 0;
         if (i == 1) d.count = CASCADES_MOST + 1;
@@ -280,6 +280,8 @@ static void bad_numbers_are_refused(void)
         if (i == 9) d.first = (float)NAN;
         if (i == 10) d.to_light[1] = 0;
         if (i == 11) d.tan_half_u = (float)NAN;
+        if (i == 12) d.first = 1e-42f;
+        if (i == 13) d.tan_half_v = 1e19f;
         CHECK(!cascades_create(&c, &d), "number %d is taken", i);
     }
     CHECK(!memcmp(&c, &before, sizeof c), "changed");
