@@ -428,8 +428,9 @@ MSSM_API mssm_result mssm_filtered_update_moments(mssm_filtered *map, const floa
 // Soft shadows of the same moments.
 MSSM_API mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded);
 
-// Moments at shadow-space x, y under a footprint that is width wide (shadow space; 0: the finest).
-// Not biased yet. With 4 moments the last two are 0. Outside the map: of depth 1.
+// Moments at shadow-space x, y under a footprint that is width wide (shadow space; 0: the finest),
+// up to a texel of the last level, which has at most 27^2: from 1/27 to 1/14 of the map, or one
+// texel of it. Not biased yet. With 4 moments the last two are 0. Outside the map: of depth 1.
 MSSM_API mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y,
                                              float width);
 
@@ -1681,7 +1682,7 @@ static void mssm__cross(const double a[3], const double b[3], double r[3])
 static int mssm__normalise(double a[3])
 {
     double length = sqrt(mssm__dot(a, a));
-    if (!(length > 1e-30)) return 0;
+    if (!(length > 0)) return 0;
     for (int i = 0; i < 3; i++) a[i] /= length;
     return 1;
 }

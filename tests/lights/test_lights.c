@@ -411,6 +411,27 @@ static void snapped_texels_are_a_lattice(void)
     }
 }
 
+// To the last bit, from the smallest denormal number on.
+static void directions_may_have_any_length(void)
+{
+    const float low[3] = {-1, -2, -3}, high[3] = {3, 2, 1};
+    mssm_light unit[3];
+    for (int k = 0; k >= -147; k--) {
+        mssm_light l[3];
+        float to_light[3] = {0.5f, 1, -0.25f}, axis_u[3] = {1, -0.5f, 0.25f};
+        for (int i = 0; i < 3; i++) {
+            to_light[i] = ldexpf(to_light[i], k % 2 ? -k - 21 : k);
+            axis_u[i] = ldexpf(axis_u[i], k);
+        }
+        CHECK(!mssm_light_directional(&l[0], to_light, axis_u, 0.1f, 0.2f, low, high) &&
+                  !mssm_light_spot(&l[1], low, to_light, axis_u, 1, 1, 9, 0.1f, 0.2f) &&
+                  !mssm_light_area(&l[2], high, to_light, axis_u, 0.1f, 0.2f, 20, low, high),
+              "refused at 2^%d", k);
+        if (k == 0) memcpy(unit, l, sizeof l);
+        CHECK(!memcmp(unit, l, sizeof l), "others at 2^%d", k);
+    }
+}
+
 static void bad_lights_are_refused(void)
 {
     const float zero[3] = {0, 0, 0}, bad[3] = {0, NAN, 0};
@@ -545,5 +566,6 @@ const test_case lights_tests[] = {
     {"snapped texels are a lattice of the world", snapped_texels_are_a_lattice},
     {"falloffs are what they say", falloffs},
     {"cones of any finite numbers are shares", cones_are_shares},
+    {"lights: directions may have any length", directions_may_have_any_length},
     {"bad lights are refused, and left alone", bad_lights_are_refused},
     {0, 0}};
