@@ -241,8 +241,9 @@ LIGHTPROBE_API float lightprobe_disc_irradiance(float cos_alpha, float cos_theta
 // stays. The emitter is taken for a disc with the light's slopes: its vector irradiance is exact,
 // at most pi times its radiance, and nothing comes from behind it. Slopes count as at most 4, of
 // axes that are unit and orthogonal, and as what so wide a disc can have (docs/lightprobe.md).
-// Lights at infinity (distances up to 1e-30) or of half-angles from 89.95 degrees on stay. Finite
-// numbers give finite ones, at least 0, for cos_alpha in [-1,1].
+// Just before its plane, within a tenth of its radius, it fades out (docs/lightprobe.md). Lights at
+// infinity (distances up to 1e-30) or of half-angles from 89.95 degrees on stay. Finite numbers give
+// finite ones, at least 0, for cos_alpha in [-1,1] and irradiance from 0 to 1e26.
 LIGHTPROBE_API lightprobe_light lightprobe_light_at(lightprobe_light light, float x, float y,
                                                     float z);
 // The same for emitters that shine to all sides alike, lamps without a shade say, which only the
@@ -558,7 +559,7 @@ LIGHTPROBE_SHARED lightprobe_disc lightprobe_disc_from(float height, float aside
     float beyond = height * height + aside2 - radius2;
     float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;
     o.facing = 2.0f * height * height / (root * (root + beyond));
-    if (beyond <= 0.0f) o.facing = 0.5f * (1.0f - beyond / root) / radius2;
+    if (beyond <= 0.0f) o.facing = 0.5f * (1.0f - beyond / root) / (radius2 + 1e-12f);
     o.inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));
     o.size = sqrtf(o.facing * o.facing + o.inward * o.inward * aside2);
     return o;
@@ -5980,7 +5981,7 @@ const char *lightprobe_glsl_lights(void)
     "    float beyond = height * height + aside2 - radius2;\n"
     "    float root = sqrtf(beyond * beyond + 4.0f * radius2 * height * height) + 1e-12f;\n"
     "    o.facing = 2.0f * height * height / (root * (root + beyond));\n"
-    "    if (beyond <= 0.0f) o.facing = 0.5f * (1.0f - beyond / root) / radius2;\n"
+    "    if (beyond <= 0.0f) o.facing = 0.5f * (1.0f - beyond / root) / (radius2 + 1e-12f);\n"
     "    o.inward = 2.0f * height / (root * (root + beyond + 2.0f * radius2));\n"
     "    o.size = sqrtf(o.facing * o.facing + o.inward * o.inward * aside2);\n"
     "    return o;\n"

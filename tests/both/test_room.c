@@ -1250,6 +1250,24 @@ static void any_place_gives_a_light(void)
     }
     l.direction[0] = l.direction[2] = 0;
     l.direction[1] = l.irradiance[0] = l.distance = 1;
+    l.axis_u[0] = l.axis_v[2] = 1;
+    l.axis_u[1] = l.axis_u[2] = l.axis_v[0] = l.axis_v[1] = 0;
+    for (int i = 0; i < 400; i++) { // where a lamp without size is, and next to it
+        l.cos_alpha = i % 2 ? 1 : 0.99999994f;
+        l.irradiance[1] = 1e26f;
+        l.slope_u = (float)test_range(&state, -3, 3);
+        const float aside = i % 4 < 2 ? 0 : (float)pow(10, test_range(&state, -30, -10));
+        const float below = i % 8 < 4 ? 0 : (float)pow(10, test_range(&state, -7, -3));
+        for (int k = 0; k < 2; k++) {
+            const lightprobe_light seen =
+                (k ? lightprobe_sphere_at : lightprobe_light_at)(l, aside, 1 - below, 0);
+            CHECK(isfinite(seen.irradiance[1]) && seen.irradiance[1] >= 0 &&
+                      fabsf(seen.direction[1]) < 1.01f,
+                  "%d: irradiance %g, direction %g, %g aside, %g below", k,
+                  (double)seen.irradiance[1], (double)seen.direction[1], (double)aside,
+                  (double)below);
+        }
+    }
     l.slope_u = l.slope_v = 0;
     for (int k = 0; k < 2; k++) {
         l.cos_alpha = k ? 2e-3f : 1e-7f;
