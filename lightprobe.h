@@ -211,7 +211,7 @@ LIGHTPROBE_API size_t lightprobe_scratch_bytes(int side, int max_lights);
 // between lights are shared), and the residual is rounding (1e-7 of total, of either sign) unless
 // min_share, min_shadow, or LIGHTPROBE_MEDIAN_CUT with fewer than six lights, left something out.
 // There are fewer than asked for where texels run out or the tolerance is met, none for black ones,
-// which is those whose luminance sums to less than 1.6e-29.
+// whose luminance sums to less than 1.6e-29.
 //
 // Deterministic. Radiance times a power of two changes irradiance, total and residual so, and
 // nothing else, bit for bit. Any finite texel is fine; sums beyond the range of float come out as

@@ -428,9 +428,9 @@ MSSM_API mssm_result mssm_filtered_update_moments(mssm_filtered *map, const floa
 // Soft shadows of the same moments.
 MSSM_API mssm_result mssm_map_update_moments(mssm_map *map, const float *encoded);
 
-// Moments at shadow-space x, y under a footprint that is width wide (shadow space; 0: the finest),
-// up to a texel of the last level, which has at most 27^2: from 1/27 to 1/14 of the map, or one
-// texel of it. Not biased yet. With 4 moments the last two are 0. Outside the map: of depth 1.
+// Moments at shadow-space x, y under a footprint that is width wide (shadow space; 0: the finest; at
+// most a texel of the last level, which has up to 27^2). Not biased yet. With 4 moments the last two
+// are 0. Outside the map: of depth 1.
 MSSM_API mssm_moments6 mssm_filtered_moments(const mssm_filtered *map, float x, float y,
                                              float width);
 

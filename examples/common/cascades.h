@@ -9,9 +9,10 @@
 #define CASCADES_MOST 4
 
 typedef struct cascades_desc {
-    int count, side;       // of maps, and their texels
-    float first, farthest; // distances from the camera at which the first and the last map end
-    float tan_x, tan_y;    // of the camera's half-angles of view
+    int count, side; // of maps, and their texels
+    float first,
+        farthest; // distances, 1e-9 to 1e9, from the camera where the first and the last map end
+    float tan_x, tan_y;                                   // of the camera's half-angles of view
     float to_light[3], axis_u[3], tan_half_u, tan_half_v; // as for mssm_light_directional
     float height; // how far towards the light casters stand in front of what they shadow
 } cascades_desc;

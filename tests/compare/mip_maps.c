@@ -2,7 +2,7 @@
 
 #include "rivals.h"
 
-typedef uint8_t bytes_of_4 __attribute__((vector_size(4)));
+typedef int8_t bytes_of_4 __attribute__((vector_size(4)));
 typedef int16_t shorts_of_4 __attribute__((vector_size(8)));
 
 static const float byte = 127, word = 32767;
@@ -37,7 +37,7 @@ void mip_maps_set(mip_maps *m, size_t texel, const float *waves, float phase)
 {
     const size_t n = (size_t)m->channels, at = texel * n;
     for (size_t c = 0; c < n; c++) {
-        m->waves[at + c] = (uint8_t)(byte * waves[c] + byte + 0.5f);
+        m->waves[at + c] = (int8_t)lrintf(byte * waves[c]);
         m->weighted[at + c] = (int16_t)lrintf(word * waves[c] * phase);
     }
     m->phases[texel] = (int16_t)lrintf(word * phase);
@@ -70,11 +70,11 @@ void mip_maps_build(mip_maps *m)
             const size_t to = m->first[level] + (size_t)i;
             size_t f[4];
             finer_of(m, level, i % side, i / side, f);
-            const uint8_t *w = m->waves;
+            const int8_t *w = m->waves;
             const int16_t *d = m->weighted, *u = m->phases;
             for (size_t c = 0; c < n; c++) {
-                m->waves[to * n + c] = (uint8_t)mean_of_4(w[f[0] * n + c], w[f[1] * n + c],
-                                                          w[f[2] * n + c], w[f[3] * n + c]);
+                m->waves[to * n + c] = (int8_t)mean_of_4(w[f[0] * n + c], w[f[1] * n + c],
+                                                         w[f[2] * n + c], w[f[3] * n + c]);
                 m->weighted[to * n + c] = (int16_t)mean_of_4(d[f[0] * n + c], d[f[1] * n + c],
                                                              d[f[2] * n + c], d[f[3] * n + c]);
             }
@@ -113,33 +113,43 @@ mip_read mip_maps_read(const mip_maps *m, float x, float y, float level)
     return r;
 }
 
-void mip_maps_waves(const mip_maps *m, const mip_read *r, float *mean)
+static floats load_bytes(const void *from)
+{
+    bytes_of_4 b;
+    memcpy(&b, from, sizeof b);
+    return __builtin_convertvector(b, floats);
+}
+
+static floats load_shorts(const void *from)
+{
+    shorts_of_4 s;
+    memcpy(&s, from, sizeof s);
+    return __builtin_convertvector(s, floats);
+}
+
+// Means of all channels of an image; size: bytes of a number, one: the number that stands for 1.
+static inline void means_of(const mip_maps *m, const mip_read *r, const void *image, size_t size,
+                            floats load_4(const void *), float one, float *mean)
 {
     const size_t n = (size_t)m->channels;
     for (size_t c = 0; c < n; c += LANES) {
         floats sum = {0};
         for (int i = 0; i < 8; i++) {
-            bytes_of_4 b;
-            memcpy(&b, m->waves + r->at[i] * n + c, sizeof b);
-            sum += all_of(r->weight[i] / byte) * __builtin_convertvector(b, floats);
+            const char *at = (const char *)image + (r->at[i] * n + c) * size;
+            sum += all_of(r->weight[i] / one) * load_4(at);
         }
-        sum -= all_of(1 - r->outside);
         memcpy(mean + c, &sum, sizeof sum);
     }
 }
 
+void mip_maps_waves(const mip_maps *m, const mip_read *r, float *mean)
+{
+    means_of(m, r, m->waves, sizeof *m->waves, load_bytes, byte, mean);
+}
+
 void mip_maps_weighted(const mip_maps *m, const mip_read *r, float *mean)
 {
-    const size_t n = (size_t)m->channels;
-    for (size_t c = 0; c < n; c += LANES) {
-        floats sum = {0};
-        for (int i = 0; i < 8; i++) {
-            shorts_of_4 s;
-            memcpy(&s, m->weighted + r->at[i] * n + c, sizeof s);
-            sum += all_of(r->weight[i] / word) * __builtin_convertvector(s, floats);
-        }
-        memcpy(mean + c, &sum, sizeof sum);
-    }
+    means_of(m, r, m->weighted, sizeof *m->weighted, load_shorts, word, mean);
 }
 
 float mip_maps_phase(const mip_maps *m, const mip_read *r)

@@ -14,7 +14,7 @@ typedef struct mip_maps {
     int levels, side[LEVELS_MOST];
     size_t first[LEVELS_MOST]; // texel of the level
     int channels;              // of waves; a multiple of four
-    uint8_t *waves;            // -1 to 1 as 0 to 254
+    int8_t *waves;             // -1 to 1 as -127 to 127
     int16_t *weighted;         // waves times a phase, -1 to 1 as -32767 to 32767
     int16_t *phases;           // one a texel
 } mip_maps;

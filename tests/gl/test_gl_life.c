@@ -256,7 +256,7 @@ static void bad_arguments_are_refused(void)
     WATCH_FAIL(mssm_gl_set_moments(g, 2, 1), MSSM_ERROR_ARGUMENT);
     CHECK(fakes.messages == 4, "%d messages for 4 refusals", fakes.messages);
     // Moments of another kind would be read as 0: an array of one layer, a small one, other numbers,
-    // a base level that is not the one read, which is no array.
+    // a base level that is not the one read; and what is no array.
     gl.DebugMessageCallback(NULL,
                             NULL); // to find out a target raises an error, which is taken away
     for (int i = 0; i < 6; i++) {

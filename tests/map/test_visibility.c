@@ -927,6 +927,41 @@ static void better_depth_is_not_wasted(void)
     CHECK(back < one && back < 0.036, "front and back");
 }
 
+// Of which a map of front faces has no sides or backs, that a wide light sees: boxes about as high as
+// wide, under lights that look as wide, on the ground below.
+static void back_faces_halve_the_error_behind_thick_casters(void)
+{
+    enum { BOXES = 6 };
+    const int receivers = test_trials(200), side = usual_side();
+    double rms[2] = {0};
+    for (int b = 0; b < 2 * BOXES; b++) {
+        setup u;
+        uint64_t state = 100 + (uint64_t)(b / 2);
+        const double turn = test_range(&state, 0, 3), tilt = test_range(&state, 0, 1.5);
+        const double axis_0[3] = {cos(turn), 0, sin(turn)};
+        const double axis_2[3] = {-sin(turn) * cos(tilt), sin(tilt), cos(turn) * cos(tilt)};
+        memset(&u.scene, 0, sizeof u.scene);
+        scene_add_box(&u.scene, 0, 0.75, 0, 0.25, 0.22, 0.28);
+        scene_turn_last(&u.scene, axis_0, axis_2);
+        u.scene.sun[0] = 0.1 * (b / 4);
+        u.scene.sun[1] = 1;
+        scene_finish(&u.scene);
+        CHECK(scene_light(&u.scene, 0.4, 0.4, &u.light) == MSSM_OK, "light");
+        setup_map(&u, side, 1, 6, b % 2);
+        for (int i = 0; i < receivers; i++) {
+            const double a = test_range(&state, 0, 6.2831853), d = test_range(&state, 0, 0.8);
+            const double point[3] = {d * cos(a) - 0.75 * u.scene.sun[0], 0, d * sin(a)};
+            const double up[3] = {0, 1, 0};
+            const double truth = scene_visibility(&u.scene, &u.light, point, up, 20, &state);
+            rms[b % 2] += pow(visibility(&u, NULL, point) - truth, 2) / (BOXES * receivers);
+        }
+        setup_free(&u);
+    }
+    for (int k = 0; k < 2; k++) rms[k] = sqrt(rms[k]);
+    test_note("rms %.3f, with back faces %.3f", rms[0], rms[1]);
+    if (enough(receivers)) CHECK(rms[1] < 0.6 * rms[0] && rms[1] < 0.09, "no gain");
+}
+
 static void any_number_of_samples_is_one_map(void)
 {
     setup one;
@@ -1173,6 +1208,8 @@ const test_case visibility_tests[] = {
     {"no kernel is wider than asked for", no_kernel_is_wider_than_asked},
     {"a finer map is nearer to the truth", a_finer_map_is_nearer_to_the_truth},
     {"more samples and back faces are not wasted", better_depth_is_not_wasted},
+    {"back faces halve the error behind thick casters",
+     back_faces_halve_the_error_behind_thick_casters},
     {"any number of equal samples makes the same map", any_number_of_samples_is_one_map},
     {"the choice of the light's axes does not matter", the_choice_of_axes_does_not_matter},
     {"blockers fade in behind the bias", blockers_fade_in_behind_the_bias},
