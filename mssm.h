@@ -2748,16 +2748,14 @@ MSSM_SHARED float mssm_plane_reach(mssm_view v, struct mssm_receiver r, float d)
                     d);
 }
 
-// The part of a blocker in the kernel for distance d that is neither the receiver's tangent plane
-// nor below it. A plane's moments have their points in front between a third and all of its reach.
-// Seen from behind, it is at d where the kernel begins and d + d / sink where the light ends.
-MSSM_SHARED float mssm_off_plane(struct mssm_receiver r, float d, float distance, float plane_reach)
+// The part of a blocker that is neither the receiver's tangent plane nor below it; its distance in
+// units of the kernel's and of the plane's reach. A plane's moments have their points in front
+// between a third and all of its reach. Seen from behind, it is at 1 where the kernel begins and 1 +
+// 1 / sink where the light ends.
+MSSM_SHARED float mssm_off_plane(struct mssm_receiver r, float relative, float reach)
 {
-    float off = (distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f);
-    off = mssm_clamp(off, 0.0f, 1.0f);
-    if (r.plane != 2) return off;
-    float over = 1.0f - r.sink * (distance / mssm_max(d, 1e-30f) - 1.0f);
-    return off * mssm_clamp(over, 0.0f, 1.0f);
+    return mssm_clamp((reach - 0.3f) * (1.0f / 0.7f), 0.0f, 1.0f) *
+           mssm_clamp(1.0f + r.sink - r.sink * relative, 0.0f, 1.0f);
 }
 
 // Where the range of depth is long, the moment bias lets light through: about half of alpha /
@@ -2773,19 +2771,6 @@ MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance, float vis
 MSSM_SHARED int mssm_may_leak(struct mssm_options o, struct mssm_receiver r, float visible)
 {
     return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;
-}
-
-// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may
-// not be its own surface, and more than the bias lets through comes through gaps between layers,
-// which the depth that is greatest does not tell of.
-MSSM_SHARED int mssm_hides(mssm_view v, struct mssm_options o, struct mssm_receiver r, float d,
-                           float z, float visible)
-{
-    float w = mssm_blocked(r, z, 1.0f);
-    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;
-    if (r.plane != 0)
-        w = w * mssm_off_plane(r, d, mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));
-    return w < 1.0f ? 0 : 1;
 }
 
 // [glsl end]
@@ -2816,14 +2801,17 @@ MSSM_SHARED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receive
     return d;
 }
 
-// Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.
+// Whether all that the cone holds up to distance d hides a receiver that seems to see so much: more
+// than the bias lets through comes through gaps between layers, which the depth that is greatest
+// does not tell of. Beyond the map nothing hides.
 MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o,
                             struct mssm_receiver r, float d, float visible)
 {
     if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
     struct mssm_square s = mssm_search_square(v, r, d);
     float z = MSSM_GREATEST_DEPTH(map, s.x, s.y, s.half_size);
-    return mssm_hides(v, o, r, d, z, visible);
+    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;
+    return mssm_blocked(r, z, 1.0f) < 1.0f ? 0 : 1;
 }
 
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
@@ -2912,14 +2900,14 @@ MSSM_CALLED float mssm_rim(struct mssm_receiver r, mssm_points4 p, float half_wi
     return mssm_min(behind, adjacent) / (adjacent + 1e-9f);
 }
 
-// One loop over the other depths with four sums, which is what makes it long: split in four it
-// would read each of them four times.
+// One loop over the other depths with all sums, which is what makes it long: split up it would read
+// each of them as many times.
 MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm_receiver r,
                                                         struct mssm_nested k, mssm_points4 p)
 {
     float kernel = mssm_max(r.kernel_u, r.kernel_v);
     float half_width = kernel * k.d;
-    float plane_reach = mssm_plane_reach(v, r, k.d);
+    float inverse_reach = 1.0f / (mssm_plane_reach(v, r, k.d) + 1e-30f);
     float rim =
         half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;
     float mirrored = v.averaged != 0 ? 0.5f : 1.0f;
@@ -2929,6 +2917,9 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
     float inverse = mssm_inverse_between(k.inner, k.d);
     float inverse_outer = mssm_inverse_between(k.d, k.outer);
     float near_by = 0.0f;
+    float behind = p.w[0] + 2.0f * r.sink;
+    float plane = 0.0f; // what is taken for the tangent plane
+    float plane_counted = 0.0f;
     struct mssm_occlusion s;
     s.all = 0.0f;
     s.counted = 0.0f;
@@ -2946,23 +2937,35 @@ MSSM_CALLED struct mssm_occlusion mssm_kernel_occlusion(mssm_view v, struct mssm
         float w;
         if (p.z[j] < r.z_test) {
             w = mssm_blocked(r, p.z[j], p.w[j]);
-            if (r.plane != 0) w = w * mssm_off_plane(r, k.d, distance, plane_reach);
+            if (r.plane != 0) {
+                float on_plane = w - w * mssm_off_plane(r, relative, distance * inverse_reach);
+                w = w - on_plane;
+                // Points a little below their surface have it in front, too: twice more faded.
+                on_plane = mssm_blocked(r, p.z[j], mssm_blocked(r, p.z[j], on_plane));
+                plane += on_plane;
+                plane_counted += on_plane * counted;
+            }
             if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);
             s.all += w;
             s.past += w * mssm_clamp(relative - 1.5f, 0.0f, 1.0f);
             near_by += w * mssm_clamp(1.0f - relative / k.own, 0.0f, 1.0f);
         } else {
+            behind += p.w[j];
             // A surface through the receiver lies as much behind it as in front, and within its
             // tangent plane's reach: without this a plane tilted by more than a third of the
             // light's reach would shadow itself. Halfway to its back, a surface is less in its own
             // way.
             w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);
-            if (r.plane != 0)
-                w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);
+            if (r.plane != 0) w = w * mssm_clamp(2.0f - distance * inverse_reach, 0.0f, 1.0f);
         }
         s.counted += w * counted;
         s.fresh += w * fresh;
     }
+    // So where next to nothing lies behind, what was taken for the tangent plane blocks; unless that
+    // is seen from behind.
+    float covered = mssm_clamp(1.0f - 3.0f * behind / (plane + 1e-9f), 0.0f, 1.0f);
+    s.all += covered * plane;
+    s.counted += covered * plane_counted;
     // What is much nearer than the kernel's blockers is more often the receiver's own surface,
     // where there is as much of it at the receiver's depth.
     if (k.last == 0) s.all = s.all - mssm_min(near_by, p.w[0]);
@@ -7682,16 +7685,14 @@ const char *mssm_glsl_shading(void)
     "                    d);\n"
     "}\n"
     "\n"
-    "// The part of a blocker in the kernel for distance d that is neither the receiver's tangent plane\n"
-    "// nor below it. A plane's moments have their points in front between a third and all of its reach.\n"
-    "// Seen from behind, it is at d where the kernel begins and d + d / sink where the light ends.\n"
-    "MSSM_SHARED float mssm_off_plane(mssm_receiver r, float d, float distance, float plane_reach)\n"
+    "// The part of a blocker that is neither the receiver's tangent plane nor below it; its distance in\n"
+    "// units of the kernel's and of the plane's reach. A plane's moments have their points in front\n"
+    "// between a third and all of its reach. Seen from behind, it is at 1 where the kernel begins and 1 +\n"
+    "// 1 / sink where the light ends.\n"
+    "MSSM_SHARED float mssm_off_plane(mssm_receiver r, float relative, float reach)\n"
     "{\n"
-    "    float off = (distance - 0.3f * plane_reach) / (0.7f * plane_reach + 1e-30f);\n"
-    "    off = mssm_clamp(off, 0.0f, 1.0f);\n"
-    "    if (r.plane != 2) return off;\n"
-    "    float over = 1.0f - r.sink * (distance / mssm_max(d, 1e-30f) - 1.0f);\n"
-    "    return off * mssm_clamp(over, 0.0f, 1.0f);\n"
+    "    return mssm_clamp((reach - 0.3f) * (1.0f / 0.7f), 0.0f, 1.0f) *\n"
+    "           mssm_clamp(1.0f + r.sink - r.sink * relative, 0.0f, 1.0f);\n"
     "}\n"
     "\n"
     "// Where the range of depth is long, the moment bias lets light through: about half of alpha /\n"
@@ -7707,19 +7708,6 @@ const char *mssm_glsl_shading(void)
     "MSSM_SHARED int mssm_may_leak(mssm_options o, mssm_receiver r, float visible)\n"
     "{\n"
     "    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;\n"
-    "}\n"
-    "\n"
-    "// Whether a depth of the kernel at distance d hides a receiver that seems to see so much: it may\n"
-    "// not be its own surface, and more than the bias lets through comes through gaps between layers,\n"
-    "// which the depth that is greatest does not tell of.\n"
-    "MSSM_SHARED int mssm_hides(mssm_view v, mssm_options o, mssm_receiver r, float d,\n"
-    "                           float z, float visible)\n"
-    "{\n"
-    "    float w = mssm_blocked(r, z, 1.0f);\n"
-    "    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;\n"
-    "    if (r.plane != 0)\n"
-    "        w = w * mssm_off_plane(r, d, mssm_blur_distance(v, r, z), mssm_plane_reach(v, r, d));\n"
-    "    return w < 1.0f ? 0 : 1;\n"
     "}\n"
     "\n"
     "// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider\n"
@@ -7785,14 +7773,14 @@ const char *mssm_glsl_shading(void)
     "    return mssm_min(behind, adjacent) / (adjacent + 1e-9f);\n"
     "}\n"
     "\n"
-    "// One loop over the other depths with four sums, which is what makes it long: split in four it\n"
-    "// would read each of them four times.\n"
+    "// One loop over the other depths with all sums, which is what makes it long: split up it would read\n"
+    "// each of them as many times.\n"
     "MSSM_CALLED mssm_occlusion mssm_kernel_occlusion(mssm_view v, mssm_receiver r,\n"
     "                                                        mssm_nested k, mssm_points4 p)\n"
     "{\n"
     "    float kernel = mssm_max(r.kernel_u, r.kernel_v);\n"
     "    float half_width = kernel * k.d;\n"
-    "    float plane_reach = mssm_plane_reach(v, r, k.d);\n"
+    "    float inverse_reach = 1.0f / (mssm_plane_reach(v, r, k.d) + 1e-30f);\n"
     "    float rim =\n"
     "        half_width < 0.75f && v.averaged == 0 ? mssm_rim(r, p, mssm_max(half_width, 0.5f)) : 0.0f;\n"
     "    float mirrored = v.averaged != 0 ? 0.5f : 1.0f;\n"
@@ -7802,6 +7790,9 @@ const char *mssm_glsl_shading(void)
     "    float inverse = mssm_inverse_between(k.inner, k.d);\n"
     "    float inverse_outer = mssm_inverse_between(k.d, k.outer);\n"
     "    float near_by = 0.0f;\n"
+    "    float behind = p.w[0] + 2.0f * r.sink;\n"
+    "    float plane = 0.0f; // what is taken for the tangent plane\n"
+    "    float plane_counted = 0.0f;\n"
     "    mssm_occlusion s;\n"
     "    s.all = 0.0f;\n"
     "    s.counted = 0.0f;\n"
@@ -7819,23 +7810,35 @@ const char *mssm_glsl_shading(void)
     "        float w;\n"
     "        if (p.z[j] < r.z_test) {\n"
     "            w = mssm_blocked(r, p.z[j], p.w[j]);\n"
-    "            if (r.plane != 0) w = w * mssm_off_plane(r, k.d, distance, plane_reach);\n"
+    "            if (r.plane != 0) {\n"
+    "                float on_plane = w - w * mssm_off_plane(r, relative, distance * inverse_reach);\n"
+    "                w = w - on_plane;\n"
+    "                // Points a little below their surface have it in front, too: twice more faded.\n"
+    "                on_plane = mssm_blocked(r, p.z[j], mssm_blocked(r, p.z[j], on_plane));\n"
+    "                plane += on_plane;\n"
+    "                plane_counted += on_plane * counted;\n"
+    "            }\n"
     "            if (rim > 0.0f) w = w - rim * mssm_adjacent(r, p.z[j], w);\n"
     "            s.all += w;\n"
     "            s.past += w * mssm_clamp(relative - 1.5f, 0.0f, 1.0f);\n"
     "            near_by += w * mssm_clamp(1.0f - relative / k.own, 0.0f, 1.0f);\n"
     "        } else {\n"
+    "            behind += p.w[j];\n"
     "            // A surface through the receiver lies as much behind it as in front, and within its\n"
     "            // tangent plane's reach: without this a plane tilted by more than a third of the\n"
     "            // light's reach would shadow itself. Halfway to its back, a surface is less in its own\n"
     "            // way.\n"
     "            w = -mirrored * mssm_own_surface(r, p.z[j], p.w[j], distance * to_reach);\n"
-    "            if (r.plane != 0)\n"
-    "                w = w * mssm_clamp(2.0f - distance / (plane_reach + 1e-30f), 0.0f, 1.0f);\n"
+    "            if (r.plane != 0) w = w * mssm_clamp(2.0f - distance * inverse_reach, 0.0f, 1.0f);\n"
     "        }\n"
     "        s.counted += w * counted;\n"
     "        s.fresh += w * fresh;\n"
     "    }\n"
+    "    // So where next to nothing lies behind, what was taken for the tangent plane blocks; unless that\n"
+    "    // is seen from behind.\n"
+    "    float covered = mssm_clamp(1.0f - 3.0f * behind / (plane + 1e-9f), 0.0f, 1.0f);\n"
+    "    s.all += covered * plane;\n"
+    "    s.counted += covered * plane_counted;\n"
     "    // What is much nearer than the kernel's blockers is more often the receiver's own surface,\n"
     "    // where there is as much of it at the receiver's depth.\n"
     "    if (k.last == 0) s.all = s.all - mssm_min(near_by, p.w[0]);\n"
@@ -7899,14 +7902,17 @@ const char *mssm_glsl_shading(void)
     "    return d;\n"
     "}\n"
     "\n"
-    "// Whether all that the cone holds up to distance d hides the receiver. Beyond the map nothing does.\n"
+    "// Whether all that the cone holds up to distance d hides a receiver that seems to see so much: more\n"
+    "// than the bias lets through comes through gaps between layers, which the depth that is greatest\n"
+    "// does not tell of. Beyond the map nothing hides.\n"
     "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                            mssm_receiver r, float d, float visible)\n"
     "{\n"
     "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
     "    mssm_square s = mssm_search_square(v, r, d);\n"
     "    float z = MSSM_GREATEST_DEPTH(map, s.x, s.y, s.half_size);\n"
-    "    return mssm_hides(v, o, r, d, z, visible);\n"
+    "    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;\n"
+    "    return mssm_blocked(r, z, 1.0f) < 1.0f ? 0 : 1;\n"
     "}\n"
     "\n"
     "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"

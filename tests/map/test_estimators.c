@@ -283,6 +283,46 @@ static void light_through_a_hole_is_not_lost(void)
     CHECK(with < 0.0125, "rms error with normals %.4f", with);
 }
 
+// A wall that the light grazes, between boards that hide it whole: all that is in front of it is as
+// close to its tangent plane as the wall would be, but none of the wall is to be seen behind.
+static void walls_between_boards_are_dark(void)
+{
+    const double wall[3] = {0, 0, 1};
+    uint64_t state = 6;
+    double sum[3] = {0};
+    int count = 0, lit[3] = {0};
+    for (int i = 0; i < 6; i++) {
+        setup u;
+        memset(&u, 0, sizeof u);
+        scene_add_box(&u.scene, 0, 0.8, -0.02, 1, 0.8, 0.02);
+        for (int k = 0; k < 5; k++) scene_add_box(&u.scene, 0, 0.4 * k, 0.15, 1, 0.015, 0.15);
+        u.scene.sun[0] = test_range(&state, -0.3, 0.3);
+        u.scene.sun[1] = 1;
+        u.scene.sun[2] = test_range(&state, 0.12, 0.3);
+        scene_finish(&u.scene);
+        CHECK(scene_light(&u.scene, 0.1, 0.1, &u.light) == MSSM_OK, "light");
+        setup_map(&u, 256, 1, 0);
+        for (int j = 0; j < test_trials(1000); j++) {
+            const double p[3] = {test_range(&state, -0.7, 0.7), test_range(&state, 0.03, 1.57), 0};
+            if (scene_visibility(&u.scene, &u.light, p, wall, 12, &state) > 0) continue;
+            const double v[3] = {visibility(&u, NULL, p), visibility_normal(&u, p, wall, 1),
+                                 visibility_above(&u, p, wall)};
+            for (int k = 0; k < 3; k++) {
+                sum[k] += v[k];
+                lit[k] += v[k] > 0.05;
+            }
+            count++;
+        }
+        setup_free(&u);
+    }
+    for (int k = 0; k < 3; k++) {
+        const char *with[3] = {"no normal", "a normal", "the horizon"};
+        test_note("%s: %.4f on average, over .05 at %d of %d", with[k], sum[k] / count, lit[k],
+                  count);
+        CHECK(sum[k] < 0.004 * count, "%s: %.4f", with[k], sum[k] / count);
+    }
+}
+
 // A hand just above the ground: what lies a little behind a receiver is its own surface by its normal
 // only as far as its tangent plane comes.
 static void ground_below_a_hand_is_not_the_hand(void)
@@ -1147,6 +1187,7 @@ const test_case estimators_tests[] = {
     {"bars far below bars block once", bars_below_bars_block_once},
     {"light through a hole is not lost to the receiver's own surface",
      light_through_a_hole_is_not_lost},
+    {"walls that light grazes are dark between boards", walls_between_boards_are_dark},
     {"ground just below a hand is not the hand, with normals", ground_below_a_hand_is_not_the_hand},
     {"birds far above cost no shadows below", birds_cost_no_shadows_below},
     {"visibility does not pop as a light grows", growing_lights_do_not_pop},

@@ -146,7 +146,7 @@ static void cut_lights_have_the_area_above(void)
             CHECK(s >= 0 ? r.sink == 0 : fabs(1 / (double)r.sink - (far_end - 1)) < 1e-4 * far_end,
                   "sink %g, the plane ends at %g", (double)r.sink, far_end);
         const float half_way = (float)(0.5 + 0.5 * far_end);
-        const double left = (double)mssm_off_plane(r, 1, half_way, 0);
+        const double left = (double)mssm_off_plane(r, half_way, 1e30f);
         CHECK(s >= 0 ? left == 1 : far_end < 1.2 || fabs(left - 0.5) < 0.06, "%g half way", left);
     }
 }
