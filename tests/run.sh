@@ -236,6 +236,9 @@ suite_of()
             else
                 suite release env GL_COMPATIBILITY=1 TEST_SCALE=20
             fi ;;
+        rounding) # a GPU whose quotients and roots are two units off: what is compared with C
+            only="GLSL gives C's|GL finds|GL's tables|GL's visibility is|GL's spot lights|any order|filtered GL|GL's given"
+            suite release env TEST_SCALE=20 TEST_ROUNDING=1 ;;
         valgrind)
             # The sanitizers see the rest.
             only="$on_cpu|governor|PNG|may be long|traced pictures|every layout|no seams|texels are enough|do not crawl"
@@ -250,7 +253,7 @@ run_part()
 {
     (set -C && : >"$log.$1.taken") 2>/dev/null || return 0
     case $1 in # these use programs that are built in the meantime
-        valgrind | promises | compatibility | zink | viewer | isa)
+        valgrind | promises | compatibility | zink | rounding | viewer | isa)
             while [ ! -e "$log.built" ] && kill -0 $$ 2>/dev/null; do sleep 1; done ;;
     esac
     from=$(date +%s)
@@ -267,7 +270,7 @@ run_part()
 
 beside()
 {
-    for part in fuzz coverage native x87 m32 valgrind promises isa viewer zink compatibility; do
+    for part in fuzz coverage native x87 m32 valgrind promises isa viewer zink compatibility rounding; do
         run_part $part
     done
 }
@@ -299,6 +302,7 @@ more()
         missing "sanitizers: apt-get install libasan8 libubsan1"
     fi
     section "tests, OpenGL's compatibility profile" later compatibility
+    section "tests, OpenGL with loose quotients and roots" later rounding
     if ls /usr/share/vulkan/icd.d/lvp_icd* >/dev/null 2>&1; then
         section "tests, zink over lavapipe" later zink
     else

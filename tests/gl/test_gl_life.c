@@ -600,6 +600,8 @@ static void passes_come_in_any_order(void)
     static subject s;
     uint64_t seed = 91;
     if (!begin_gl()) return;
+    // Of sums of 4,900 roundings: 60 with quotients and roots that are two units off.
+    const int most = gl_test_rounds() ? 60 : 90;
     for (int round = 0; round < 2 * SIDES; round += stride()) {
         const int lights = round % 3 ? LIGHTS : 2, side = sides[round % SIDES];
         const mssm_gl_desc d = description(lights, side, 4, round % 4 ? 6 : 4);
@@ -638,7 +640,7 @@ static void passes_come_in_any_order(void)
             if (!drawn[i]) continue;
             compare_tables(&s, i, &all);
             const double least = compare_least_depths(&s, i);
-            CHECK(all.largest < 60 && least < 1e-5, "light %d of side %d is off by %d and %g", i,
+            CHECK(all.largest < most && least < 1e-5, "light %d of side %d is off by %d and %g", i,
                   side, all.largest, least);
         }
         drop_subject(&s);

@@ -149,7 +149,8 @@ typedef struct subject {
     double direction, energy; // largest differences
     int frames, same;         // lights that are the same bit for bit
     int all;
-    bool alike; // the GPU and this compiler round as IEEE 754 says
+    bool alike;  // the GPU and this compiler round as IEEE 754 says
+    bool jumped; // so far that, where they don't, either may miss a lamp for a frame
 } subject;
 
 // (1 + e) (1 - e) - 1 is 0 where the product is rounded, and -e^2 where it is fused with the sum.
@@ -212,8 +213,9 @@ static void compare(subject *s, const char *what)
     CHECK(a->stats.repaired_texels == b->stats.repaired_texels, "%s: %d texels repaired, not %d",
           what, b->stats.repaired_texels, a->stats.repaired_texels);
     CHECK(b->stats.lights == b->count, "%s: %d lights in stats", what, b->stats.lights);
-    CHECK(s->alike || fabs((double)(a->stats.error - b->stats.error)) <=
-                          0.1 * (double)a->stats.error + 1e-4,
+    CHECK(s->alike || s->jumped ||
+              fabs((double)(a->stats.error - b->stats.error)) <=
+                  0.1 * (double)a->stats.error + 1e-4,
           "%s: error %g, not %g", what, (double)b->stats.error, (double)a->stats.error);
     if (!s->alike) return; // then decisions differ
     CHECK(a->count == b->count, "%s: %d lights, not %d", what, b->count, a->count);
@@ -868,9 +870,10 @@ static void many_lights_agree(void)
         if (!make_subject(&s, &d)) continue;
         test_probe p = test_scene_probe(i > 0 ? SCENE_NOISE : SCENE_LAMPS, d.side);
         for (int frames = 0; frames < 3; frames++) {
+            s.jumped = frames > 0;
             frame(&s, &p, frames == 0, test_scene_names[i > 0 ? SCENE_NOISE : SCENE_LAMPS]);
-            CHECK(frames > 0 || s.gpu.count == counts[i], "%d lights, not %d", s.gpu.count,
-                  counts[i]);
+            CHECK(frames > 0 || s.gpu.count == counts[i] || (!s.alike && s.gpu.count > 195),
+                  "%d lights, not %d", s.gpu.count, counts[i]);
             for (int k = 0; k < 40; k++) *any_texel(&p, &seed) += (float)pow(2, k);
         }
         test_probe_free(&p);
