@@ -323,6 +323,32 @@ static void walls_between_boards_are_dark(void)
     }
 }
 
+// Columns that the light grazes, which have themselves behind them, too; and shelves, where half of
+// the wall sees light.
+static void columns_are_told_from_shelves(void)
+{
+    scene columns, shelves;
+    memset(&columns, 0, sizeof columns);
+    memset(&shelves, 0, sizeof shelves);
+    for (int i = -1; i < 2; i++) scene_add_box(&columns, 0.8 * i, 0.45, 0, 0.12, 0.45, 0.4);
+    scene_add_box(&columns, 0, 1, 0, 0.92, 0.1, 0.4);
+    columns.sun[0] = 0.3;
+    columns.sun[1] = 1;
+    columns.sun[2] = 0.1;
+    for (int i = 0; i < 5; i++) scene_add_box(&shelves, 0, 0.4 * i, 0, 0.8, 0.015, 0.2);
+    scene_add_box(&shelves, 0, 0.8, -0.22, 0.8, 0.8, 0.02);
+    for (int i = -1; i < 2; i += 2) scene_add_box(&shelves, 0.8 * i, 0.8, 0, 0.02, 0.8, 0.2);
+    shelves.sun[0] = 0.2;
+    shelves.sun[1] = 1;
+    shelves.sun[2] = 0.17;
+    columns.ground_casts = shelves.ground_casts = 1;
+    scene_add_box(&columns, 0, -0.05, 0, 2, 0.05, 2);
+    scene_add_box(&shelves, 0, -0.05, 0, 2, 0.05, 2);
+    const double among = error_in_scene(&columns, 0.05, 1), on = error_in_scene(&shelves, 0.05, 1);
+    test_note("rms error among columns %.4f, on shelves %.4f", among, on);
+    CHECK(among < 0.0135 && on < 0.06, "columns %.4f, shelves %.4f", among, on);
+}
+
 // A hand just above the ground: what lies a little behind a receiver is its own surface by its normal
 // only as far as its tangent plane comes.
 static void ground_below_a_hand_is_not_the_hand(void)
@@ -1188,6 +1214,7 @@ const test_case estimators_tests[] = {
     {"light through a hole is not lost to the receiver's own surface",
      light_through_a_hole_is_not_lost},
     {"walls that light grazes are dark between boards", walls_between_boards_are_dark},
+    {"columns that light grazes are told from shelves", columns_are_told_from_shelves},
     {"ground just below a hand is not the hand, with normals", ground_below_a_hand_is_not_the_hand},
     {"birds far above cost no shadows below", birds_cost_no_shadows_below},
     {"visibility does not pop as a light grows", growing_lights_do_not_pop},
