@@ -2766,13 +2766,6 @@ MSSM_SHARED int mssm_bias_leaks(struct mssm_options o, float distance, float vis
     return alpha > visible * distance * distance ? 1 : 0;
 }
 
-// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in
-// front.
-MSSM_SHARED int mssm_may_leak(struct mssm_options o, struct mssm_receiver r, float visible)
-{
-    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;
-}
-
 // [glsl end]
 // [glsl begin estimate]
 // Least depth in the cone up to distance d.
@@ -2801,17 +2794,20 @@ MSSM_SHARED float mssm_cone_reach(MSSM_MAP map, mssm_view v, struct mssm_receive
     return d;
 }
 
-// Whether all that the cone holds up to distance d hides a receiver that seems to see so much: more
-// than the bias lets through comes through gaps between layers, which the depth that is greatest
-// does not tell of. Beyond the map nothing hides.
-MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o,
-                            struct mssm_receiver r, float d, float visible)
+// What a receiver sees without the light that is the moment bias alone: none where all that the cone
+// holds up to distance d hides it. What blocks the whole light is at least the fade in front; more
+// than the bias lets through comes through gaps between layers, which the depth that is greatest does
+// not tell of. Beyond the map nothing hides.
+MSSM_CALLED float mssm_without_leak(MSSM_MAP map, mssm_view v, struct mssm_options o,
+                                    struct mssm_receiver r, float d, float visible)
 {
-    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;
+    if (visible <= o.tolerance || mssm_bias_leaks(o, 1.0f / r.sharp, visible) == 0) return visible;
+    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y)
+        return visible;
     struct mssm_square s = mssm_search_square(v, r, d);
     float z = MSSM_GREATEST_DEPTH(map, s.x, s.y, s.half_size);
-    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;
-    return mssm_blocked(r, z, 1.0f) < 1.0f ? 0 : 1;
+    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return visible;
+    return mssm_blocked(r, z, 1.0f) < 1.0f ? visible : 0.0f;
 }
 
 // Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of
@@ -2820,10 +2816,7 @@ MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, struct mssm_options o,
 MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, struct mssm_options o,
                                      struct mssm_receiver r, float d)
 {
-    mssm_moments6 t =
-        mssm_query(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,
-                   mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));
-    mssm_points4 p = mssm_layers(o, 4, t, r.z_test);
+    mssm_points4 p = mssm_layers(o, 4, mssm_filter_moments(map, v, r, 4, d), r.z_test);
     float sum = 1e-3f * d;
     float squares = sum * d;
     for (int j = 1; j < 3; j++) {
@@ -3040,10 +3033,7 @@ MSSM_CALLED float mssm_layered(MSSM_MAP map, mssm_view v, struct mssm_options o,
         k.d = k.inner;
         i = i + 1;
     } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);
-    float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);
-    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1)
-        return 0.0f;
-    return visible;
+    return mssm_without_leak(map, v, o, r, reach, 1.0f - mssm_clamp(blocked, 0.0f, 1.0f));
 }
 
 // Bounds and blockers in the kernel at distance d.
@@ -3064,10 +3054,7 @@ MSSM_CALLED float mssm_single(MSSM_MAP map, mssm_view v, struct mssm_options o,
     struct mssm_split s = mssm_split_at(map, v, o, r, reach);
     float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);
     s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));
-    float visible = mssm_split_bounds(s).upper;
-    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1)
-        return 0.0f;
-    return visible;
+    return mssm_without_leak(map, v, o, r, reach, mssm_split_bounds(s).upper);
 }
 
 MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, struct mssm_options o,
@@ -7703,13 +7690,6 @@ const char *mssm_glsl_shading(void)
     "    return alpha > visible * distance * distance ? 1 : 0;\n"
     "}\n"
     "\n"
-    "// Whether a visibility may be that bias alone: what blocks the whole light is at least the fade in\n"
-    "// front.\n"
-    "MSSM_SHARED int mssm_may_leak(mssm_options o, mssm_receiver r, float visible)\n"
-    "{\n"
-    "    return visible > o.tolerance ? mssm_bias_leaks(o, 1.0f / r.sharp, visible) : 0;\n"
-    "}\n"
-    "\n"
     "// One of the nested kernels. It stands for blockers at distance d and beyond, as far as no wider\n"
     "// one does, in part for those down to inner, where the next begins, the last for all nearer ones.\n"
     "struct mssm_nested {\n"
@@ -7902,17 +7882,20 @@ const char *mssm_glsl_shading(void)
     "    return d;\n"
     "}\n"
     "\n"
-    "// Whether all that the cone holds up to distance d hides a receiver that seems to see so much: more\n"
-    "// than the bias lets through comes through gaps between layers, which the depth that is greatest\n"
-    "// does not tell of. Beyond the map nothing hides.\n"
-    "MSSM_CALLED int mssm_hidden(MSSM_MAP map, mssm_view v, mssm_options o,\n"
-    "                            mssm_receiver r, float d, float visible)\n"
+    "// What a receiver sees without the light that is the moment bias alone: none where all that the cone\n"
+    "// holds up to distance d hides it. What blocks the whole light is at least the fade in front; more\n"
+    "// than the bias lets through comes through gaps between layers, which the depth that is greatest does\n"
+    "// not tell of. Beyond the map nothing hides.\n"
+    "MSSM_CALLED float mssm_without_leak(MSSM_MAP map, mssm_view v, mssm_options o,\n"
+    "                                    mssm_receiver r, float d, float visible)\n"
     "{\n"
-    "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y) return 0;\n"
+    "    if (visible <= o.tolerance || mssm_bias_leaks(o, 1.0f / r.sharp, visible) == 0) return visible;\n"
+    "    if (mssm_clamp(r.x, 0.0f, v.side) != r.x || mssm_clamp(r.y, 0.0f, v.side) != r.y)\n"
+    "        return visible;\n"
     "    mssm_square s = mssm_search_square(v, r, d);\n"
     "    float z = MSSM_GREATEST_DEPTH(map, s.x, s.y, s.half_size);\n"
-    "    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return 0;\n"
-    "    return mssm_blocked(r, z, 1.0f) < 1.0f ? 0 : 1;\n"
+    "    if (mssm_bias_leaks(o, r.z_test - z, visible) == 0) return visible;\n"
+    "    return mssm_blocked(r, z, 1.0f) < 1.0f ? visible : 0.0f;\n"
     "}\n"
     "\n"
     "// Mean distance of the blockers in the kernel for distance d, weighted by it once more: a little of\n"
@@ -7921,10 +7904,7 @@ const char *mssm_glsl_shading(void)
     "MSSM_CALLED float mssm_mean_distance(MSSM_MAP map, mssm_view v, mssm_options o,\n"
     "                                     mssm_receiver r, float d)\n"
     "{\n"
-    "    mssm_moments6 t =\n"
-    "        mssm_query(map, 4, r.x + r.shift_u * d, r.y + r.shift_v * d,\n"
-    "                   mssm_half_width(v, r.kernel_u, d), mssm_half_width(v, r.kernel_v, d));\n"
-    "    mssm_points4 p = mssm_layers(o, 4, t, r.z_test);\n"
+    "    mssm_points4 p = mssm_layers(o, 4, mssm_filter_moments(map, v, r, 4, d), r.z_test);\n"
     "    float sum = 1e-3f * d;\n"
     "    float squares = sum * d;\n"
     "    for (int j = 1; j < 3; j++) {\n"
@@ -7982,10 +7962,7 @@ const char *mssm_glsl_shading(void)
     "        k.d = k.inner;\n"
     "        i = i + 1;\n"
     "    } while (i < 4 && k.last == 0 && lit + rest > o.tolerance);\n"
-    "    float visible = 1.0f - mssm_clamp(blocked, 0.0f, 1.0f);\n"
-    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1)\n"
-    "        return 0.0f;\n"
-    "    return visible;\n"
+    "    return mssm_without_leak(map, v, o, r, reach, 1.0f - mssm_clamp(blocked, 0.0f, 1.0f));\n"
     "}\n"
     "\n"
     "// Bounds and blockers in the kernel at distance d.\n"
@@ -8006,10 +7983,7 @@ const char *mssm_glsl_shading(void)
     "    mssm_split s = mssm_split_at(map, v, o, r, reach);\n"
     "    float depth = mssm_split_depth(s, r.z_test, 1e-3f, o.estimator == 2 ? 1.0f : 1e-3f);\n"
     "    s = mssm_split_at(map, v, o, r, mssm_min(mssm_blur_distance(v, r, depth), reach));\n"
-    "    float visible = mssm_split_bounds(s).upper;\n"
-    "    if (mssm_may_leak(o, r, visible) == 1 && mssm_hidden(map, v, o, r, reach, visible) == 1)\n"
-    "        return 0.0f;\n"
-    "    return visible;\n"
+    "    return mssm_without_leak(map, v, o, r, reach, mssm_split_bounds(s).upper);\n"
     "}\n"
     "\n"
     "MSSM_SHARED float mssm_estimate(MSSM_MAP map, mssm_view v, mssm_options o,\n"
