@@ -766,11 +766,8 @@ float lightprobe_texel_solid_angle(int side, int x, int y)
 #define LIGHTPROBE_RATE 0.03f // part of its way to the light that a seed goes in a frame,
 #define LIGHTPROBE_TURN 0.07f // a slope; at once a flat lamp's light flickers 3 to 10 times as much
 #define LIGHTPROBE_FADE 32.0f // frames in which other changes fade in: at once they step 2.4 times
-// Leaves are divided as a probe turns. Of 312 largest steps of probes made at random 54 were above
-// 1.2 times the map's and 6 above 1.8; it is 30 and 1, and errors are the same, since
-#define LIGHTPROBE_LATE 0.5f   // of what turns or widens a light comes late, by nine frames,
-#define LIGHTPROBE_WIDEN 0.1f  // and 1 - cosine changes by this part of it in a frame, or by what
-#define LIGHTPROBE_TEXELS 1.0f // so many texels are, since the map itself steps so
+#define LIGHTPROBE_LATE 0.5f  // part of what changes sizes that comes a frame late,
+#define LIGHTPROBE_WIDEN 0.1f // and of 1 - cosine the largest change in a frame
 #define LIGHTPROBE_ROUND 0.25f // squares of sizes apart by less than so much of their sum are round
 // All of these are for lights that move by so many radians a frame, or less. Of faster ones as much
 // more is done in a frame, or seeds and what fades stay where bulbs were.
@@ -839,8 +836,8 @@ typedef struct lightprobe_cluster {
     // when it had leaves.
     float longest, distance;
     lightprobe_vec3 slopes; // along both axes, in the world
-    float width;            // half of 1 - cosine in the last frame
-    lightprobe_vec3 across; // its axis_u then, 0: of a new light
+    lightprobe_vec3 across; // axis_u in the last frame, 0: of a new light
+    lightprobe_vec3 sizes;  // variances along both axes, and 1 - cosine, then
     // Of the leaves, now and in the last frame; what the light has besides, until it has faded.
     // With energy alone steps are 4 times as large, without second moments those of rectangles 2 to
     // 3 times.
@@ -2013,8 +2010,9 @@ LIGHTPROBE_SHARED lightprobe_cluster lightprobe_fresh(void)
     lightprobe_cluster c;
     c.sum = lightprobe_nothing();
     c.now = c.past = c.late = lightprobe_no_moments();
-    for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = c.across[i] = 0.0f;
-    c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = c.width = 0.0f;
+    for (int i = 0; i < 3; i++)
+        c.centre[i] = c.seed[i] = c.slopes[i] = c.across[i] = c.sizes[i] = 0.0f;
+    c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = 0.0f;
     c.error = c.gain = 0.0f;
     c.planned = c.changed = c.brightest = c.first = c.near_count = 0;
     c.id = -1;
@@ -2037,7 +2035,9 @@ LIGHTPROBE_SHARED lightprobe_cluster lightprobe_recalled(lightprobe_light l, flo
     c.lives = c.seed_share > 0.0f ? 1 : 0;
     c.id = l.id;
     c.distance = l.distance > 0.0f && l.distance <= 1e9f ? l.distance : 0.0f;
-    c.width = 0.5f - 0.5f * l.cos_alpha;
+    c.sizes[0] = lightprobe_variance(l.tan_half_u);
+    c.sizes[1] = lightprobe_variance(l.tan_half_v);
+    c.sizes[2] = 1.0f - l.cos_alpha;
     if (jumps != 0) return c;
     for (int i = 0; i < 3; i++) {
         c.late.flux[i] = total * l.state[6 + i];
@@ -2048,81 +2048,6 @@ LIGHTPROBE_SHARED lightprobe_cluster lightprobe_recalled(lightprobe_light l, flo
     c.past = lightprobe_past(l, c.late);
     c.longest = lightprobe_evenness(lightprobe_more(c.past, c.late, 1.0f));
     return c;
-}
-
-// Turns v as a turns into b, both of length 1 and not opposite.
-LIGHTPROBE_SHARED void lightprobe_turn(LIGHTPROBE_INOUT lightprobe_vec3 v, const lightprobe_vec3 a,
-                                       const lightprobe_vec3 b)
-{
-    LIGHTPROBE_PRECISE float along = 2.0f * lightprobe_dot(a, v);
-    LIGHTPROBE_PRECISE float half_way = lightprobe_dot(a, v) + lightprobe_dot(b, v);
-    LIGHTPROBE_PRECISE float back = half_way / (1.0f + lightprobe_dot(a, b));
-    for (int i = 0; i < 3; i++) {
-        LIGHTPROBE_PRECISE float turned = v[i] + along * b[i] - back * (a[i] + b[i]);
-        v[i] = turned;
-    }
-}
-
-// How else a light's leaves had spread their light in the last frame, as bright as now, and turned
-// along by at most so many radians: it moves with the probe. The less the more its flux has
-// changed, which shows at once: a sun that gains its rim as one of three texels would be bright
-// before it is wide.
-LIGHTPROBE_SHARED lightprobe_moments lightprobe_reshaped(lightprobe_moments now,
-                                                         lightprobe_moments past, float most)
-{
-    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();
-    float luminance = lightprobe_luminance(past.flux);
-    LIGHTPROBE_PRECISE float part = lightprobe_luminance(now.flux) / luminance;
-    LIGHTPROBE_PRECISE float held = 1.0f - 10.0f * fabsf(part - 1.0f);
-    lightprobe_vec3 from, to, way, v, rows[3];
-    for (int i = 0; i < 3; i++) {
-        from[i] = v[i] = past.resultant[i];
-        to[i] = now.resultant[i];
-    }
-    if (!(luminance > 0.0f && held > 0.0f)) return m;
-    lightprobe_normalize(from);
-    lightprobe_normalize(to);
-    for (int i = 0; i < 3; i++) way[i] = to[i] - from[i];
-    float apart = lightprobe_length(way);
-    for (int i = 0; i < 3 && apart > most; i++) {
-        LIGHTPROBE_PRECISE float part_way = from[i] + way[i] * (most / apart);
-        to[i] = part_way;
-    }
-    lightprobe_normalize(to);
-    lightprobe_turn(v, from, to);
-    for (int i = 0; i < 3; i++) {
-        rows[i][i] = past.second[i];
-        rows[i][(i + 1) % 3] = rows[(i + 1) % 3][i] = past.second[3 + i];
-    }
-    for (int i = 0; i < 3; i++) lightprobe_turn(rows[i], from, to);
-    for (int i = 0; i < 3; i++) {
-        lightprobe_vec3 column;
-        for (int j = 0; j < 3; j++) column[j] = rows[j][i];
-        lightprobe_turn(column, from, to);
-        m.resultant[i] = held * (part * v[i] - now.resultant[i]);
-        m.second[i] = held * (part * column[i] - now.second[i]);
-        m.second[3 + i] = held * (part * column[(i + 1) % 3] - now.second[3 + i]);
-    }
-    return m;
-}
-
-// No wider or narrower than by what a light may change in a frame. side: of the map's faces.
-LIGHTPROBE_SHARED lightprobe_light lightprobe_widened(lightprobe_light light, float width,
-                                                      float pace, float side)
-{
-    LIGHTPROBE_PRECISE lightprobe_light l = light;
-    LIGHTPROBE_PRECISE float now = 0.5f - 0.5f * l.cos_alpha, up = 1.0f + LIGHTPROBE_WIDEN * pace;
-    LIGHTPROBE_PRECISE float texel = LIGHTPROBE_TEXELS / (side * side);
-    LIGHTPROBE_PRECISE float least = width / up - texel, most = width * up + texel;
-    LIGHTPROBE_PRECISE float to = now < least ? least : most;
-    if (!(pace > 0.0f) || (now >= least && now <= most)) return l;
-    LIGHTPROBE_PRECISE float times = sqrtf(to / (now + 1e-7f)),
-                             widest = 4.0f / (l.tan_half_u + 1e-6f);
-    times = times < widest ? times : widest;
-    l.cos_alpha = 1.0f - 2.0f * to;
-    l.tan_half_u *= times;
-    l.tan_half_v *= times;
-    return l;
 }
 
 // Radians by which the light of this light's leaves has turned since the last frame, by its share.
@@ -2880,9 +2805,8 @@ LIGHTPROBE_SHARED float lightprobe_pace(const lightprobe__work *w, int changes)
     return moved > 1.0f ? (moved < LIGHTPROBE_FASTEST ? moved : LIGHTPROBE_FASTEST) : 1.0f;
 }
 
-// What a light has of the last frame, and of lights that have changed, so that nothing jumps. A part
-// of it is left a frame later: at first of changes, to nothing in the end, of what comes late by
-// itself for good. No light becomes negative.
+// What a light has of lights that have changed, so that nothing jumps. A part of it is left a frame
+// later, in the end nothing. No light becomes negative.
 LIGHTPROBE_SHARED void lightprobe_fade(lightprobe__work *w, int k, int changes, float pace,
                                        float frames)
 {
@@ -2892,11 +2816,7 @@ LIGHTPROBE_SHARED void lightprobe_fade(lightprobe__work *w, int k, int changes, 
     LIGHTPROBE_PRECISE float rest = frames > pace ? 1.0f - pace / frames : slow;
     float longest = lightprobe_evenness(now);
     if (longest > w->clusters[k].longest) w->clusters[k].longest = longest;
-    if (changes != 0)
-        late = lightprobe_more(lightprobe_more(late, past, 1.0f), now, -1.0f);
-    else
-        late = lightprobe_more(late, lightprobe_reshaped(now, past, LIGHTPROBE_STEP * pace),
-                               LIGHTPROBE_LATE);
+    if (changes != 0) late = lightprobe_more(lightprobe_more(late, past, 1.0f), now, -1.0f);
     late = lightprobe_more(lightprobe_no_moments(), late, rest);
     for (int i = 0; i < 3; i++) {
         LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];
@@ -3153,20 +3073,36 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_light_of(lightprobe_region r)
     return light;
 }
 
-// The axes of a round light may be any: the least change of its leaves would turn its rectangle by up
-// to 45 degrees. So they go only part of the way from last, axis_u in the last frame (0: there was
-// none); all of it where squares of the sizes are as 5 to 3. Quarter turns are the same rectangle.
-LIGHTPROBE_SHARED lightprobe_light lightprobe_steadied(lightprobe_light light,
-                                                       const lightprobe_vec3 last, float pace)
+// Leaves are divided as a probe turns, so half of what changes a light's sizes comes late: the less
+// the more its flux has changed, or a sun that gains a texel would be bright before it is wide; and
+// 1 - cosine changes by at most a tenth, or a texel. And the axes of a round light may be any: the
+// least change of its leaves would turn its rectangle by up to 45 degrees. So they go only part of
+// the way from axis_u in the last frame (0: there was none), all of it where squares of the sizes
+// are as 5 to 3. Quarter turns are the same rectangle. side: of the map's faces.
+LIGHTPROBE_SHARED lightprobe_light lightprobe_steadied(lightprobe_light light, lightprobe_cluster c,
+                                                       float pace, float side)
 {
     LIGHTPROBE_PRECISE lightprobe_light l = light;
-    float a = lightprobe_variance(l.tan_half_u), b = lightprobe_variance(l.tan_half_v);
-    LIGHTPROBE_PRECISE float c = lightprobe_dot(last, l.axis_u), s = lightprobe_dot(last, l.axis_v);
-    LIGHTPROBE_PRECISE float x = fabsf(c) > fabsf(s) ? c : s, y = fabsf(c) > fabsf(s) ? s : -c;
-    LIGHTPROBE_PRECISE float part = (a - b) / (LIGHTPROBE_ROUND * (a + b) + 1e-30f);
-    part = pace > 1.0f ? part * pace : part;
-    if (!(part < 1.0f && fabsf(x) > 0.1f)) return l;
-    y = (1.0f - part) * (y / x);
+    if (!(pace > 0.0f)) return l;
+    float flux = lightprobe_luminance(c.now.flux), past = lightprobe_luminance(c.past.flux);
+    LIGHTPROBE_PRECISE float held = (LIGHTPROBE_LATE * past - 10.0f * fabsf(flux - past)) / pace;
+    held = held > 0.0f ? held / past : 0.0f;
+    LIGHTPROBE_PRECISE float wide = 1.0f - l.cos_alpha;
+    LIGHTPROBE_PRECISE float now = wide + held * (c.sizes[2] - wide) + 1e-7f;
+    LIGHTPROBE_PRECISE float up = 1.0f + LIGHTPROBE_WIDEN * pace, texel = 2.0f / (side * side);
+    LIGHTPROBE_PRECISE float least = c.sizes[2] / up - texel, most = c.sizes[2] * up + texel;
+    float to = now < least ? least : now > most ? most : now;
+    l.cos_alpha = 1.0f - to;
+    LIGHTPROBE_PRECISE float a = lightprobe_variance(l.tan_half_u);
+    LIGHTPROBE_PRECISE float b = lightprobe_variance(l.tan_half_v);
+    a = (a + held * (c.sizes[0] - a)) * (to / now);
+    b = (b + held * (c.sizes[1] - b)) * (to / now);
+    LIGHTPROBE_PRECISE float cosine = lightprobe_dot(c.across, l.axis_u);
+    LIGHTPROBE_PRECISE float sine = lightprobe_dot(c.across, l.axis_v);
+    LIGHTPROBE_PRECISE float x = fabsf(cosine) > fabsf(sine) ? cosine : sine;
+    LIGHTPROBE_PRECISE float y = fabsf(cosine) > fabsf(sine) ? sine : -cosine;
+    LIGHTPROBE_PRECISE float part = pace * (a - b) / (LIGHTPROBE_ROUND * (a + b) + 1e-30f);
+    y = part < 1.0f && fabsf(x) > 0.1f ? (1.0f - part) * (y / x) : 0.0f;
     x = 1.0f / sqrtf(1.0f + y * y);
     y = y * x;
     for (int i = 0; i < 3; i++) {
@@ -3263,8 +3199,7 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_make_light(const lightprobe__work 
     for (int i = 0; i < w->leaf_count && w->distances != 0; i++)
         tilt = lightprobe_add_tilt(tilt, region, w->leaves[i]);
     lightprobe_light light = lightprobe_light_of(region);
-    light = lightprobe_steadied(light, w->clusters[k].across, pace);
-    light = lightprobe_widened(light, w->clusters[k].width, pace, LIGHTPROBE_FLOAT(w->side));
+    light = lightprobe_steadied(light, w->clusters[k], pace, LIGHTPROBE_FLOAT(w->side));
     light = lightprobe_tilted(light, region, tilt);
     return lightprobe_carry_on(light, w->clusters[k], pace, w->fading, w->total);
 }
@@ -4402,8 +4337,7 @@ static const char lightprobe__glsl_shared[] =
     LIGHTPROBE__DEFINE(LIGHTPROBE_REACH) LIGHTPROBE__DEFINE(LIGHTPROBE_NEAR)
     LIGHTPROBE__DEFINE(LIGHTPROBE_RATE) LIGHTPROBE__DEFINE(LIGHTPROBE_TURN)
     LIGHTPROBE__DEFINE(LIGHTPROBE_FADE) LIGHTPROBE__DEFINE(LIGHTPROBE_LATE)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_WIDEN) LIGHTPROBE__DEFINE(LIGHTPROBE_TEXELS)
-    LIGHTPROBE__DEFINE(LIGHTPROBE_ROUND)
+    LIGHTPROBE__DEFINE(LIGHTPROBE_WIDEN) LIGHTPROBE__DEFINE(LIGHTPROBE_ROUND)
     LIGHTPROBE__DEFINE(LIGHTPROBE_STEP) LIGHTPROBE__DEFINE(LIGHTPROBE_FASTEST)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MAX_LIGHTS) LIGHTPROBE__DEFINE(LIGHTPROBE_TILE_LEVEL)
     LIGHTPROBE__DEFINE(LIGHTPROBE_MORE_LEAVES)
@@ -5374,7 +5308,7 @@ static size_t lightprobe__size_parts(lightprobe_gl *gl)
     const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
     const size_t leaves = (size_t)gl->leaves;
     const size_t bytes[] = {128 + 8 * half * half + 3 * 4 * lights + 4 * leaves, 80 * leaves,
-                            432 * lights, 32 * (size_t)gl->cells};
+                            448 * lights, 32 * (size_t)gl->cells};
     size_t sum = 0;
     for (int i = 0; i < LIGHTPROBE__PARTS; i++)
         sum += gl->part_bytes[i] = lightprobe__aligned(bytes[i]);
@@ -6354,8 +6288,8 @@ static const char *lightprobe__quote_work(void)
     "    // when it had leaves.\n"
     "    float longest, distance;\n"
     "    lightprobe_vec3 slopes; // along both axes, in the world\n"
-    "    float width;            // half of 1 - cosine in the last frame\n"
-    "    lightprobe_vec3 across; // its axis_u then, 0: of a new light\n"
+    "    lightprobe_vec3 across; // axis_u in the last frame, 0: of a new light\n"
+    "    lightprobe_vec3 sizes;  // variances along both axes, and 1 - cosine, then\n"
     "    // Of the leaves, now and in the last frame; what the light has besides, until it has faded.\n"
     "    // With energy alone steps are 4 times as large, without second moments those of rectangles 2 to\n"
     "    // 3 times.\n"
@@ -7178,8 +7112,9 @@ static const char *lightprobe__quote_moving(void)
     "    lightprobe_cluster c;\n"
     "    c.sum = lightprobe_nothing();\n"
     "    c.now = c.past = c.late = lightprobe_no_moments();\n"
-    "    for (int i = 0; i < 3; i++) c.centre[i] = c.seed[i] = c.slopes[i] = c.across[i] = 0.0f;\n"
-    "    c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = c.width = 0.0f;\n"
+    "    for (int i = 0; i < 3; i++)\n"
+    "        c.centre[i] = c.seed[i] = c.slopes[i] = c.across[i] = c.sizes[i] = 0.0f;\n"
+    "    c.tone = c.seed_tone = c.seed_share = c.longest = c.distance = 0.0f;\n"
     "    c.error = c.gain = 0.0f;\n"
     "    c.planned = c.changed = c.brightest = c.first = c.near_count = 0;\n"
     "    c.id = -1;\n"
@@ -7202,7 +7137,9 @@ static const char *lightprobe__quote_moving(void)
     "    c.lives = c.seed_share > 0.0f ? 1 : 0;\n"
     "    c.id = l.id;\n"
     "    c.distance = l.distance > 0.0f && l.distance <= 1e9f ? l.distance : 0.0f;\n"
-    "    c.width = 0.5f - 0.5f * l.cos_alpha;\n"
+    "    c.sizes[0] = lightprobe_variance(l.tan_half_u);\n"
+    "    c.sizes[1] = lightprobe_variance(l.tan_half_v);\n"
+    "    c.sizes[2] = 1.0f - l.cos_alpha;\n"
     "    if (jumps != 0) return c;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        c.late.flux[i] = total * l.state[6 + i];\n"
@@ -7213,81 +7150,6 @@ static const char *lightprobe__quote_moving(void)
     "    c.past = lightprobe_past(l, c.late);\n"
     "    c.longest = lightprobe_evenness(lightprobe_more(c.past, c.late, 1.0f));\n"
     "    return c;\n"
-    "}\n"
-    "\n"
-    "// Turns v as a turns into b, both of length 1 and not opposite.\n"
-    "LIGHTPROBE_SHARED void lightprobe_turn(LIGHTPROBE_INOUT lightprobe_vec3 v, const lightprobe_vec3 a,\n"
-    "                                       const lightprobe_vec3 b)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float along = 2.0f * lightprobe_dot(a, v);\n"
-    "    LIGHTPROBE_PRECISE float half_way = lightprobe_dot(a, v) + lightprobe_dot(b, v);\n"
-    "    LIGHTPROBE_PRECISE float back = half_way / (1.0f + lightprobe_dot(a, b));\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE float turned = v[i] + along * b[i] - back * (a[i] + b[i]);\n"
-    "        v[i] = turned;\n"
-    "    }\n"
-    "}\n"
-    "\n"
-    "// How else a light's leaves had spread their light in the last frame, as bright as now, and turned\n"
-    "// along by at most so many radians: it moves with the probe. The less the more its flux has\n"
-    "// changed, which shows at once: a sun that gains its rim as one of three texels would be bright\n"
-    "// before it is wide.\n"
-    "LIGHTPROBE_SHARED lightprobe_moments lightprobe_reshaped(lightprobe_moments now,\n"
-    "                                                         lightprobe_moments past, float most)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_moments m = lightprobe_no_moments();\n"
-    "    float luminance = lightprobe_luminance(past.flux);\n"
-    "    LIGHTPROBE_PRECISE float part = lightprobe_luminance(now.flux) / luminance;\n"
-    "    LIGHTPROBE_PRECISE float held = 1.0f - 10.0f * fabsf(part - 1.0f);\n"
-    "    lightprobe_vec3 from, to, way, v, rows[3];\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        from[i] = v[i] = past.resultant[i];\n"
-    "        to[i] = now.resultant[i];\n"
-    "    }\n"
-    "    if (!(luminance > 0.0f && held > 0.0f)) return m;\n"
-    "    lightprobe_normalize(from);\n"
-    "    lightprobe_normalize(to);\n"
-    "    for (int i = 0; i < 3; i++) way[i] = to[i] - from[i];\n"
-    "    float apart = lightprobe_length(way);\n"
-    "    for (int i = 0; i < 3 && apart > most; i++) {\n"
-    "        LIGHTPROBE_PRECISE float part_way = from[i] + way[i] * (most / apart);\n"
-    "        to[i] = part_way;\n"
-    "    }\n"
-    "    lightprobe_normalize(to);\n"
-    "    lightprobe_turn(v, from, to);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        rows[i][i] = past.second[i];\n"
-    "        rows[i][(i + 1) % 3] = rows[(i + 1) % 3][i] = past.second[3 + i];\n"
-    "    }\n"
-    "    for (int i = 0; i < 3; i++) lightprobe_turn(rows[i], from, to);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        lightprobe_vec3 column;\n"
-    "        for (int j = 0; j < 3; j++) column[j] = rows[j][i];\n"
-    "        lightprobe_turn(column, from, to);\n"
-    "        m.resultant[i] = held * (part * v[i] - now.resultant[i]);\n"
-    "        m.second[i] = held * (part * column[i] - now.second[i]);\n"
-    "        m.second[3 + i] = held * (part * column[(i + 1) % 3] - now.second[3 + i]);\n"
-    "    }\n"
-    "    return m;\n"
-    "}\n"
-    "\n"
-    "// No wider or narrower than by what a light may change in a frame. side: of the map's faces.\n"
-    "LIGHTPROBE_SHARED lightprobe_light lightprobe_widened(lightprobe_light light, float width,\n"
-    "                                                      float pace, float side)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_light l = light;\n"
-    "    LIGHTPROBE_PRECISE float now = 0.5f - 0.5f * l.cos_alpha, up = 1.0f + LIGHTPROBE_WIDEN * pace;\n"
-    "    LIGHTPROBE_PRECISE float texel = LIGHTPROBE_TEXELS / (side * side);\n"
-    "    LIGHTPROBE_PRECISE float least = width / up - texel, most = width * up + texel;\n"
-    "    LIGHTPROBE_PRECISE float to = now < least ? least : most;\n"
-    "    if (!(pace > 0.0f) || (now >= least && now <= most)) return l;\n"
-    "    LIGHTPROBE_PRECISE float times = sqrtf(to / (now + 1e-7f)),\n"
-    "                             widest = 4.0f / (l.tan_half_u + 1e-6f);\n"
-    "    times = times < widest ? times : widest;\n"
-    "    l.cos_alpha = 1.0f - 2.0f * to;\n"
-    "    l.tan_half_u *= times;\n"
-    "    l.tan_half_v *= times;\n"
-    "    return l;\n"
     "}\n"
     "\n"
     "// Radians by which the light of this light's leaves has turned since the last frame, by its share.\n"
@@ -7476,9 +7338,8 @@ static const char *lightprobe__quote_moving(void)
     "    return moved > 1.0f ? (moved < LIGHTPROBE_FASTEST ? moved : LIGHTPROBE_FASTEST) : 1.0f;\n"
     "}\n"
     "\n"
-    "// What a light has of the last frame, and of lights that have changed, so that nothing jumps. A part\n"
-    "// of it is left a frame later: at first of changes, to nothing in the end, of what comes late by\n"
-    "// itself for good. No light becomes negative.\n"
+    "// What a light has of lights that have changed, so that nothing jumps. A part of it is left a frame\n"
+    "// later, in the end nothing. No light becomes negative.\n"
     "LIGHTPROBE_SHARED void lightprobe_fade(int k, int changes, float pace,\n"
     "                                       float frames)\n"
     "{\n"
@@ -7488,11 +7349,7 @@ static const char *lightprobe__quote_moving(void)
     "    LIGHTPROBE_PRECISE float rest = frames > pace ? 1.0f - pace / frames : slow;\n"
     "    float longest = lightprobe_evenness(now);\n"
     "    if (longest > clusters[k].longest) clusters[k].longest = longest;\n"
-    "    if (changes != 0)\n"
-    "        late = lightprobe_more(lightprobe_more(late, past, 1.0f), now, -1.0f);\n"
-    "    else\n"
-    "        late = lightprobe_more(late, lightprobe_reshaped(now, past, LIGHTPROBE_STEP * pace),\n"
-    "                               LIGHTPROBE_LATE);\n"
+    "    if (changes != 0) late = lightprobe_more(lightprobe_more(late, past, 1.0f), now, -1.0f);\n"
     "    late = lightprobe_more(lightprobe_no_moments(), late, rest);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        LIGHTPROBE_PRECISE float least = -0.999f * now.flux[i];\n"
@@ -7754,20 +7611,36 @@ static const char *lightprobe__quote_lights(void)
     "    return light;\n"
     "}\n"
     "\n"
-    "// The axes of a round light may be any: the least change of its leaves would turn its rectangle by up\n"
-    "// to 45 degrees. So they go only part of the way from last, axis_u in the last frame (0: there was\n"
-    "// none); all of it where squares of the sizes are as 5 to 3. Quarter turns are the same rectangle.\n"
-    "LIGHTPROBE_SHARED lightprobe_light lightprobe_steadied(lightprobe_light light,\n"
-    "                                                       const lightprobe_vec3 last, float pace)\n"
+    "// Leaves are divided as a probe turns, so half of what changes a light's sizes comes late: the less\n"
+    "// the more its flux has changed, or a sun that gains a texel would be bright before it is wide; and\n"
+    "// 1 - cosine changes by at most a tenth, or a texel. And the axes of a round light may be any: the\n"
+    "// least change of its leaves would turn its rectangle by up to 45 degrees. So they go only part of\n"
+    "// the way from axis_u in the last frame (0: there was none), all of it where squares of the sizes\n"
+    "// are as 5 to 3. Quarter turns are the same rectangle. side: of the map's faces.\n"
+    "LIGHTPROBE_SHARED lightprobe_light lightprobe_steadied(lightprobe_light light, lightprobe_cluster c,\n"
+    "                                                       float pace, float side)\n"
     "{\n"
     "    LIGHTPROBE_PRECISE lightprobe_light l = light;\n"
-    "    float a = lightprobe_variance(l.tan_half_u), b = lightprobe_variance(l.tan_half_v);\n"
-    "    LIGHTPROBE_PRECISE float c = lightprobe_dot(last, l.axis_u), s = lightprobe_dot(last, l.axis_v);\n"
-    "    LIGHTPROBE_PRECISE float x = fabsf(c) > fabsf(s) ? c : s, y = fabsf(c) > fabsf(s) ? s : -c;\n"
-    "    LIGHTPROBE_PRECISE float part = (a - b) / (LIGHTPROBE_ROUND * (a + b) + 1e-30f);\n"
-    "    part = pace > 1.0f ? part * pace : part;\n"
-    "    if (!(part < 1.0f && fabsf(x) > 0.1f)) return l;\n"
-    "    y = (1.0f - part) * (y / x);\n"
+    "    if (!(pace > 0.0f)) return l;\n"
+    "    float flux = lightprobe_luminance(c.now.flux), past = lightprobe_luminance(c.past.flux);\n"
+    "    LIGHTPROBE_PRECISE float held = (LIGHTPROBE_LATE * past - 10.0f * fabsf(flux - past)) / pace;\n"
+    "    held = held > 0.0f ? held / past : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float wide = 1.0f - l.cos_alpha;\n"
+    "    LIGHTPROBE_PRECISE float now = wide + held * (c.sizes[2] - wide) + 1e-7f;\n"
+    "    LIGHTPROBE_PRECISE float up = 1.0f + LIGHTPROBE_WIDEN * pace, texel = 2.0f / (side * side);\n"
+    "    LIGHTPROBE_PRECISE float least = c.sizes[2] / up - texel, most = c.sizes[2] * up + texel;\n"
+    "    float to = now < least ? least : now > most ? most : now;\n"
+    "    l.cos_alpha = 1.0f - to;\n"
+    "    LIGHTPROBE_PRECISE float a = lightprobe_variance(l.tan_half_u);\n"
+    "    LIGHTPROBE_PRECISE float b = lightprobe_variance(l.tan_half_v);\n"
+    "    a = (a + held * (c.sizes[0] - a)) * (to / now);\n"
+    "    b = (b + held * (c.sizes[1] - b)) * (to / now);\n"
+    "    LIGHTPROBE_PRECISE float cosine = lightprobe_dot(c.across, l.axis_u);\n"
+    "    LIGHTPROBE_PRECISE float sine = lightprobe_dot(c.across, l.axis_v);\n"
+    "    LIGHTPROBE_PRECISE float x = fabsf(cosine) > fabsf(sine) ? cosine : sine;\n"
+    "    LIGHTPROBE_PRECISE float y = fabsf(cosine) > fabsf(sine) ? sine : -cosine;\n"
+    "    LIGHTPROBE_PRECISE float part = pace * (a - b) / (LIGHTPROBE_ROUND * (a + b) + 1e-30f);\n"
+    "    y = part < 1.0f && fabsf(x) > 0.1f ? (1.0f - part) * (y / x) : 0.0f;\n"
     "    x = 1.0f / sqrtf(1.0f + y * y);\n"
     "    y = y * x;\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -7864,8 +7737,7 @@ static const char *lightprobe__quote_lights(void)
     "    for (int i = 0; i < leaf_count && distances != 0; i++)\n"
     "        tilt = lightprobe_add_tilt(tilt, region, leaves[i]);\n"
     "    lightprobe_light light = lightprobe_light_of(region);\n"
-    "    light = lightprobe_steadied(light, clusters[k].across, pace);\n"
-    "    light = lightprobe_widened(light, clusters[k].width, pace, LIGHTPROBE_FLOAT(side));\n"
+    "    light = lightprobe_steadied(light, clusters[k], pace, LIGHTPROBE_FLOAT(side));\n"
     "    light = lightprobe_tilted(light, region, tilt);\n"
     "    return lightprobe_carry_on(light, clusters[k], pace, fading, total);\n"
     "}\n"

@@ -748,105 +748,51 @@ static void distances_come_from_luminance_over_them(void)
           "none");
 }
 
-// A disc's 1 - cosine changes by a tenth in a frame, and by a texel; rectangles keep their shape. Without
-// a pace, at once.
-static void discs_widen_by_and_by(void)
+static double variance_of(double tangent)
+{
+    return tangent * tangent / (3 + 3 * tangent * tangent);
+}
+
+// Half of what changes a light's sizes waits for the next frame; less of it the more its flux has changed,
+// and in fewer frames. 1 - cosine changes by a tenth in a frame, and by a texel. Without a pace, at once.
+static void half_of_a_new_size_comes_late(void)
 {
     uint64_t state = 3;
     for (int i = 0; i < test_trials(2000); i++) {
+        const double past = test_range(&state, 1, 9), change = test_range(&state, -0.08, 0.08),
+                     pace = test_range(&state, 1, 4), side = 16 << i % 5;
+        const double held = fmax(0.5 - 10 * fabs(change), 0) / pace;
+        lightprobe_cluster c = lightprobe_fresh();
         lightprobe_light light;
         memset(&light, 0, sizeof light);
-        const double was = pow(10, test_range(&state, -4, -0.7)),
-                     now = pow(10, test_range(&state, -4, -0.7)), pace = test_range(&state, 0.5, 4),
-                     side = 16 << i % 5;
-        light.cos_alpha = (float)(1 - 2 * now);
-        light.tan_half_u = (float)test_range(&state, 0.01, 1);
-        light.tan_half_v = light.tan_half_u / 2;
-        const lightprobe_light at_once = lightprobe_widened(light, (float)was, 0, (float)side),
-                               l = lightprobe_widened(light, (float)was, (float)pace, (float)side);
-        CHECK(!memcmp(&at_once, &light, sizeof light), "without a pace it changes");
-        const double up = 1 + 0.1 * pace, texel = 1 / (side * side);
-        const double want = fmax(fmin(now, was * up + texel), was / up - texel);
-        const double got = (1 - (double)l.cos_alpha) / 2, wider = sqrt(want / now);
-        CHECK(fabs(got - want) < 2e-6 * want + 2e-7, "from %g to %g in %g frames: %g, not %g", was,
-              now, pace, got, want);
-        CHECK(fabs((double)l.tan_half_u - fmin((double)light.tan_half_u * wider, 4)) <
-                      2e-3 * wider &&
-                  fabsf(l.tan_half_v * 2 - l.tan_half_u) < 1e-5f,
-              "%g times as wide: %g, %g", wider, (double)(l.tan_half_u / light.tan_half_u),
-              (double)(l.tan_half_v / light.tan_half_v));
-    }
-}
-
-// Moments of directions, the last of which shines so brightly, turned about an axis.
-static lightprobe_moments moments_of(double d[4][3], double last, const double axis[3],
-                                     double angle)
-{
-    lightprobe_moments m;
-    double v[9] = {0};
-    for (int i = 0; i < 4; i++) {
-        double t[3], along = 0;
-        for (int k = 0; k < 3; k++) along += axis[k] * d[i][k] * (1 - cos(angle));
+        c.across[0] = light.axis_u[0] = light.axis_v[1] = 1;
         for (int k = 0; k < 3; k++) {
-            const int a = (k + 1) % 3, b = (k + 2) % 3;
-            t[k] = cos(angle) * d[i][k] + along * axis[k] +
-                   sin(angle) * (axis[a] * d[i][b] - axis[b] * d[i][a]);
+            c.past.flux[k] = (float)past;
+            c.now.flux[k] = (float)(past * (1 + change));
         }
-        for (int k = 0; k < 3; k++) {
-            v[k] += (i < 3 ? 1 : last) * t[k];
-            v[3 + k] += (i < 3 ? 1 : last) * t[k] * t[k];
-            v[6 + k] += (i < 3 ? 1 : last) * t[k] * t[(k + 1) % 3];
-        }
-    }
-    m.tones = 0;
-    for (int k = 0; k < 3; k++) {
-        m.flux[k] = (float)(3 + last);
-        m.resultant[k] = (float)v[k];
-        m.second[k] = (float)v[3 + k];
-        m.second[3 + k] = (float)v[6 + k];
-    }
-    return m;
-}
-
-// A light that turns along with the probe is not held back, one that a leaf joins or leaves is, as far as
-// it does not become brighter for it.
-static void what_only_turns_is_not_late(void)
-{
-    uint64_t state = 4;
-    for (int i = 0; i < test_trials(1000); i++) {
-        double d[4][3], axis[3], sum[3] = {0}, length = 0;
-        for (int j = 0; j < 4; j++) {
-            double size = 0;
-            for (int k = 0; k < 3; k++) {
-                d[j][k] = (k == 2) + test_range(&state, -0.3, 0.3);
-                size += d[j][k] * d[j][k];
-            }
-            for (int k = 0; k < 3; k++) sum[k] += d[j][k] /= sqrt(size);
-        }
-        axis[0] = sum[1];
-        axis[1] = -sum[0];
-        axis[2] = 0;
-        length = sqrt(axis[0] * axis[0] + axis[1] * axis[1]);
-        if (length < 1e-3) continue;
-        axis[0] /= length;
-        axis[1] /= length;
-        const double angle = test_range(&state, 0, 0.004), more = test_range(&state, 0, 0.5);
-        const lightprobe_moments past = moments_of(d, 1, axis, 0),
-                                 turned = moments_of(d, 1, axis, angle),
-                                 joined = moments_of(d, 1 + more, axis, angle);
-        const lightprobe_moments none = lightprobe_reshaped(turned, past, 0.0044f),
-                                 some = lightprobe_reshaped(joined, past, 0);
-        const double part = (4 + more) / 4, held = fmax(1 - 10 * (part - 1), 0);
-        for (int k = 0; k < 3; k++) {
-            CHECK(fabsf(none.resultant[k]) < 4e-6f && fabsf(none.second[k]) < 4e-6f &&
-                      fabsf(none.second[3 + k]) < 4e-6f,
-                  "turned by %g: %g %g %g", angle, (double)none.resultant[k],
-                  (double)none.second[k], (double)none.second[3 + k]);
-            CHECK(!(some.flux[k] > 0 || some.flux[k] < 0), "flux is held back");
-        }
-        const double want = held * (part * (double)past.second[2] - (double)joined.second[2]);
-        CHECK(fabs((double)some.second[2] - want) < 4e-6, "%g, not %g", (double)some.second[2],
-              want);
+        const double u = test_range(&state, 0.1, 1), v = test_range(&state, 0.01, 0.1),
+                     was = pow(10, test_range(&state, -4, -0.7)),
+                     wide = was * test_range(&state, 0.7, 1.5);
+        light.tan_half_u = (float)u;
+        light.tan_half_v = (float)v;
+        light.cos_alpha = (float)(1 - wide);
+        c.sizes[0] = (float)test_range(&state, 0.01, 0.1);
+        c.sizes[1] = (float)test_range(&state, 1e-5, 0.01);
+        c.sizes[2] = (float)was;
+        const lightprobe_light same = lightprobe_steadied(light, c, 0, (float)side),
+                               l = lightprobe_steadied(light, c, (float)pace, (float)side);
+        CHECK(!memcmp(&same, &light, sizeof light), "without a pace it changes");
+        const double now = held * was + (1 - held) * wide, up = 1 + 0.1 * pace,
+                     texel = 2 / (side * side),
+                     to = fmax(fmin(now, was * up + texel), was / up - texel);
+        const double want[3] = {
+            (held * (double)c.sizes[0] + (1 - held) * variance_of(u)) * to / now,
+            (held * (double)c.sizes[1] + (1 - held) * variance_of(v)) * to / now, to};
+        const double got[3] = {variance_of((double)l.tan_half_u), variance_of((double)l.tan_half_v),
+                               1 - (double)l.cos_alpha};
+        for (int k = 0; k < 3; k++)
+            CHECK(fabs(got[k] - want[k]) < 3e-6 + 2e-3 * (k < 2) * want[k],
+                  "size %d, flux %g, pace %g: %g, not %g", k, change, pace, got[k], want[k]);
     }
 }
 
@@ -870,7 +816,6 @@ const test_case parts_tests[] = {
     {"parts: distances come from luminance over them", distances_come_from_luminance_over_them},
     {"parts: lights without a place or a plane have no slope",
      lights_without_a_place_or_a_plane_have_no_slope},
-    {"parts: discs widen by and by", discs_widen_by_and_by},
-    {"parts: what only turns is not late", what_only_turns_is_not_late},
+    {"parts: half of a new size comes late", half_of_a_new_size_comes_late},
     {NULL, NULL},
 };
