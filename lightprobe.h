@@ -1237,16 +1237,16 @@ static inline lightprobe__four lightprobe__mul4(lightprobe__four a, lightprobe__
 {
     return a * b;
 }
-static inline lightprobe__bits lightprobe__or4(lightprobe__bits a, lightprobe__bits b)
+static inline lightprobe__bits lightprobe__or4(lightprobe__bits bits, lightprobe__four a)
 {
-    return a | b;
+    return bits | (lightprobe__bits)a;
 }
 #else
 typedef struct lightprobe__four {
     float v[4];
 } lightprobe__four;
 typedef struct lightprobe__bits {
-    int32_t v[4];
+    uint32_t v[4];
 } lightprobe__bits;
 static lightprobe__four lightprobe__add4(lightprobe__four a, lightprobe__four b)
 {
@@ -1258,10 +1258,10 @@ static lightprobe__four lightprobe__mul4(lightprobe__four a, lightprobe__four b)
     for (int i = 0; i < 4; i++) a.v[i] *= b.v[i];
     return a;
 }
-static lightprobe__bits lightprobe__or4(lightprobe__bits a, lightprobe__bits b)
+static lightprobe__bits lightprobe__or4(lightprobe__bits bits, lightprobe__four a)
 {
-    for (int i = 0; i < 4; i++) a.v[i] |= b.v[i];
-    return a;
+    for (int i = 0; i < 4; i++) bits.v[i] |= lightprobe__bits_of(a.v[i]);
+    return bits;
 }
 #endif
 
@@ -1277,11 +1277,11 @@ static inline void lightprobe__store4(float *p, lightprobe__four a)
     memcpy(p, &a, sizeof a);
 }
 
-static inline lightprobe__bits lightprobe__bits4(lightprobe__four a)
+// sum + a * b
+static inline lightprobe__four lightprobe__add_product4(lightprobe__four sum, lightprobe__four a,
+                                                        const float *b)
 {
-    lightprobe__bits bits;
-    memcpy(&bits, &a, sizeof bits);
-    return bits;
+    return lightprobe__add4(sum, lightprobe__mul4(a, lightprobe__load4(b)));
 }
 
 static inline float lightprobe__sum4(const float v[4])
@@ -1418,24 +1418,25 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
     const lightprobe__four zero = lightprobe__load4(none);
     lightprobe__four f0 = zero, f1 = zero, f2 = zero, m0 = zero, m1 = zero, m2 = zero;
     lightprobe__four n0 = zero, n1 = zero, n2 = zero;
-    lightprobe__bits sign = lightprobe__bits4(zero);
+    lightprobe__bits sign;
+    memset(&sign, 0, sizeof sign);
     for (int row = 0; row < 4; row++, texels += step, band += 2 * after) {
         const lightprobe__four x0 = lightprobe__load4(texels), x1 = lightprobe__load4(texels + 4);
         const lightprobe__four x2 = lightprobe__load4(texels + 8);
-        f0 = lightprobe__add4(f0, lightprobe__mul4(x0, lightprobe__load4(band)));
-        f1 = lightprobe__add4(f1, lightprobe__mul4(x1, lightprobe__load4(band + 4)));
-        f2 = lightprobe__add4(f2, lightprobe__mul4(x2, lightprobe__load4(band + 8)));
-        m0 = lightprobe__add4(m0, lightprobe__mul4(x0, lightprobe__load4(band + after)));
-        m1 = lightprobe__add4(m1, lightprobe__mul4(x1, lightprobe__load4(band + after + 4)));
-        m2 = lightprobe__add4(m2, lightprobe__mul4(x2, lightprobe__load4(band + after + 8)));
+        f0 = lightprobe__add_product4(f0, x0, band);
+        f1 = lightprobe__add_product4(f1, x1, band + 4);
+        f2 = lightprobe__add_product4(f2, x2, band + 8);
+        m0 = lightprobe__add_product4(m0, x0, band + after);
+        m1 = lightprobe__add_product4(m1, x1, band + after + 4);
+        m2 = lightprobe__add_product4(m2, x2, band + after + 8);
         n0 = lightprobe__add4(n0, m0); // sums of sums: the first row counts 4 times
         n1 = lightprobe__add4(n1, m1);
         n2 = lightprobe__add4(n2, m2);
-        sign = lightprobe__or4(sign, lightprobe__or4(lightprobe__bits4(x0), lightprobe__bits4(x1)));
-        sign = lightprobe__or4(sign, lightprobe__bits4(x2));
+        sign = lightprobe__or4(lightprobe__or4(lightprobe__or4(sign, x0), x1), x2);
     }
     uint64_t signs[2];
     float all[4];
+    memcpy(signs, &sign, sizeof signs);
     lightprobe__store4(sums, f0);
     lightprobe__store4(sums + 4, f1);
     lightprobe__store4(sums + 8, f2);
@@ -1447,7 +1448,6 @@ static inline int lightprobe__sum_tile(const float *texels, ptrdiff_t step, cons
     lightprobe__store4(sums + 20, lightprobe__add4(lightprobe__add4(n0, n1), n2));
     // A sum that overflows is looked at again by lightprobe__gather, which finds nothing.
     lightprobe__store4(all, lightprobe__add4(lightprobe__add4(f0, f1), f2));
-    memcpy(signs, &sign, sizeof signs);
     return !((signs[0] | signs[1]) & 0x8000000080000000u) &&
            lightprobe__is_number(lightprobe__sum4(all));
 }
@@ -1900,16 +1900,6 @@ LIGHTPROBE_SHARED float lightprobe_takes(const lightprobe__work *w, int leaf, in
     return lightprobe_part(lightprobe_seed_distance(w, leaf, k), w->leaves[leaf].least,
                            w->leaves[leaf].half_width, w->unit) /
            w->leaves[leaf].parts;
-}
-
-LIGHTPROBE_SHARED lightprobe_leaf lightprobe_part_of(lightprobe_leaf leaf, float part)
-{
-    LIGHTPROBE_PRECISE lightprobe_leaf p = leaf;
-    for (int i = 0; i < 3; i++) p.flux[i] *= part;
-    p.luminance *= part;
-    p.strength *= part;
-    p.solid_angle *= part;
-    return p;
 }
 
 LIGHTPROBE_SHARED lightprobe_moments lightprobe_no_moments(void)
@@ -2867,18 +2857,20 @@ LIGHTPROBE_SHARED lightprobe_region lightprobe_no_region(void)
     return r;
 }
 
+// Adds so much of a leaf.
 LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region region,
-                                                          lightprobe_leaf leaf)
+                                                          lightprobe_leaf leaf, float part)
 {
     lightprobe_region r = region;
+    LIGHTPROBE_PRECISE float luminance = part * leaf.luminance, omega = part * leaf.solid_angle;
+    LIGHTPROBE_PRECISE float strength = part * leaf.strength, inverse = luminance * leaf.inverse;
     for (int i = 0; i < 3; i++) {
-        LIGHTPROBE_PRECISE float part = leaf.strength * leaf.direction[i];
-        LIGHTPROBE_ADD(r.flux[i], leaf.flux[i]);
-        LIGHTPROBE_ADD(r.resultant[i], part);
+        LIGHTPROBE_PRECISE float flux = part * leaf.flux[i], vector = strength * leaf.direction[i];
+        LIGHTPROBE_ADD(r.flux[i], flux);
+        LIGHTPROBE_ADD(r.resultant[i], vector);
     }
-    LIGHTPROBE_ADD(r.luminance, leaf.luminance);
-    LIGHTPROBE_ADD(r.solid_angle, leaf.solid_angle);
-    LIGHTPROBE_PRECISE float inverse = leaf.luminance * leaf.inverse;
+    LIGHTPROBE_ADD(r.luminance, luminance);
+    LIGHTPROBE_ADD(r.solid_angle, omega);
     LIGHTPROBE_ADD(r.inverse, inverse);
     return r;
 }
@@ -2904,12 +2896,13 @@ LIGHTPROBE_SHARED void lightprobe_frame(const lightprobe_vec3 d, LIGHTPROBE_OUT 
 // Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is
 // spread evenly around its mean direction, as far as the length of the vector irradiance tells.
 LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region,
-                                                          lightprobe_leaf leaf)
+                                                          lightprobe_leaf leaf, float part)
 {
     lightprobe_region r = region;
-    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;
-    LIGHTPROBE_PRECISE float spread = 0.5f * (leaf.luminance - leaf.strength) * (1.0f + mean);
-    LIGHTPROBE_PRECISE float along = leaf.strength * mean - spread;
+    LIGHTPROBE_PRECISE float luminance = part * leaf.luminance, strength = part * leaf.strength;
+    LIGHTPROBE_PRECISE float mean = luminance > 0.0f ? strength / luminance : 0.0f;
+    LIGHTPROBE_PRECISE float spread = 0.5f * (luminance - strength) * (1.0f + mean);
+    LIGHTPROBE_PRECISE float along = strength * mean - spread;
     float e = lightprobe_dot(leaf.direction, r.e);
     float f = lightprobe_dot(leaf.direction, r.f);
     LIGHTPROBE_PRECISE float ee = along * e * e + spread;
@@ -3387,26 +3380,24 @@ static void lightprobe__find_weak(lightprobe__work *w, const lightprobe_settings
     }
 }
 
-// Adds a leaf, or a part of it, to a region: second moments, or what comes before.
-static void lightprobe__give(lightprobe__work *w, const lightprobe_leaf *leaf, int k, float part,
-                             int second)
+// Adds a part of a leaf to a region: second moments, or what comes before.
+static void lightprobe__give(lightprobe__work *w, int leaf, int k, float part, int second)
 {
-    const lightprobe_leaf given = lightprobe_part_of(*leaf, part);
     lightprobe_region *r = w->regions + k;
-    *r = second ? lightprobe_add_second(*r, given) : lightprobe_add_region(*r, given);
+    *r = second ? lightprobe_add_second(*r, w->leaves[leaf], part)
+                : lightprobe_add_region(*r, w->leaves[leaf], part);
 }
 
 static void lightprobe__give_all(lightprobe__work *w, int shared, int second)
 {
     for (int i = 0; i < w->leaf_count; i++) {
-        const lightprobe_leaf *leaf = w->leaves + i;
         const lightprobe__share *s = w->shares + i;
-        if (!shared) lightprobe__give(w, leaf, leaf->cluster, 1, second);
+        if (!shared) lightprobe__give(w, i, w->leaves[i].cluster, 1, second);
         for (int j = 0; shared && j < s->count && s->count <= 4; j++)
-            lightprobe__give(w, leaf, s->cluster[j], s->part[j], second);
+            lightprobe__give(w, i, s->cluster[j], s->part[j], second);
         for (int k = 0; shared && k < w->cluster_count && s->count > 4; k++) {
             const float part = lightprobe_takes(w, i, k);
-            if (part > 0) lightprobe__give(w, leaf, k, part, second);
+            if (part > 0) lightprobe__give(w, i, k, part, second);
         }
     }
 }
@@ -4934,9 +4925,8 @@ static const char lightprobe__glsl_write[] =
     "            float part = leaves[leaf].cluster == k ? 1.0 : 0.0;\n"
     "            if (going_on > 0) part = lightprobe_takes(leaf, k);\n"
     "            if (!(part > 0.0)) continue;\n"
-    "            lightprobe_leaf given = lightprobe_part_of(leaves[leaf], part);\n"
-    "            if (turn == 0) region = lightprobe_add_region(region, given);\n"
-    "            else region = lightprobe_add_second(region, given);\n"
+    "            if (turn == 0) region = lightprobe_add_region(region, leaves[leaf], part);\n"
+    "            else region = lightprobe_add_second(region, leaves[leaf], part);\n"
     "        }\n"
     "        if (turn == 0) region = lightprobe_direct(region, clusters[k], jumps);\n"
     "    }\n"
@@ -7004,16 +6994,6 @@ static const char *lightprobe__quote_moving(void)
     "           leaves[leaf].parts;\n"
     "}\n"
     "\n"
-    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_part_of(lightprobe_leaf leaf, float part)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE lightprobe_leaf p = leaf;\n"
-    "    for (int i = 0; i < 3; i++) p.flux[i] *= part;\n"
-    "    p.luminance *= part;\n"
-    "    p.strength *= part;\n"
-    "    p.solid_angle *= part;\n"
-    "    return p;\n"
-    "}\n"
-    "\n"
     "LIGHTPROBE_SHARED lightprobe_moments lightprobe_no_moments(void)\n"
     "{\n"
     "    lightprobe_moments m;\n"
@@ -7405,18 +7385,20 @@ static const char *lightprobe__quote_lights(void)
     "    return r;\n"
     "}\n"
     "\n"
+    "// Adds so much of a leaf.\n"
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_region(lightprobe_region region,\n"
-    "                                                          lightprobe_leaf leaf)\n"
+    "                                                          lightprobe_leaf leaf, float part)\n"
     "{\n"
     "    lightprobe_region r = region;\n"
+    "    LIGHTPROBE_PRECISE float luminance = part * leaf.luminance, omega = part * leaf.solid_angle;\n"
+    "    LIGHTPROBE_PRECISE float strength = part * leaf.strength, inverse = luminance * leaf.inverse;\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE float part = leaf.strength * leaf.direction[i];\n"
-    "        LIGHTPROBE_ADD(r.flux[i], leaf.flux[i]);\n"
-    "        LIGHTPROBE_ADD(r.resultant[i], part);\n"
+    "        LIGHTPROBE_PRECISE float flux = part * leaf.flux[i], vector = strength * leaf.direction[i];\n"
+    "        LIGHTPROBE_ADD(r.flux[i], flux);\n"
+    "        LIGHTPROBE_ADD(r.resultant[i], vector);\n"
     "    }\n"
-    "    LIGHTPROBE_ADD(r.luminance, leaf.luminance);\n"
-    "    LIGHTPROBE_ADD(r.solid_angle, leaf.solid_angle);\n"
-    "    LIGHTPROBE_PRECISE float inverse = leaf.luminance * leaf.inverse;\n"
+    "    LIGHTPROBE_ADD(r.luminance, luminance);\n"
+    "    LIGHTPROBE_ADD(r.solid_angle, omega);\n"
     "    LIGHTPROBE_ADD(r.inverse, inverse);\n"
     "    return r;\n"
     "}\n"
@@ -7442,12 +7424,13 @@ static const char *lightprobe__quote_lights(void)
     "// Then the leaves again: along e and f nothing cancels, however narrow the light. A leaf's light is\n"
     "// spread evenly around its mean direction, as far as the length of the vector irradiance tells.\n"
     "LIGHTPROBE_SHARED lightprobe_region lightprobe_add_second(lightprobe_region region,\n"
-    "                                                          lightprobe_leaf leaf)\n"
+    "                                                          lightprobe_leaf leaf, float part)\n"
     "{\n"
     "    lightprobe_region r = region;\n"
-    "    LIGHTPROBE_PRECISE float mean = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 0.0f;\n"
-    "    LIGHTPROBE_PRECISE float spread = 0.5f * (leaf.luminance - leaf.strength) * (1.0f + mean);\n"
-    "    LIGHTPROBE_PRECISE float along = leaf.strength * mean - spread;\n"
+    "    LIGHTPROBE_PRECISE float luminance = part * leaf.luminance, strength = part * leaf.strength;\n"
+    "    LIGHTPROBE_PRECISE float mean = luminance > 0.0f ? strength / luminance : 0.0f;\n"
+    "    LIGHTPROBE_PRECISE float spread = 0.5f * (luminance - strength) * (1.0f + mean);\n"
+    "    LIGHTPROBE_PRECISE float along = strength * mean - spread;\n"
     "    float e = lightprobe_dot(leaf.direction, r.e);\n"
     "    float f = lightprobe_dot(leaf.direction, r.f);\n"
     "    LIGHTPROBE_PRECISE float ee = along * e * e + spread;\n"
