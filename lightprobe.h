@@ -872,12 +872,13 @@ typedef struct lightprobe__share {
 typedef struct lightprobe__work {
     const lightprobe_cube *cube;
     int side, half, tiles, top, max_lights, max_leaves, distances;
-    float *omega, *weight; // of the texels of a quarter face: solid angle, that over the distance
-    float *band;           // of a row of tiles: weights of the texels, sums
-    lightprobe_cell *cells[LIGHTPROBE__LEVELS]; // of tiles and larger squares
+    float *omega, *weight;  // of the texels of a quarter face: solid angle, that over the distance
+    float *band;            // of a row of tiles: weights of the texels, sums
+    lightprobe_cell *cells; // tiles and larger squares; of each level from here on, all there are:
+    int first_cell[LIGHTPROBE__LEVELS], cell_count;
     lightprobe_leaf *leaves;
     lightprobe__share *shares;
-    float *leaf_errors; // -1: a texel
+    float *leaf_errors;
     int *order;
     lightprobe_cluster *clusters;
     float *gains; // errors of the clusters that can be split, or what that gains; else 0
@@ -915,12 +916,14 @@ static size_t lightprobe__layout(lightprobe__work *w, char *base, int side, int 
     w->omega = LIGHTPROBE__TAKE(float, quarter);
     w->weight = LIGHTPROBE__TAKE(float, quarter);
     w->band = LIGHTPROBE__TAKE(float, (4 * 24 + 12 + 1 + 24) * tiles);
-    for (int level = LIGHTPROBE_TILE_LEVEL;; level++) {
-        const size_t n = (size_t)lightprobe_level_side(side, level);
-        w->cells[level] = LIGHTPROBE__TAKE(lightprobe_cell, 6 * n * n);
+    w->cell_count = 0;
+    for (int level = LIGHTPROBE_TILE_LEVEL, n = 0; n != 1; level++) {
+        n = lightprobe_level_side(side, level);
+        w->first_cell[level] = w->cell_count;
+        w->cell_count += 6 * n * n;
         w->top = level;
-        if (n == 1) break;
     }
+    w->cells = LIGHTPROBE__TAKE(lightprobe_cell, (size_t)w->cell_count);
     w->leaves = LIGHTPROBE__TAKE(lightprobe_leaf, leaves);
     w->shares = LIGHTPROBE__TAKE(lightprobe__share, leaves);
     w->leaf_errors = LIGHTPROBE__TAKE(float, leaves);
@@ -1299,6 +1302,14 @@ LIGHTPROBE_SHARED int lightprobe_quarter(const lightprobe__work *w, int x, int y
     return dy * ((w->side + 1) / 2) + dx;
 }
 
+// Index of a cell of tiles or larger.
+LIGHTPROBE_SHARED int lightprobe_cell_index(const lightprobe__work *w, int face, int level, int x,
+                                            int y)
+{
+    int n = lightprobe_level_side(w->side, level);
+    return w->first_cell[level] + (face * n + y) * n + x;
+}
+
 // Centre of a texel in [-1,1].
 LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)
 {
@@ -1543,7 +1554,7 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
     const int plain = w->cube->channels == 3 && 4 * ty + 4 <= w->side ? w->side / 4 : 0;
     const float t[2] = {lightprobe_centre(w->side, 4 * ty + (flip ? -1 : 4)),
                         lightprobe_centre(w->side, 4 * ty + (flip ? 0 : 3))};
-    lightprobe_cell *cell = w->cells[LIGHTPROBE_TILE_LEVEL] + (face * w->tiles + ty) * w->tiles;
+    lightprobe_cell *cell = w->cells + lightprobe_cell_index(w, face, LIGHTPROBE_TILE_LEVEL, 0, ty);
     for (int tx = 0; tx < w->tiles; tx++) {
         float copy[48];
         int copied = tx >= plain;
@@ -1581,24 +1592,36 @@ static void lightprobe__sum_tiles(lightprobe__work *w)
 
 // ---- Cells of all sizes ---- >>cells
 
-// Halves the tiles again and again, up to one cell per face.
+// [glsl begin cells]
+
+// Makes a cell from the (up to) four of the level below.
+LIGHTPROBE_SHARED void lightprobe_halve(lightprobe__work *w, int face, int level, int x, int y)
+{
+    int m = lightprobe_level_side(w->side, level - 1);
+    int from = lightprobe_cell_index(w, face, level - 1, 2 * x, 2 * y);
+    lightprobe_cell sum = w->cells[from];
+    for (int i = 1; i < LIGHTPROBE_ROLLED(4); i++)
+        if (2 * x + i % 2 < m && 2 * y + i / 2 < m)
+            sum = lightprobe_add_cell(sum, w->cells[from + i / 2 * m + i % 2]);
+    w->cells[lightprobe_cell_index(w, face, level, x, y)] = sum;
+}
+
+LIGHTPROBE_SHARED lightprobe_cell lightprobe_cell_at(const lightprobe__work *w, int face, int level,
+                                                     int x, int y)
+{
+    if (level < LIGHTPROBE_TILE_LEVEL) return lightprobe_small_cell(w, face, level, x, y);
+    return w->cells[lightprobe_cell_index(w, face, level, x, y)];
+}
+// [glsl end]
+
+// Up to one cell per face.
 static void lightprobe__make_pyramid(lightprobe__work *w)
 {
     for (int level = LIGHTPROBE_TILE_LEVEL + 1; level <= w->top; level++) {
         const int n = lightprobe_level_side(w->side, level);
-        const int m = lightprobe_level_side(w->side, level - 1);
-        lightprobe_cell *to = w->cells[level];
-        for (int row = 0; row < 6 * n; row++) {
-            const int y = 2 * (row % n);
-            const lightprobe_cell *from = w->cells[level - 1] + (row / n * m + y) * m;
-            for (int x = 0; x < m; x += 2) {
-                lightprobe_cell sum = from[x];
-                if (x + 1 < m) sum = lightprobe_add_cell(sum, from[x + 1]);
-                if (y + 1 < m) sum = lightprobe_add_cell(sum, from[m + x]);
-                if (x + 1 < m && y + 1 < m) sum = lightprobe_add_cell(sum, from[m + x + 1]);
-                *to++ = sum;
-            }
-        }
+        for (int face = 0; face < 6; face++)
+            for (int y = 0; y < n; y++)
+                for (int x = 0; x < n; x++) lightprobe_halve(w, face, level, x, y);
     }
 }
 
@@ -1608,18 +1631,11 @@ static void lightprobe__find_total(lightprobe__work *w)
     const int level = w->top > LIGHTPROBE_TILE_LEVEL ? LIGHTPROBE_TILE_LEVEL + 1 : w->top;
     const int n = lightprobe_level_side(w->side, level);
     for (int i = 0; i < 6 * n * n; i++)
-        for (int c = 0; c < 3; c++) w->sum_of_all[c] += (double)w->cells[level][i].flux[c];
+        for (int c = 0; c < 3; c++)
+            w->sum_of_all[c] += (double)w->cells[w->first_cell[level] + i].flux[c];
     const float rgb[3] = {(float)w->sum_of_all[0], (float)w->sum_of_all[1],
                           (float)w->sum_of_all[2]};
     w->total = lightprobe_luminance(rgb);
-}
-
-static lightprobe_cell lightprobe__cell_at(const lightprobe__work *w, int face, int level, int x,
-                                           int y)
-{
-    if (level < LIGHTPROBE_TILE_LEVEL) return lightprobe_small_cell(w, face, level, x, y);
-    const int n = lightprobe_level_side(w->side, level);
-    return w->cells[level][(face * n + y) * n + x];
 }
 
 // ---- Leaves: the cell with the largest error is divided first ---- >>leaves
@@ -1641,9 +1657,10 @@ LIGHTPROBE_SHARED int lightprobe_is_enough(int count, int room, float error, flo
     return count + LIGHTPROBE_MORE_LEAVES >= room && error < 0.9999f * last ? 1 : 0;
 }
 
+// -1: a texel, which is not divided.
 LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)
 {
-    return leaf.luminance - leaf.strength;
+    return leaf.level > 0 ? leaf.luminance - leaf.strength : -1.0f;
 }
 // [glsl end]
 
@@ -1696,9 +1713,10 @@ LIGHTPROBE_SHARED float lightprobe_cell_middle(int side, int level, int x)
 }
 
 // The leaf of a cell. A black one must belong somewhere, too: its direction is that of its middle.
-LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, float mean, float reach,
-                                                     int side, int face, int level, int x, int y)
+LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(const lightprobe__work *w, int face, int level,
+                                                     int x, int y)
 {
+    lightprobe_cell cell = lightprobe_cell_at(w, face, level, x, y);
     lightprobe_leaf leaf;
     leaf.face = face;
     leaf.level = level;
@@ -1711,37 +1729,37 @@ LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, float
     leaf.solid_angle = cell.flux[3];
     leaf.luminance = lightprobe_luminance(leaf.flux);
     leaf.strength = lightprobe_normalize(leaf.direction);
-    leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, mean);
+    leaf.tone = lightprobe_tone(leaf.luminance, leaf.solid_angle / LIGHTPROBE_SCALE, w->mean);
     LIGHTPROBE_PRECISE float r = leaf.luminance > 0.0f ? leaf.strength / leaf.luminance : 1.0f;
     LIGHTPROBE_PRECISE float square = 1.5f * (1.0f - r * r); // uniform: half-width^2 / 3
     leaf.half_width = square > 0.0f ? sqrtf(square) : 0.0f;
     LIGHTPROBE_PRECISE float inverse =
         leaf.luminance > 0.0f ? cell.resultant[3] / leaf.luminance : 0.0f;
     leaf.inverse = inverse;
-    LIGHTPROBE_PRECISE float angle = inverse * reach; // sums may be infinite
+    LIGHTPROBE_PRECISE float angle = inverse * w->reach; // sums may be infinite
     leaf.parallax = angle < 1.0f ? angle : 1.0f;
     LIGHTPROBE_PRECISE float tone = leaf.tone + leaf.parallax; // sets the near apart from the far
     leaf.tone = tone;
     leaf.least = leaf.parts = 0.0f;
     if (!(leaf.strength > 0.0f))
-        lightprobe_texel_direction(face, lightprobe_cell_middle(side, level, x),
-                                   lightprobe_cell_middle(side, level, y), leaf.direction);
+        lightprobe_texel_direction(face, lightprobe_cell_middle(w->side, level, x),
+                                   lightprobe_cell_middle(w->side, level, y), leaf.direction);
     return leaf;
 }
 // [glsl end]
 
 static void lightprobe__set_leaf(lightprobe__work *w, int index, int face, int level, int x, int y)
 {
-    const lightprobe_cell cell = lightprobe__cell_at(w, face, level, x, y);
-    w->leaves[index] = lightprobe_leaf_of(cell, w->mean, w->reach, w->side, face, level, x, y);
-    w->leaf_errors[index] = level > 0 ? lightprobe_leaf_error(w->leaves[index]) : -1;
+    w->leaves[index] = lightprobe_leaf_of(w, face, level, x, y);
+    w->leaf_errors[index] = lightprobe_leaf_error(w->leaves[index]);
 }
 
 // Six faces, then down to single texels where the light is.
 static void lightprobe__make_leaves(lightprobe__work *w)
 {
     float inverse = 0, last = 0;
-    for (int face = 0; face < 6; face++) inverse += w->cells[w->top][face].resultant[3];
+    for (int face = 0; face < 6; face++)
+        inverse += w->cells[w->first_cell[w->top] + face].resultant[3];
     lightprobe_set_scales(w, inverse);
     for (int face = 0; face < 6; face++) lightprobe__set_leaf(w, face, face, w->top, 0, 0);
     w->leaf_count = 6;
@@ -4297,8 +4315,8 @@ struct lightprobe_gl {
     lightprobe_gl_desc desc;
     lightprobe__gl_functions f;
     unsigned program[LIGHTPROBE__PROGRAMS], buffer[LIGHTPROBE__BUFFERS], sampler;
-    int first_cell[LIGHTPROBE__LEVELS], cells, top;
-    int leaves, splits; // that there are, that one dispatch may do
+    lightprobe__work work; // only its sizes
+    int splits;            // that one dispatch may do
     size_t slot_bytes, part_bytes[LIGHTPROBE__PARTS];
     const char *mapped;
     void *fence[LIGHTPROBE__SLOTS];
@@ -4392,6 +4410,9 @@ static const char lightprobe__glsl_work[] =
     "layout(std430, binding = LIGHTPROBE_BINDING3) coherent buffer all_clusters {\n"
     "    lightprobe_cluster clusters[];\n"
     "};\n"
+    "layout(std430, binding = LIGHTPROBE_BINDING4) coherent buffer all_cells {\n"
+    "    lightprobe_cell cells[];\n"
+    "};\n"
     "layout(location = 0) uniform int stage; // the mip level, or what is to be done\n"
     "int lane = int(gl_LocalInvocationIndex);\n"
     "\n"
@@ -4441,25 +4462,8 @@ static const char lightprobe__glsl_work[] =
 
 // Texels, and cells of all sizes.
 static const char lightprobe__glsl_cells[] =
-    "layout(std430, binding = LIGHTPROBE_BINDING4) coherent buffer all_cells {\n"
-    "    lightprobe_cell cells[];\n"
-    "};\n"
     "layout(binding = LIGHTPROBE_UNIT) uniform samplerCube probe;\n"
     "\n"
-    "int cell_index(int level, int face, int x, int y)\n"
-    "{\n"
-    "    int n = lightprobe_level_side(side, level);\n"
-    "    return first_cell[level] + (face * n + y) * n + x;\n"
-    "}\n"
-    "// A cell from the (up to) four of the level below.\n"
-    "void halve(int level, int face, int x, int y)\n"
-    "{\n"
-    "    int m = lightprobe_level_side(side, level - 1), from = cell_index(level - 1, face, 2 * x, 2 * y);\n"
-    "    lightprobe_cell sum = cells[from];\n"
-    "    for (int i = 1; i < LIGHTPROBE_ROLLED(4); i++)\n"
-    "        if (2 * x + i % 2 < m && 2 * y + i / 2 < m) sum = lightprobe_add_cell(sum, cells[from + i / 2 * m + i % 2]);\n"
-    "    cells[cell_index(level, face, x, y)] = sum;\n"
-    "}\n"
     "// Returns 1 where a channel is negative, NaN or infinite; it counts as 0. The fourth: distance.\n"
     "int lightprobe_read(int face, int x, int y, out vec4 rgb)\n"
     "{\n"
@@ -4531,7 +4535,7 @@ static const char lightprobe__glsl_tiles[] =
     "        m[j] *= x < side ? lightprobe_centre(side, x) : 0.0;\n"
     "    }\n"
     "    v[1] = sum_12(m);\n"
-    "    int to = cell_index(LIGHTPROBE_TILE_LEVEL, p.z, p.x, p.y);\n"
+    "    int to = lightprobe_cell_index(p.z, LIGHTPROBE_TILE_LEVEL, p.x, p.y);\n"
     "    cells[to] = lightprobe_cell(vec4(flux, solid_angle), vec4(v, inverse));\n"
     "    if (bad > 0) atomicAdd(repaired, bad);\n"
     "}\n"
@@ -4544,14 +4548,14 @@ static const char lightprobe__glsl_tiles[] =
     "        int level = LIGHTPROBE_TILE_LEVEL + up, n = lightprobe_level_side(side, level), edge = 8 >> up;\n"
     "        int x = edge * group.x + l.x, y = edge * group.y + l.y;\n"
     "        sync();\n"
-    "        if (l.x < edge && l.y < edge && x < n && y < n) halve(level, p.z, x, y);\n"
+    "        if (l.x < edge && l.y < edge && x < n && y < n) lightprobe_halve(p.z, level, x, y);\n"
     "    }\n"
     "}\n";
 
 static const char lightprobe__glsl_leaves[] =
     "layout(local_size_x = GROUP) in;\n"
     "shared vec2 sums[3][GROUP];\n"
-    "shared float leaf_errors[LEAVES]; // below 0: a texel, not to be divided\n"
+    "shared float leaf_errors[LEAVES];\n"
     "\n"
     "void find_total()\n"
     "{\n"
@@ -4582,11 +4586,8 @@ static const char lightprobe__glsl_leaves[] =
     "}\n"
     "void set_leaf(int i, int face, int level, int x, int y)\n"
     "{\n"
-    "    lightprobe_cell cell;\n"
-    "    if (level < LIGHTPROBE_TILE_LEVEL) cell = lightprobe_small_cell(face, level, x, y);\n"
-    "    else cell = cells[cell_index(level, face, x, y)];\n"
-    "    leaves[i] = lightprobe_leaf_of(cell, mean, reach, side, face, level, x, y);\n"
-    "    leaf_errors[i] = level > 0 ? lightprobe_leaf_error(leaves[i]) : -1.0;\n"
+    "    leaves[i] = lightprobe_leaf_of(face, level, x, y);\n"
+    "    leaf_errors[i] = lightprobe_leaf_error(leaves[i]);\n"
     "}\n"
     "// Six faces, then again and again the parts of a leaf, the first of them in its place.\n"
     "void make_leaves()\n"
@@ -4623,7 +4624,7 @@ static const char lightprobe__glsl_leaves[] =
     "    for (int level = LIGHTPROBE_TILE_LEVEL + 4; level <= TOP; level++) {\n"
     "        int n = lightprobe_level_side(side, level);\n"
     "        for (int i = lane; i < 6 * n * n; i += GROUP)\n"
-    "            halve(level, i / (n * n), i % n, i / n % n);\n"
+    "            lightprobe_halve(i / (n * n), level, i % n, i / n % n);\n"
     "        sync();\n"
     "    }\n"
     "    find_total();\n"
@@ -5224,26 +5225,26 @@ static lightprobe_result lightprobe__build_stage(lightprobe_gl *gl, int which, c
 static lightprobe_result lightprobe__build_programs(lightprobe_gl *gl)
 {
     const lightprobe_gl_desc *d = &gl->desc;
+    const lightprobe__work *w = &gl->work;
     char defines[900];
     int at = snprintf(defines, sizeof defines,
                       "#define LIGHTPROBE_LIGHTS_ONLY\nconst int first_cell[] = int[](");
-    for (int level = 0; level <= gl->top; level++)
-        at += snprintf(defines + at, sizeof defines - (size_t)at, "%d%s", gl->first_cell[level],
-                       level < gl->top ? ", " : ");\n");
+    for (int level = 0; level <= w->top; level++)
+        at += snprintf(defines + at, sizeof defines - (size_t)at, "%d%s", w->first_cell[level],
+                       level < w->top ? ", " : ");\n");
     // Floats by their bits: there are countries where printf has no point.
-    at +=
-        snprintf(defines + at, sizeof defines - (size_t)at,
-                 "const int side = %d, distances = %d;\nfloat unit = uintBitsToFloat(%uu);\n"
-                 "#define HALF %d\n#define TILES %d\n#define TOP %d\n"
-                 "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
-                 "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
-                 "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
-                 "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
-                 d->side, d->distances, lightprobe__bits_of(lightprobe__unit(d->max_lights)),
-                 (d->side + 1) / 2, lightprobe_level_side(d->side, LIGHTPROBE_TILE_LEVEL), gl->top,
-                 d->max_lights, gl->leaves, gl->splits, lightprobe__bits_of(d->tolerance),
-                 lightprobe__bits_of(d->min_share), lightprobe__bits_of(d->min_shadow),
-                 d->first_buffer_binding, d->first_texture_unit);
+    at += snprintf(
+        defines + at, sizeof defines - (size_t)at,
+        "const int side = %d, distances = %d;\nfloat unit = uintBitsToFloat(%uu);\n"
+        "#define HALF %d\n#define TILES %d\n#define TOP %d\n"
+        "#define LIGHTS %d\n#define LEAVES %d\n#define SPLITS %d\n"
+        "#define TOLERANCE uintBitsToFloat(%uu)\n#define MIN_SHARE uintBitsToFloat(%uu)\n"
+        "#define MIN_SHADOW uintBitsToFloat(%uu)\n"
+        "#define LIGHTPROBE_BINDING %d\n#define LIGHTPROBE_UNIT %d\n",
+        d->side, d->distances, lightprobe__bits_of(lightprobe__unit(d->max_lights)), w->half,
+        w->tiles, w->top, d->max_lights, w->max_leaves, gl->splits,
+        lightprobe__bits_of(d->tolerance), lightprobe__bits_of(d->min_share),
+        lightprobe__bits_of(d->min_shadow), d->first_buffer_binding, d->first_texture_unit);
     for (int i = 1; i < LIGHTPROBE__BINDINGS; i++) // some compilers want a number there, not a sum
         at += snprintf(defines + at, sizeof defines - (size_t)at,
                        "#define LIGHTPROBE_BINDING%d %d\n", i, d->first_buffer_binding + i);
@@ -5271,8 +5272,7 @@ static int lightprobe__create_buffer(lightprobe_gl *gl, int which, size_t bytes,
 // Of the work buffer: no repaired texels yet, and the CPU's weights of a quarter face's texels.
 static lightprobe_result lightprobe__upload_weights(lightprobe_gl *gl)
 {
-    lightprobe__work w;
-    lightprobe__layout(&w, NULL, gl->desc.side, gl->desc.max_lights);
+    lightprobe__work w = gl->work;
     const size_t quarter = (size_t)w.half * (size_t)w.half;
     const size_t bytes = (1 + 2 * quarter) * sizeof(float);
     float *memory = (float *)LIGHTPROBE_MALLOC(bytes);
@@ -5295,10 +5295,10 @@ static size_t lightprobe__aligned(size_t bytes)
 // Returns the sum.
 static size_t lightprobe__size_parts(lightprobe_gl *gl)
 {
-    const size_t half = (size_t)(gl->desc.side + 1) / 2, lights = (size_t)gl->desc.max_lights;
-    const size_t leaves = (size_t)gl->leaves;
+    const size_t half = (size_t)gl->work.half, lights = (size_t)gl->desc.max_lights;
+    const size_t leaves = (size_t)gl->work.max_leaves;
     const size_t bytes[] = {128 + 8 * half * half + 3 * 4 * lights + 4 * leaves, 80 * leaves,
-                            448 * lights, 32 * (size_t)gl->cells};
+                            448 * lights, 32 * (size_t)gl->work.cell_count};
     size_t sum = 0;
     for (int i = 0; i < LIGHTPROBE__PARTS; i++)
         sum += gl->part_bytes[i] = lightprobe__aligned(bytes[i]);
@@ -5382,17 +5382,9 @@ lightprobe_result lightprobe_gl_create(lightprobe_gl **gl, const lightprobe_gl_d
     if (!g) return lightprobe__report(&start, LIGHTPROBE_ERROR_MEMORY, "no memory");
     *g = start;
     lightprobe__drop_errors(g, "lightprobe_gl_create");
-    lightprobe__work w;
-    lightprobe__layout(&w, NULL, g->desc.side, g->desc.max_lights);
-    g->top = w.top;
-    for (int level = LIGHTPROBE_TILE_LEVEL; level <= g->top; level++) {
-        const int n = lightprobe_level_side(g->desc.side, level);
-        g->first_cell[level] = g->cells;
-        g->cells += 6 * n * n;
-    }
+    lightprobe__layout(&g->work, NULL, g->desc.side, g->desc.max_lights);
     // A split takes three loops over the leaves of a cluster, all of them at worst.
-    g->leaves = w.max_leaves;
-    g->splits = LIGHTPROBE__MAX_ROUNDS / (3 * g->leaves + 100);
+    g->splits = LIGHTPROBE__MAX_ROUNDS / (3 * g->work.max_leaves + 100);
     r = lightprobe__check_units(g);
     if (!r) r = lightprobe__build_programs(g);
     const int generic = lightprobe__get(g, LIGHTPROBE__GL_SHADER_STORAGE_BUFFER_BINDING);
@@ -5587,8 +5579,7 @@ static void lightprobe__divide_all(const lightprobe_gl *gl)
 // The steps of lightprobe__best, and sums over texels before them.
 static void lightprobe__run(const lightprobe_gl *gl, int mip)
 {
-    const int tiles = lightprobe_level_side(gl->desc.side, LIGHTPROBE_TILE_LEVEL);
-    lightprobe__dispatch(gl, LIGHTPROBE__TILES, mip, (unsigned)(tiles + 7) / 8, 6);
+    lightprobe__dispatch(gl, LIGHTPROBE__TILES, mip, (unsigned)(gl->work.tiles + 7) / 8, 6);
     lightprobe__dispatch(gl, LIGHTPROBE__DIVIDE_FACES, mip, 1, 1);
     lightprobe__dispatch(gl, LIGHTPROBE__GATHER,
                          gl->again ? LIGHTPROBE__START_AGAIN : LIGHTPROBE__START, 1, 1);
@@ -6469,6 +6460,14 @@ static const char *lightprobe__quote_cells(void)
     "    return dy * ((side + 1) / 2) + dx;\n"
     "}\n"
     "\n"
+    "// Index of a cell of tiles or larger.\n"
+    "LIGHTPROBE_SHARED int lightprobe_cell_index(int face, int level, int x,\n"
+    "                                            int y)\n"
+    "{\n"
+    "    int n = lightprobe_level_side(side, level);\n"
+    "    return first_cell[level] + (face * n + y) * n + x;\n"
+    "}\n"
+    "\n"
     "// Centre of a texel in [-1,1].\n"
     "LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)\n"
     "{\n"
@@ -6543,6 +6542,25 @@ static const char *lightprobe__quote_cells(void)
     "    return sum;\n"
     "}\n"
     "\n"
+    "// Makes a cell from the (up to) four of the level below.\n"
+    "LIGHTPROBE_SHARED void lightprobe_halve(int face, int level, int x, int y)\n"
+    "{\n"
+    "    int m = lightprobe_level_side(side, level - 1);\n"
+    "    int from = lightprobe_cell_index(face, level - 1, 2 * x, 2 * y);\n"
+    "    lightprobe_cell sum = cells[from];\n"
+    "    for (int i = 1; i < LIGHTPROBE_ROLLED(4); i++)\n"
+    "        if (2 * x + i % 2 < m && 2 * y + i / 2 < m)\n"
+    "            sum = lightprobe_add_cell(sum, cells[from + i / 2 * m + i % 2]);\n"
+    "    cells[lightprobe_cell_index(face, level, x, y)] = sum;\n"
+    "}\n"
+    "\n"
+    "LIGHTPROBE_SHARED lightprobe_cell lightprobe_cell_at(int face, int level,\n"
+    "                                                     int x, int y)\n"
+    "{\n"
+    "    if (level < LIGHTPROBE_TILE_LEVEL) return lightprobe_small_cell(face, level, x, y);\n"
+    "    return cells[lightprobe_cell_index(face, level, x, y)];\n"
+    "}\n"
+    "\n"
     "// Of tones and parallaxes, for a probe of this luminance over distance.\n"
     "LIGHTPROBE_SHARED void lightprobe_set_scales(float inverse)\n"
     "{\n"
@@ -6559,9 +6577,10 @@ static const char *lightprobe__quote_cells(void)
     "    return count + LIGHTPROBE_MORE_LEAVES >= room && error < 0.9999f * last ? 1 : 0;\n"
     "}\n"
     "\n"
+    "// -1: a texel, which is not divided.\n"
     "LIGHTPROBE_SHARED float lightprobe_leaf_error(lightprobe_leaf leaf)\n"
     "{\n"
-    "    return leaf.luminance - leaf.strength;\n"
+    "    return leaf.level > 0 ? leaf.luminance - leaf.strength : -1.0f;\n"
     "}\n"
     "\n"
     "// Middle of a cell on its face; 1 where it is cut off before that.\n"
@@ -6573,9 +6592,10 @@ static const char *lightprobe__quote_cells(void)
     "}\n"
     "\n"
     "// The leaf of a cell. A black one must belong somewhere, too: its direction is that of its middle.\n"
-    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(lightprobe_cell cell, float mean, float reach,\n"
-    "                                                     int side, int face, int level, int x, int y)\n"
+    "LIGHTPROBE_SHARED lightprobe_leaf lightprobe_leaf_of(int face, int level,\n"
+    "                                                     int x, int y)\n"
     "{\n"
+    "    lightprobe_cell cell = lightprobe_cell_at(face, level, x, y);\n"
     "    lightprobe_leaf leaf;\n"
     "    leaf.face = face;\n"
     "    leaf.level = level;\n"

@@ -447,7 +447,7 @@ static void cells_are_sums_over_their_texels(void)
             const int n = lightprobe_level_side(sides[i], level);
             for (int k = 0; k<6 * n * n; k += n> 16 ? 17 : 1) {
                 const int face = k / (n * n), y = k / n % n, x = k % n;
-                const lightprobe_cell cell = lightprobe__cell_at(&p.work, face, level, x, y);
+                const lightprobe_cell cell = lightprobe_cell_at(&p.work, face, level, x, y);
                 exact_cell(&p, face, level, x, y, flux, vector);
                 for (int c = 0; c < 4; c++)
                     CHECK(fabs((double)cell.flux[c] - flux[c]) < 3e-6 * flux[c] + 1e-6 * least,
@@ -526,7 +526,7 @@ static void leaves_tile_the_sphere(void)
                 // What was divided had at least the error of what was not.
                 if (l->level >= w->top) continue;
                 lightprobe_cell up =
-                    lightprobe__cell_at(w, l->face, l->level + 1, l->x / 2, l->y / 2);
+                    lightprobe_cell_at(w, l->face, l->level + 1, l->x / 2, l->y / 2);
                 const float y709 = lightprobe_luminance(up.flux);
                 divided = fminf(divided, y709 - (float)lightprobe_length(up.resultant));
             }
