@@ -3827,24 +3827,11 @@ int lightprobe_image_side(const lightprobe_image *image)
 // and on a piece M is linear in sin(elevation), whose integral is atan2(k sin u, sqrt(1 + k^2 cos^2
 // u)).
 
-enum { LIGHTPROBE__ROWS = 64 };
-
 typedef struct lightprobe__footprint { // of a texel
     const lightprobe__picture *picture;
     double integral[3];
-    int top;                       // M counts from here: the rows above cancel
-    int rows;                      // whose upper ends are known
-    double sine[LIGHTPROBE__ROWS]; // sin(elevation) of these, from the top on
+    int top; // M counts from here: the rows above cancel
 } lightprobe__footprint;
-
-static double lightprobe__row_sine(lightprobe__footprint *t, int row)
-{
-    const double angle = lightprobe__pi / t->picture->image->height;
-    const int i = row - t->top;
-    if (i >= LIGHTPROBE__ROWS) return cos(angle * row);
-    for (; t->rows <= i; t->rows++) t->sine[t->rows] = cos(angle * (t->top + t->rows));
-    return t->sine[i];
-}
 
 // tangent at least -1: below 45 degrees the panorama is turned upside down.
 static int lightprobe__row(const lightprobe__picture *p, double tangent)
@@ -3871,15 +3858,15 @@ static void lightprobe__piece(lightprobe__footprint *t, int column, double k, li
 {
     const double row_angle = lightprobe__pi / t->picture->image->height;
     const double low = fmin(a.u, b.u), high = fmax(a.u, b.u), side = low + high < 0 ? -1 : 1;
-    double above[3] = {0, 0, 0}, sine = lightprobe__row_sine(t, t->top);
+    double above[3] = {0, 0, 0}, sine = cos(row_angle * t->top); // of the elevation
     for (int row = t->top; row <= b.row; row++) {
+        const double angle = row_angle * (row + 1), next = cos(angle);
         float rgb[3];
         lightprobe__pixel(t->picture, column, row, rgb);
         if (row >= a.row) {
             lightprobe__point end = b;
             if (row < b.row) { // where it leaves the row
-                const double angle = row_angle * (row + 1);
-                const double u = side * acos(fmin(cos(angle) / (sin(angle) * k), 1.0));
+                const double u = side * acos(fmin(next / (sin(angle) * k), 1.0));
                 end = lightprobe__point_at(k, fmin(fmax(u, low), high));
             }
             const double span = end.u - a.u, area = sine * span - (end.integral - a.integral);
@@ -3887,7 +3874,6 @@ static void lightprobe__piece(lightprobe__footprint *t, int column, double k, li
             a.u = end.u;
             a.integral = end.integral;
         }
-        const double next = lightprobe__row_sine(t, row + 1);
         for (int c = 0; c < 3; c++) above[c] += (sine - next) * rgb[c];
         sine = next;
     }
@@ -3957,7 +3943,7 @@ static void lightprobe__panorama_texel(const lightprobe__picture *picture, int f
     const double low = p.flip ? -t1 : t0, high = p.flip ? -t0 : t1;
     const int count = lightprobe__edges(face, s0, low, s1, high, edge);
     const double omega = lightprobe__solid_angle(s0, t0, s1, t1);
-    lightprobe__footprint t = {&p, {0}, p.image->height, 0, {0}};
+    lightprobe__footprint t = {&p, {0}, p.image->height};
     for (int i = 0; i < count; i++) {
         const double k = edge[i].k, steepest = edge[i].from * edge[i].to < 0 ? 1 : cos(edge[i].to);
         const double most = fmax(k * cos(edge[i].from), k * steepest);
