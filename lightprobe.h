@@ -1316,14 +1316,6 @@ LIGHTPROBE_SHARED float lightprobe_centre(int side, int x)
     return LIGHTPROBE_FLOAT(2 * x + 1 - side) / LIGHTPROBE_FLOAT(side);
 }
 
-// Of a texel's light per distance: 0 where it is infinitely far, or no distance.
-LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, float omega,
-                                                 float distance)
-{
-    LIGHTPROBE_PRECISE float part = lightprobe_luminance(rgb) * omega / distance;
-    return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;
-}
-
 // 0 where it is none.
 LIGHTPROBE_SHARED float lightprobe_whole_distance(const lightprobe_vec3 rgb, float over_distance)
 {
@@ -1337,6 +1329,8 @@ LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 te
 {
     lightprobe_vec3 rgb;
     for (int i = 0; i < 3; i++) rgb[i] = texel_rgb[i];
+    float distance = texel_rgb[3];
+    LIGHTPROBE_PRECISE float over_distance = lightprobe_luminance(rgb) * omega / distance;
     LIGHTPROBE_PRECISE float m = lightprobe_luminance(rgb) * weight, ms = m * s, mt = m * t;
     LIGHTPROBE_PRECISE lightprobe_cell texel;
     for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;
@@ -1344,7 +1338,8 @@ LIGHTPROBE_SHARED lightprobe_cell lightprobe_texel_cell(const lightprobe_vec4 te
     texel.resultant[0] = m;
     texel.resultant[1] = ms;
     texel.resultant[2] = mt;
-    texel.resultant[3] = lightprobe_over_distance(rgb, omega, texel_rgb[3]);
+    // 0 where it is infinitely far, or no distance.
+    texel.resultant[3] = distance >= 1e-9f && distance <= 1e9f ? over_distance : 0.0f;
     return texel;
 }
 // [glsl end]
@@ -1822,15 +1817,6 @@ LIGHTPROBE_SHARED float lightprobe_worth(lightprobe_leaf leaf, const lightprobe_
     return worth;
 }
 
-// Half the distance between directions squared is 1 - cosine; so is half that between tones.
-LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_a,
-                                            const lightprobe_vec3 b, float tone_b)
-{
-    LIGHTPROBE_PRECISE float apart = tone_a - tone_b;
-    LIGHTPROBE_PRECISE float n = lightprobe_dot(a, b) - 0.5f * apart * apart;
-    return n;
-}
-
 // Variance of direction: flux times half the mean square angle to the centre.
 LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)
 {
@@ -2062,18 +2048,15 @@ LIGHTPROBE_SHARED lightprobe_cluster lightprobe_recalled(lightprobe_light l, flo
 LIGHTPROBE_SHARED float lightprobe_moved(lightprobe_moments now, lightprobe_moments past,
                                          float total)
 {
-    lightprobe_vec3 to, from;
+    lightprobe_vec3 way;
+    lightprobe_normalize(now.resultant);
+    if (!(lightprobe_normalize(past.resultant) > 0.0f)) return 0.0f;
     for (int i = 0; i < 3; i++) {
-        to[i] = now.resultant[i];
-        from[i] = past.resultant[i];
+        LIGHTPROBE_PRECISE float step = now.resultant[i] - past.resultant[i];
+        way[i] = step;
     }
-    lightprobe_normalize(to);
-    if (!(lightprobe_normalize(from) > 0.0f)) return 0.0f;
-    for (int i = 0; i < 3; i++) {
-        LIGHTPROBE_PRECISE float step = to[i] - from[i];
-        to[i] = step;
-    }
-    LIGHTPROBE_PRECISE float moved = lightprobe_luminance(now.flux) / total * lightprobe_length(to);
+    LIGHTPROBE_PRECISE float moved =
+        lightprobe_luminance(now.flux) / total * lightprobe_length(way);
     return moved;
 }
 
@@ -2258,16 +2241,7 @@ LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_along(const lightprobe_vec3 d,
     return axis;
 }
 
-// Of the largest variance.
-LIGHTPROBE_SHARED lightprobe_axis lightprobe_longest_axis(lightprobe_spread spread,
-                                                          const lightprobe_vec3 mean)
-{
-    lightprobe_vec3 d;
-    lightprobe_eigenvector(spread.m, d);
-    return lightprobe_axis_along(d, spread, mean);
-}
-
-// Across it. Light from all around has no such axis: the same one once more.
+// Across an axis. Light from all around has no such axis: the same one once more.
 LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_across(lightprobe_axis axis,
                                                          lightprobe_spread spread,
                                                          const lightprobe_vec3 mean)
@@ -2294,7 +2268,7 @@ LIGHTPROBE_SHARED lightprobe_axes lightprobe_axes_of(const lightprobe__work *w, 
 {
     lightprobe_axes axes;
     lightprobe_spread spread;
-    lightprobe_vec3 mean;
+    lightprobe_vec3 mean, longest;
     LIGHTPROBE_PRECISE float scale = sum.luminance > LIGHTPROBE_BLACK ? 1.0f / sum.luminance : 0.0f;
     LIGHTPROBE_PRECISE float tone = sum.tones * scale;
     for (int i = 0; i < 3; i++) {
@@ -2304,7 +2278,8 @@ LIGHTPROBE_SHARED lightprobe_axes lightprobe_axes_of(const lightprobe__work *w, 
     }
     for (int at = first; at < first + sum.count; at++)
         spread = lightprobe_add_spread(spread, w->leaves[w->order[at]], mean, tone, scale);
-    axes.along = lightprobe_longest_axis(spread, mean);
+    lightprobe_eigenvector(spread.m, longest);
+    axes.along = lightprobe_axis_along(longest, spread, mean);
     axes.across = lightprobe_axis_across(axes.along, spread, mean);
     axes.by_tone = lightprobe_axis_around(tone, spread.tone2);
     return axes;
@@ -2603,8 +2578,11 @@ LIGHTPROBE_SHARED void lightprobe_find_near(lightprobe__work *w, int a)
     int n = 0;
     for (int b = 0; b < w->cluster_count; b++) {
         if (b == a || !(w->clusters[b].sum.luminance > 0.0f)) continue;
-        float s = lightprobe_nearness(w->clusters[a].centre, w->clusters[a].tone,
-                                      w->clusters[b].centre, w->clusters[b].tone);
+        // 1 - cosine is half the squared distance of directions: so is this of tones.
+        LIGHTPROBE_PRECISE float apart = w->clusters[a].tone - w->clusters[b].tone;
+        LIGHTPROBE_PRECISE float cosine =
+            lightprobe_dot(w->clusters[a].centre, w->clusters[b].centre);
+        LIGHTPROBE_PRECISE float s = cosine - 0.5f * apart * apart;
         if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;
         int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;
         for (; at > 0; at--) {
@@ -3177,11 +3155,10 @@ LIGHTPROBE_SHARED lightprobe_light lightprobe_carry_on(lightprobe_light light, l
     turn = pace > 0.0f && turn < 1.0f ? turn : 1.0f;
     l.slope_u = u + turn * (l.slope_u - u);
     l.slope_v = v + turn * (l.slope_v - v);
-    lightprobe_vec3 d, seed;
-    for (int i = 0; i < 3; i++) d[i] = c.now.resultant[i];
-    lightprobe_normalize(d);
+    lightprobe_vec3 seed;
+    lightprobe_normalize(c.now.resultant);
     for (int i = 0; i < 3; i++) {
-        LIGHTPROBE_PRECISE float moved = c.seed[i] + go * (d[i] - c.seed[i]);
+        LIGHTPROBE_PRECISE float moved = c.seed[i] + go * (c.now.resultant[i] - c.seed[i]);
         seed[i] = moved;
     }
     lightprobe_normalize(seed);
@@ -3228,18 +3205,6 @@ typedef struct lightprobe__rectangle {
     int face, x0, y0, x1, y1;
 } lightprobe__rectangle;
 
-// Luminance of a texel times its solid angle; adds up RGB, and luminance over distance, if asked.
-static double lightprobe__texel_flux(const lightprobe__work *w, int face, int x, int y,
-                                     double *flux)
-{
-    float rgb[4];
-    lightprobe_read(w, face, x, y, rgb);
-    const float omega = w->omega[lightprobe_quarter(w, x, y)];
-    for (int i = 0; flux && i < 3; i++) flux[i] += (double)(rgb[i] * omega);
-    if (flux) flux[3] += (double)lightprobe_over_distance(rgb, omega, rgb[3]);
-    return (double)(lightprobe_luminance(rgb) * omega);
-}
-
 // Cuts across the longer side where the luminance is halved; 0 for a single texel. The sums of the
 // columns (or rows) go into profile, side doubles.
 static int lightprobe__cut(const lightprobe__work *w, double *profile, lightprobe__rectangle *a,
@@ -3250,9 +3215,12 @@ static int lightprobe__cut(const lightprobe__work *w, double *profile, lightprob
     if (length < 2) return 0;
     double whole = 0, sum = 0;
     for (int i = 0; i < length; i++) profile[i] = 0;
-    for (int y = a->y0; y < a->y1; y++)
-        for (int x = a->x0; x < a->x1; x++)
-            profile[wide ? x - a->x0 : y - a->y0] += lightprobe__texel_flux(w, a->face, x, y, NULL);
+    for (int y = a->y0; y < a->y1; y++) {
+        for (int x = a->x0; x < a->x1; x++) {
+            const lightprobe_cell texel = lightprobe_small_cell(w, a->face, 0, x, y);
+            profile[wide ? x - a->x0 : y - a->y0] += (double)lightprobe_luminance(texel.flux);
+        }
+    }
     for (int i = 0; i < length; i++) whole += profile[i];
     int at = 1;
     double nearest = 2 * whole;
@@ -3294,25 +3262,24 @@ static int lightprobe__median_cut(const lightprobe__work *w, lightprobe__rectang
 }
 
 // Sums over the texels of a rectangle: m gets the moments of s and t (times luminance: s, t, s^2,
-// t^2), v the resultant. Returns the luminance.
+// t^2), v the resultant and what is over distance. Returns the luminance.
 static double lightprobe__rectangle_sums(const lightprobe__work *w, const lightprobe__rectangle *r,
-                                         double flux[4], double m[4], double v[3])
+                                         double flux[3], double m[4], double v[4])
 {
     double f = 0;
     for (int y = r->y0; y < r->y1; y++) {
         for (int x = r->x0; x < r->x1; x++) {
-            const double l = lightprobe__texel_flux(w, r->face, x, y, flux);
+            const lightprobe_cell texel = lightprobe_small_cell(w, r->face, 0, x, y);
+            const double l = (double)lightprobe_luminance(texel.flux);
             const double s = (double)lightprobe_centre(w->side, x);
             const double t = (double)lightprobe_centre(w->side, y);
-            const double d = l / sqrt(1 + s * s + t * t);
             f += l;
             m[0] += l * s;
             m[1] += l * t;
             m[2] += l * s * s;
             m[3] += l * t * t;
-            v[0] += d;
-            v[1] += d * s;
-            v[2] += d * t;
+            for (int i = 0; i < 3; i++) flux[i] += (double)texel.flux[i];
+            for (int i = 0; i < 4; i++) v[i] += (double)texel.resultant[i];
         }
     }
     return f;
@@ -3323,7 +3290,7 @@ static double lightprobe__rectangle_sums(const lightprobe__work *w, const lightp
 static double lightprobe__paper_light(const lightprobe__work *w, const lightprobe__rectangle *r,
                                       lightprobe_light *light, double *luminance)
 {
-    double m[4] = {0}, flux[4] = {0}, v[3] = {0}, size[2];
+    double m[4] = {0}, flux[3] = {0}, v[4] = {0}, size[2];
     const double f = lightprobe__rectangle_sums(w, r, flux, m, v);
     *luminance = f;
     if (!(f > 0)) return 0;
@@ -3345,7 +3312,7 @@ static double lightprobe__paper_light(const lightprobe__work *w, const lightprob
     }
     for (int i = 0; i < 3; i++)
         light->irradiance[i] = lightprobe__clamp(flux[i] / (double)LIGHTPROBE_SCALE);
-    light->distance = f <= 1e9 * flux[3] ? (float)(f / flux[3]) : 0;
+    light->distance = f <= 1e9 * v[3] ? (float)(f / v[3]) : 0;
     const double h = 2.0 / w->side;
     light->solid_angle =
         (float)lightprobe__solid_angle(r->x0 * h - 1, r->y0 * h - 1, r->x1 * h - 1, r->y1 * h - 1);
@@ -6363,15 +6330,6 @@ static const char *lightprobe__quote_work(void)
     "    return worth;\n"
     "}\n"
     "\n"
-    "// Half the distance between directions squared is 1 - cosine; so is half that between tones.\n"
-    "LIGHTPROBE_SHARED float lightprobe_nearness(const lightprobe_vec3 a, float tone_a,\n"
-    "                                            const lightprobe_vec3 b, float tone_b)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float apart = tone_a - tone_b;\n"
-    "    LIGHTPROBE_PRECISE float n = lightprobe_dot(a, b) - 0.5f * apart * apart;\n"
-    "    return n;\n"
-    "}\n"
-    "\n"
     "// Variance of direction: flux times half the mean square angle to the centre.\n"
     "LIGHTPROBE_SHARED float lightprobe_sum_error(lightprobe_sum s)\n"
     "{\n"
@@ -6460,14 +6418,6 @@ static const char *lightprobe__quote_cells(void)
     "    return LIGHTPROBE_FLOAT(2 * x + 1 - side) / LIGHTPROBE_FLOAT(side);\n"
     "}\n"
     "\n"
-    "// Of a texel's light per distance: 0 where it is infinitely far, or no distance.\n"
-    "LIGHTPROBE_SHARED float lightprobe_over_distance(const lightprobe_vec3 rgb, float omega,\n"
-    "                                                 float distance)\n"
-    "{\n"
-    "    LIGHTPROBE_PRECISE float part = lightprobe_luminance(rgb) * omega / distance;\n"
-    "    return distance >= 1e-9f && distance <= 1e9f ? part : 0.0f;\n"
-    "}\n"
-    "\n"
     "// 0 where it is none.\n"
     "LIGHTPROBE_SHARED float lightprobe_whole_distance(const lightprobe_vec3 rgb, float over_distance)\n"
     "{\n"
@@ -6481,6 +6431,8 @@ static const char *lightprobe__quote_cells(void)
     "{\n"
     "    lightprobe_vec3 rgb;\n"
     "    for (int i = 0; i < 3; i++) rgb[i] = texel_rgb[i];\n"
+    "    float distance = texel_rgb[3];\n"
+    "    LIGHTPROBE_PRECISE float over_distance = lightprobe_luminance(rgb) * omega / distance;\n"
     "    LIGHTPROBE_PRECISE float m = lightprobe_luminance(rgb) * weight, ms = m * s, mt = m * t;\n"
     "    LIGHTPROBE_PRECISE lightprobe_cell texel;\n"
     "    for (int i = 0; i < 3; i++) texel.flux[i] = rgb[i] * omega;\n"
@@ -6488,7 +6440,8 @@ static const char *lightprobe__quote_cells(void)
     "    texel.resultant[0] = m;\n"
     "    texel.resultant[1] = ms;\n"
     "    texel.resultant[2] = mt;\n"
-    "    texel.resultant[3] = lightprobe_over_distance(rgb, omega, texel_rgb[3]);\n"
+    "    // 0 where it is infinitely far, or no distance.\n"
+    "    texel.resultant[3] = distance >= 1e-9f && distance <= 1e9f ? over_distance : 0.0f;\n"
     "    return texel;\n"
     "}\n"
     "\n"
@@ -6709,16 +6662,7 @@ static const char *lightprobe__quote_splits(void)
     "    return axis;\n"
     "}\n"
     "\n"
-    "// Of the largest variance.\n"
-    "LIGHTPROBE_SHARED lightprobe_axis lightprobe_longest_axis(lightprobe_spread spread,\n"
-    "                                                          const lightprobe_vec3 mean)\n"
-    "{\n"
-    "    lightprobe_vec3 d;\n"
-    "    lightprobe_eigenvector(spread.m, d);\n"
-    "    return lightprobe_axis_along(d, spread, mean);\n"
-    "}\n"
-    "\n"
-    "// Across it. Light from all around has no such axis: the same one once more.\n"
+    "// Across an axis. Light from all around has no such axis: the same one once more.\n"
     "LIGHTPROBE_SHARED lightprobe_axis lightprobe_axis_across(lightprobe_axis axis,\n"
     "                                                         lightprobe_spread spread,\n"
     "                                                         const lightprobe_vec3 mean)\n"
@@ -6745,7 +6689,7 @@ static const char *lightprobe__quote_splits(void)
     "{\n"
     "    lightprobe_axes axes;\n"
     "    lightprobe_spread spread;\n"
-    "    lightprobe_vec3 mean;\n"
+    "    lightprobe_vec3 mean, longest;\n"
     "    LIGHTPROBE_PRECISE float scale = sum.luminance > LIGHTPROBE_BLACK ? 1.0f / sum.luminance : 0.0f;\n"
     "    LIGHTPROBE_PRECISE float tone = sum.tones * scale;\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -6755,7 +6699,8 @@ static const char *lightprobe__quote_splits(void)
     "    }\n"
     "    for (int at = first; at < first + sum.count; at++)\n"
     "        spread = lightprobe_add_spread(spread, leaves[order[at]], mean, tone, scale);\n"
-    "    axes.along = lightprobe_longest_axis(spread, mean);\n"
+    "    lightprobe_eigenvector(spread.m, longest);\n"
+    "    axes.along = lightprobe_axis_along(longest, spread, mean);\n"
     "    axes.across = lightprobe_axis_across(axes.along, spread, mean);\n"
     "    axes.by_tone = lightprobe_axis_around(tone, spread.tone2);\n"
     "    return axes;\n"
@@ -7142,18 +7087,15 @@ static const char *lightprobe__quote_moving(void)
     "LIGHTPROBE_SHARED float lightprobe_moved(lightprobe_moments now, lightprobe_moments past,\n"
     "                                         float total)\n"
     "{\n"
-    "    lightprobe_vec3 to, from;\n"
+    "    lightprobe_vec3 way;\n"
+    "    lightprobe_normalize(now.resultant);\n"
+    "    if (!(lightprobe_normalize(past.resultant) > 0.0f)) return 0.0f;\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        to[i] = now.resultant[i];\n"
-    "        from[i] = past.resultant[i];\n"
+    "        LIGHTPROBE_PRECISE float step = now.resultant[i] - past.resultant[i];\n"
+    "        way[i] = step;\n"
     "    }\n"
-    "    lightprobe_normalize(to);\n"
-    "    if (!(lightprobe_normalize(from) > 0.0f)) return 0.0f;\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE float step = to[i] - from[i];\n"
-    "        to[i] = step;\n"
-    "    }\n"
-    "    LIGHTPROBE_PRECISE float moved = lightprobe_luminance(now.flux) / total * lightprobe_length(to);\n"
+    "    LIGHTPROBE_PRECISE float moved =\n"
+    "        lightprobe_luminance(now.flux) / total * lightprobe_length(way);\n"
     "    return moved;\n"
     "}\n"
     "\n"
@@ -7249,8 +7191,11 @@ static const char *lightprobe__quote_moving(void)
     "    int n = 0;\n"
     "    for (int b = 0; b < cluster_count; b++) {\n"
     "        if (b == a || !(clusters[b].sum.luminance > 0.0f)) continue;\n"
-    "        float s = lightprobe_nearness(clusters[a].centre, clusters[a].tone,\n"
-    "                                      clusters[b].centre, clusters[b].tone);\n"
+    "        // 1 - cosine is half the squared distance of directions: so is this of tones.\n"
+    "        LIGHTPROBE_PRECISE float apart = clusters[a].tone - clusters[b].tone;\n"
+    "        LIGHTPROBE_PRECISE float cosine =\n"
+    "            lightprobe_dot(clusters[a].centre, clusters[b].centre);\n"
+    "        LIGHTPROBE_PRECISE float s = cosine - 0.5f * apart * apart;\n"
     "        if (n == LIGHTPROBE_NEAR && s <= score[n - 1]) continue;\n"
     "        int at = n < LIGHTPROBE_NEAR ? n++ : n - 1;\n"
     "        for (; at > 0; at--) {\n"
@@ -7693,11 +7638,10 @@ static const char *lightprobe__quote_lights(void)
     "    turn = pace > 0.0f && turn < 1.0f ? turn : 1.0f;\n"
     "    l.slope_u = u + turn * (l.slope_u - u);\n"
     "    l.slope_v = v + turn * (l.slope_v - v);\n"
-    "    lightprobe_vec3 d, seed;\n"
-    "    for (int i = 0; i < 3; i++) d[i] = c.now.resultant[i];\n"
-    "    lightprobe_normalize(d);\n"
+    "    lightprobe_vec3 seed;\n"
+    "    lightprobe_normalize(c.now.resultant);\n"
     "    for (int i = 0; i < 3; i++) {\n"
-    "        LIGHTPROBE_PRECISE float moved = c.seed[i] + go * (d[i] - c.seed[i]);\n"
+    "        LIGHTPROBE_PRECISE float moved = c.seed[i] + go * (c.now.resultant[i] - c.seed[i]);\n"
     "        seed[i] = moved;\n"
     "    }\n"
     "    lightprobe_normalize(seed);\n"

@@ -26,6 +26,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+static lightprobe_axis longest_axis(lightprobe_spread spread, const float mean[3])
+{
+    float d[3];
+    lightprobe_eigenvector(spread.m, d);
+    return lightprobe_axis_along(d, spread, mean);
+}
+
+// 1 less half the squared distance of unit directions and tones.
+static float nearness_of(const float *a, float tone_a, const float *b, float tone_b)
+{
+    return lightprobe_dot(a, b) - 0.5f * (tone_a - tone_b) * (tone_a - tone_b);
+}
+
 // ---- Leaves ----
 
 // Unit direction anywhere, luminance over four decades, tone over its range.
@@ -134,10 +147,6 @@ static void costs_and_gains_are_those_of_the_leaves(void)
         const double dots = (double)lightprobe_dot(leaf[0].direction, leaf[1].direction);
         const double tones = (double)(leaf[0].tone - leaf[1].tone);
         const double nearness = dots - 0.5 * tones * tones;
-        CHECK(fabs((double)lightprobe_nearness(leaf[0].direction, leaf[0].tone, leaf[1].direction,
-                                               leaf[1].tone) -
-                   nearness) < 1e-6,
-              "nearness");
         const double square = 0.3 * (1 - nearness) * (1 - nearness);
         CHECK(fabs((double)lightprobe_distance(0.3f, leaf[0].direction, leaf[0].tone,
                                                leaf[1].direction, leaf[1].tone) -
@@ -217,7 +226,7 @@ static void unevenness_is_cramers_distance(void)
         for (int i = 0; i < 3; i++) mean[i] = sum.resultant[i] / sum.luminance;
         for (int i = 0; i < N; i++)
             spread = lightprobe_add_spread(spread, leaf[i], mean, 0, 1 / sum.luminance);
-        const lightprobe_axis axis = lightprobe_longest_axis(spread, mean);
+        const lightprobe_axis axis = longest_axis(spread, mean);
         for (int i = 0; i < N; i++)
             for (int bin = 0; bin < LIGHTPROBE_BINS; bin++)
                 below[bin] += lightprobe_below(lightprobe_streak_of(axis, leaf[i]), bin);
@@ -319,8 +328,8 @@ static void axes_hold_two_deviations_to_each_side(void)
         const float tone = sum.tones / sum.luminance;
         for (int i = 0; i < N; i++)
             spread = lightprobe_add_spread(spread, leaf[i], mean, tone, 1 / sum.luminance);
-        const lightprobe_axis axis = trial % 2 ? lightprobe_axis_around(tone, spread.tone2)
-                                               : lightprobe_longest_axis(spread, mean);
+        const lightprobe_axis axis =
+            trial % 2 ? lightprobe_axis_around(tone, spread.tone2) : longest_axis(spread, mean);
         double m[6] = {0}, along = 0, tones = 0, centre = 0, own = 0;
         for (int i = 0; i < N; i++) {
             const double f = (double)leaf[i].luminance / whole,
@@ -367,7 +376,7 @@ static void axes_hold_two_deviations_to_each_side(void)
     }
     const float nowhere[3] = {0, 1, 0};
     const lightprobe_spread none = {{0}, 0, 0};
-    const lightprobe_axis no_axis = lightprobe_longest_axis(none, nowhere);
+    const lightprobe_axis no_axis = longest_axis(none, nowhere);
     const float flat[LIGHTPROBE_BINS] = {0};
     CHECK(no_axis.scale == 0 && lightprobe_axis_around(1, 0).scale == 0,
           "what does not vary has an axis");
@@ -622,14 +631,14 @@ static void neighbours_are_the_nearest_clusters(void)
         float last = 2;
         for (int i = 0; i < c->near_count; i++) {
             const lightprobe_cluster *d = w->clusters + c->nearby[i];
-            const float near = lightprobe_nearness(c->centre, c->tone, d->centre, d->tone);
+            const float near = nearness_of(c->centre, c->tone, d->centre, d->tone);
             CHECK(c->nearby[i] != a && near <= last, "cluster %d: neighbour %d", a, i);
             last = near;
         }
         int nearer = 0; // than the last of them
         for (int b = 0; b < w->cluster_count; b++) {
             const lightprobe_cluster *d = w->clusters + b;
-            nearer += b != a && lightprobe_nearness(c->centre, c->tone, d->centre, d->tone) > last;
+            nearer += b != a && nearness_of(c->centre, c->tone, d->centre, d->tone) > last;
         }
         CHECK(nearer < LIGHTPROBE_NEAR, "cluster %d: %d are nearer than the last neighbour", a,
               nearer);
