@@ -1493,10 +1493,10 @@ static void lightprobe__make_band(lightprobe__work *w, int ty)
                 v[0] = r;
                 v[1] = g;
                 v[2] = blue;
-                tile_omega[x >> 2] += omega;
                 if (2 * x < w->side) break;
             }
         }
+        for (ptrdiff_t x = 0; x < w->side; x++) tile_omega[x >> 2] += row[3 * x];
     }
 }
 
@@ -4442,18 +4442,6 @@ static const char lightprobe__glsl_tiles[] =
     "    precise float all = (s.x + s.y) + (s.z + s.w);\n"
     "    return all;\n"
     "}\n"
-    "// Solid angle of a row of a tile, added from the middle of the face to both sides.\n"
-    "void add_omegas(int tile, int y, inout float sum)\n"
-    "{\n"
-    "    int from = min(abs(8 * tile + 1 - side), abs(8 * tile + 7 - side)) / 2;\n"
-    "    if (side - 1 >= 8 * tile && side - 1 <= 8 * tile + 7) from = 0;\n"
-    "    for (int d = from; d < from + LIGHTPROBE_ROLLED(4); d++) {\n"
-    "        int x = side / 2 + d, mirror = side - 1 - x;\n"
-    "        if (x < side && x >> 2 == tile) sum += omega[lightprobe_quarter(x, y)];\n"
-    "        if (mirror >= 0 && mirror != x && mirror >> 2 == tile)\n"
-    "            sum += omega[lightprobe_quarter(mirror, y)];\n"
-    "    }\n"
-    "}\n"
     "void sum_tile(ivec3 p)\n"
     "{\n"
     "    bool flip = side % 4 == 0 && p.y >= (TILES + 1) / 2; // as the CPU takes its bands\n"
@@ -4469,12 +4457,12 @@ static const char lightprobe__glsl_tiles[] =
     "                int at = lightprobe_quarter(x, y);\n"
     "                vec4 rgb;\n"
     "                bad += lightprobe_read(p.z, x, y, rgb);\n"
+    "                solid_angle += omega[at];\n"
     "                f[j] += rgb.rgb * omega[at];\n"
     "                m[j] += rgb.rgb * (vec3(0.2126, 0.7152, 0.0722) * weight[at]);\n"
     "            }\n"
     "            n[j] += m[j];\n"
     "        }\n"
-    "        if (y < side) add_omegas(p.x, y, solid_angle);\n"
     "    }\n"
     "    if (distances != 0)\n"
     "        inverse = lightprobe_small_cell(p.z, LIGHTPROBE_TILE_LEVEL, p.x, p.y).resultant.w;\n"
