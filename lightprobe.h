@@ -1481,22 +1481,18 @@ static void lightprobe__make_band(lightprobe__work *w, int ty)
     const int stride = 24 * w->tiles;
     float *tile_omega = w->band + (4 * 24 + 12) * w->tiles;
     for (int y = 4 * ty; y < 4 * ty + 4 && y < w->side; y++) {
-        const int first = lightprobe_quarter(w, w->side / 2, y);
         float *row = w->band + (y & 3) * stride; // twice three floats a texel
         if (y == 4 * ty) memset(tile_omega, 0, (size_t)w->tiles * sizeof(float));
-        for (int d = 0; d < w->half; d++) { // from the middle to both sides
-            const float omega = w->omega[first + d], q = w->weight[first + d];
-            const float r = 0.2126f * q, g = 0.7152f * q, blue = 0.0722f * q;
-            for (ptrdiff_t x = w->side / 2 + d;; x = w->side - 1 - x) {
-                float *to = row + 3 * x, *v = to + stride / 2;
-                to[0] = to[1] = to[2] = omega;
-                v[0] = r;
-                v[1] = g;
-                v[2] = blue;
-                if (2 * x < w->side) break;
-            }
+        for (int x = 0; x < w->side; x++) {
+            const int at = lightprobe_quarter(w, x, y);
+            const float omega = w->omega[at], q = w->weight[at];
+            float *to = row + 3 * (ptrdiff_t)x, *v = to + stride / 2;
+            to[0] = to[1] = to[2] = omega;
+            v[0] = 0.2126f * q;
+            v[1] = 0.7152f * q;
+            v[2] = 0.0722f * q;
+            tile_omega[x >> 2] += omega;
         }
-        for (ptrdiff_t x = 0; x < w->side; x++) tile_omega[x >> 2] += row[3 * x];
     }
 }
 
@@ -2060,9 +2056,9 @@ LIGHTPROBE_SHARED float lightprobe_moved(lightprobe_moments now, lightprobe_mome
     return moved;
 }
 
-// Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.
+// Sums of lights' late flux below 0 and above, and of it times the light's flux, or 0 for these.
 typedef struct lightprobe_excess {
-    lightprobe_wide above[3], below[3], weighted_above[3], weighted_below[3];
+    lightprobe_wide sum[2][3], weighted[2][3];
 } lightprobe_excess;
 
 // A light's flux in this frame or the last, whichever is more.
@@ -2075,18 +2071,15 @@ LIGHTPROBE_SHARED float lightprobe_most(float late, float now)
 LIGHTPROBE_SHARED lightprobe_excess lightprobe_all_excess(const lightprobe__work *w, int weighted)
 {
     lightprobe_excess e;
-    for (int i = 0; i < 3; i++)
-        e.above[i] = e.below[i] = e.weighted_above[i] = e.weighted_below[i] = LIGHTPROBE_ZERO;
+    for (int i = 0; i < 6; i++) e.sum[i / 3][i % 3] = e.weighted[i / 3][i % 3] = LIGHTPROBE_ZERO;
     for (int k = 0; k < w->cluster_count; k++) {
         for (int i = 0; i < 3; i++) {
             float late = w->clusters[k].late.flux[i], now = w->clusters[k].now.flux[i];
-            float size = fabsf(late), above = late > 0.0f ? size : 0.0f;
+            int over = late > 0.0f ? 1 : 0;
             float weight = weighted != 0 ? lightprobe_most(late, now) : 0.0f;
-            LIGHTPROBE_PRECISE float more = weight * above, less = weight * (size - above);
-            LIGHTPROBE_ADD(e.above[i], above);
-            LIGHTPROBE_ADD(e.below[i], size - above);
-            LIGHTPROBE_ADD(e.weighted_above[i], more);
-            LIGHTPROBE_ADD(e.weighted_below[i], less);
+            LIGHTPROBE_PRECISE float more = weight * fabsf(late);
+            LIGHTPROBE_ADD(e.sum[over][i], fabsf(late));
+            LIGHTPROBE_ADD(e.weighted[over][i], more);
         }
     }
     return e;
@@ -2103,10 +2096,9 @@ LIGHTPROBE_SHARED lightprobe_moments lightprobe_balanced(lightprobe_moments late
     LIGHTPROBE_PRECISE lightprobe_moments m = late;
     for (int i = 0; i < 3; i++) {
         int over = late.flux[i] > 0.0f ? 1 : 0;
-        float above = LIGHTPROBE_VALUE(e.above[i]), below = LIGHTPROBE_VALUE(e.below[i]);
-        float own = over == 1 ? above : below, other = over == 1 ? below : above;
-        float weights = over == 1 ? LIGHTPROBE_VALUE(e.weighted_above[i])
-                                  : LIGHTPROBE_VALUE(e.weighted_below[i]);
+        float own = LIGHTPROBE_VALUE(e.sum[over][i]);
+        float other = LIGHTPROBE_VALUE(e.sum[1 - over][i]);
+        float weights = LIGHTPROBE_VALUE(e.weighted[over][i]);
         LIGHTPROBE_PRECISE float cut = (own - other) * lightprobe_most(late.flux[i], now.flux[i]);
         LIGHTPROBE_PRECISE float kept = 1.0f;
         if (own > other) kept = weights > 0.0f ? 1.0f - cut / weights : other / own;
@@ -7087,9 +7079,9 @@ static const char *lightprobe__quote_moving(void)
     "    return moved;\n"
     "}\n"
     "\n"
-    "// Sums of lights' late flux above 0 and below, and of it times the light's flux, or 0 for these.\n"
+    "// Sums of lights' late flux below 0 and above, and of it times the light's flux, or 0 for these.\n"
     "struct lightprobe_excess {\n"
-    "    lightprobe_wide above[3], below[3], weighted_above[3], weighted_below[3];\n"
+    "    lightprobe_wide sum[2][3], weighted[2][3];\n"
     "};\n"
     "\n"
     "// A light's flux in this frame or the last, whichever is more.\n"
@@ -7102,18 +7094,15 @@ static const char *lightprobe__quote_moving(void)
     "LIGHTPROBE_SHARED lightprobe_excess lightprobe_all_excess(int weighted)\n"
     "{\n"
     "    lightprobe_excess e;\n"
-    "    for (int i = 0; i < 3; i++)\n"
-    "        e.above[i] = e.below[i] = e.weighted_above[i] = e.weighted_below[i] = LIGHTPROBE_ZERO;\n"
+    "    for (int i = 0; i < 6; i++) e.sum[i / 3][i % 3] = e.weighted[i / 3][i % 3] = LIGHTPROBE_ZERO;\n"
     "    for (int k = 0; k < cluster_count; k++) {\n"
     "        for (int i = 0; i < 3; i++) {\n"
     "            float late = clusters[k].late.flux[i], now = clusters[k].now.flux[i];\n"
-    "            float size = fabsf(late), above = late > 0.0f ? size : 0.0f;\n"
+    "            int over = late > 0.0f ? 1 : 0;\n"
     "            float weight = weighted != 0 ? lightprobe_most(late, now) : 0.0f;\n"
-    "            LIGHTPROBE_PRECISE float more = weight * above, less = weight * (size - above);\n"
-    "            LIGHTPROBE_ADD(e.above[i], above);\n"
-    "            LIGHTPROBE_ADD(e.below[i], size - above);\n"
-    "            LIGHTPROBE_ADD(e.weighted_above[i], more);\n"
-    "            LIGHTPROBE_ADD(e.weighted_below[i], less);\n"
+    "            LIGHTPROBE_PRECISE float more = weight * fabsf(late);\n"
+    "            LIGHTPROBE_ADD(e.sum[over][i], fabsf(late));\n"
+    "            LIGHTPROBE_ADD(e.weighted[over][i], more);\n"
     "        }\n"
     "    }\n"
     "    return e;\n"
@@ -7130,10 +7119,9 @@ static const char *lightprobe__quote_moving(void)
     "    LIGHTPROBE_PRECISE lightprobe_moments m = late;\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        int over = late.flux[i] > 0.0f ? 1 : 0;\n"
-    "        float above = LIGHTPROBE_VALUE(e.above[i]), below = LIGHTPROBE_VALUE(e.below[i]);\n"
-    "        float own = over == 1 ? above : below, other = over == 1 ? below : above;\n"
-    "        float weights = over == 1 ? LIGHTPROBE_VALUE(e.weighted_above[i])\n"
-    "                                  : LIGHTPROBE_VALUE(e.weighted_below[i]);\n"
+    "        float own = LIGHTPROBE_VALUE(e.sum[over][i]);\n"
+    "        float other = LIGHTPROBE_VALUE(e.sum[1 - over][i]);\n"
+    "        float weights = LIGHTPROBE_VALUE(e.weighted[over][i]);\n"
     "        LIGHTPROBE_PRECISE float cut = (own - other) * lightprobe_most(late.flux[i], now.flux[i]);\n"
     "        LIGHTPROBE_PRECISE float kept = 1.0f;\n"
     "        if (own > other) kept = weights > 0.0f ? 1.0f - cut / weights : other / own;\n"

@@ -799,6 +799,10 @@ static void half_of_a_new_size_comes_late(void)
             (held * (double)c.sizes[1] + (1 - held) * variance_of(v)) * to / now, to};
         const double got[3] = {variance_of((double)l.tan_half_u), variance_of((double)l.tan_half_v),
                                1 - (double)l.cos_alpha};
+        light.tan_half_v = light.tan_half_u;
+        c.across[0] = 0;
+        const lightprobe_light round = lightprobe_steadied(light, c, 1, (float)side);
+        CHECK(!memcmp(round.axis_u, light.axis_u, sizeof light.axis_u), "from no axis it turns");
         for (int k = 0; k < 3; k++)
             CHECK(fabs(got[k] - want[k]) < 3e-6 + 2e-3 * (k < 2) * want[k],
                   "size %d, flux %g, pace %g: %g, not %g", k, change, pace, got[k], want[k]);
