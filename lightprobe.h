@@ -1534,26 +1534,23 @@ LIGHTPROBE_SHARED lightprobe_cell lightprobe_small_cell(const lightprobe__work *
 }
 // [glsl end]
 
-// One row of tiles of one face. The band was made for row band_ty, which is ty or its mirror image.
-static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band_ty)
+// One row of tiles of one face.
+static void lightprobe__sum_band(lightprobe__work *w, int face, int ty)
 {
-    const int flip = ty != band_ty;
     const ptrdiff_t after = 12 * w->tiles, row = 3 * (ptrdiff_t)w->side;
-    const ptrdiff_t step = flip ? -row : row, copy_step = flip ? -12 : 12;
     float *s = w->band + 8 * after, *omega = s + after, *sums = omega + w->tiles;
-    const float *texels = w->cube->face[face] + 4 * ty * row + (flip ? 3 * row : 0);
+    const float *texels = w->cube->face[face] + 4 * ty * row;
     const int plain = w->cube->channels == 3 && 4 * ty + 4 <= w->side ? w->side / 4 : 0;
-    const float t[2] = {lightprobe_centre(w->side, 4 * ty + (flip ? -1 : 4)),
-                        lightprobe_centre(w->side, 4 * ty + (flip ? 0 : 3))};
+    const float t[2] = {lightprobe_centre(w->side, 4 * ty + 4),
+                        lightprobe_centre(w->side, 4 * ty + 3)};
     lightprobe_cell *cell = w->cells + lightprobe_cell_index(w, face, LIGHTPROBE_TILE_LEVEL, 0, ty);
     for (int tx = 0; tx < w->tiles; tx++) {
         float copy[48];
         int copied = tx >= plain;
         if (copied) w->repaired += lightprobe__gather(w, face, tx, ty, copy);
         // Called in one place, so that tiles are summed alike; a copy is always good.
-        while (!lightprobe__sum_tile(copied ? copy + (flip ? 36 : 0) : texels + 12 * tx,
-                                     copied ? copy_step : step, w->band + 12 * tx, after,
-                                     s + 12 * tx, sums + 24 * tx)) {
+        while (!lightprobe__sum_tile(copied ? copy : texels + 12 * tx, copied ? 12 : row,
+                                     w->band + 12 * tx, after, s + 12 * tx, sums + 24 * tx)) {
             w->repaired += lightprobe__gather(w, face, tx, ty, copy);
             copied = 1;
         }
@@ -1567,17 +1564,12 @@ static void lightprobe__sum_band(lightprobe__work *w, int face, int ty, int band
 
 static void lightprobe__sum_tiles(lightprobe__work *w)
 {
-    const int symmetric = w->side % 4 == 0;
     float *s = w->band + 4 * 24 * w->tiles; // of the 12 floats of every tile, after the weights
     memset(w->band, 0, (size_t)(4 * 24 + 12) * (size_t)w->tiles * sizeof(float));
     for (int x = 0; x < 3 * w->side; x++) s[x] = lightprobe_centre(w->side, x / 3);
-    for (int ty = 0; ty < (symmetric ? (w->tiles + 1) / 2 : w->tiles); ty++) {
-        const int mirror = w->tiles - 1 - ty;
+    for (int ty = 0; ty < w->tiles; ty++) {
         lightprobe__make_band(w, ty);
-        for (int face = 0; face < 6; face++) {
-            lightprobe__sum_band(w, face, ty, ty);
-            if (symmetric && mirror != ty) lightprobe__sum_band(w, face, mirror, ty);
-        }
+        for (int face = 0; face < 6; face++) lightprobe__sum_band(w, face, ty);
     }
 }
 
@@ -2036,7 +2028,7 @@ LIGHTPROBE_SHARED lightprobe_cluster lightprobe_recalled(lightprobe_light l, flo
         c.late.second[3 + i] = total * l.state[15 + i];
     }
     c.past = lightprobe_past(l, c.late);
-    c.longest = lightprobe_evenness(lightprobe_more(c.past, c.late, 1.0f));
+    c.longest = 0.5f + 0.5f * l.cos_alpha;
     return c;
 }
 
@@ -4436,13 +4428,12 @@ static const char lightprobe__glsl_tiles[] =
     "}\n"
     "void sum_tile(ivec3 p)\n"
     "{\n"
-    "    bool flip = side % 4 == 0 && p.y >= (TILES + 1) / 2; // as the CPU takes its bands\n"
     "    precise vec3 f[4], m[4], n[4];\n"
     "    precise float solid_angle = 0.0, inverse = 0.0;\n"
     "    int bad = 0;\n"
     "    for (int j = 0; j < 4; j++) f[j] = m[j] = n[j] = vec3(0.0);\n"
     "    for (int row = 0; row < LIGHTPROBE_ROLLED(4); row++) {\n"
-    "        int y = 4 * p.y + (flip ? 3 - row : row);\n"
+    "        int y = 4 * p.y + row;\n"
     "        for (int j = 0; j < 4; j++) {\n"
     "            int x = 4 * p.x + j;\n"
     "            if (x < side && y < side) {\n"
@@ -4458,8 +4449,8 @@ static const char lightprobe__glsl_tiles[] =
     "    }\n"
     "    if (distances != 0)\n"
     "        inverse = lightprobe_small_cell(p.z, LIGHTPROBE_TILE_LEVEL, p.x, p.y).resultant.w;\n"
-    "    float t0 = lightprobe_centre(side, 4 * p.y + (flip ? -1 : 4));\n"
-    "    float t1 = lightprobe_centre(side, 4 * p.y + (flip ? 0 : 3));\n"
+    "    float t0 = lightprobe_centre(side, 4 * p.y + 4);\n"
+    "    float t1 = lightprobe_centre(side, 4 * p.y + 3);\n"
     "    precise vec3 flux = (f[0] + f[1]) + (f[2] + f[3]), v;\n"
     "    v[0] = sum_12(m);\n"
     "    v[2] = t0 * v[0] + (t1 - t0) * sum_12(n);\n"
@@ -7059,7 +7050,7 @@ static const char *lightprobe__quote_moving(void)
     "        c.late.second[3 + i] = total * l.state[15 + i];\n"
     "    }\n"
     "    c.past = lightprobe_past(l, c.late);\n"
-    "    c.longest = lightprobe_evenness(lightprobe_more(c.past, c.late, 1.0f));\n"
+    "    c.longest = 0.5f + 0.5f * l.cos_alpha;\n"
     "    return c;\n"
     "}\n"
     "\n"
