@@ -375,6 +375,7 @@ static void spoil(lightprobe_light *l, int kind, int i)
     if (kind == 11) l->id = i / 2;
     if (kind == 13 && i == 3) l->irradiance[1] = INFINITY;
     if (kind == 14 && i == 2) l->id = INT_MAX - 1;
+    if (kind == 15) memset(l->axis_u, 0, sizeof l->axis_u);
     for (int k = 6; k < 18 && kind == 12; k++)
         l->state[k] = (float)((7 * i + 5 * k) % 9 - 8) * 3.9f;
 }
@@ -385,7 +386,7 @@ static void changed_lights_do_no_harm(void)
 {
     static lightprobe_light lights[16];
     test_probe p = test_scene_probe(SCENE_LAMPS, 32);
-    for (int kind = 0; kind < 15; kind++) {
+    for (int kind = 0; kind < 16; kind++) {
         int count = 0;
         for (int frame = 0; frame < 6; frame++) {
             for (int i = 0; i < count && frame == 3; i++) spoil(lights + i, kind, i);
