@@ -6407,28 +6407,25 @@ static void mssm__filtered_build(mssm_gl *gl, int instead)
     gl->ready = -1;
 }
 
-// Of any other texture the kernel would read 0, without an error. Within a frame GL is not asked.
+// Of any other texture the kernel would read 0, without an error. Leaves it bound.
 static mssm_result mssm__check_moments(mssm_gl *gl, unsigned texture)
 {
     const mssm__glenum target = MSSM__GL_TEXTURE_2D_ARRAY;
-    if (gl->framing && texture) return MSSM_OK;
-    mssm__save_bindings(gl);
     mssm__displace(gl, 2); // 2D arrays
-    mssm_result r = mssm__bind_given(gl, 0, 2, texture, 0, "mssm_gl_set_moments");
+    const mssm_result r = mssm__bind_given(gl, 0, 2, texture, 0, "mssm_gl_set_moments");
     int base = 0; // a lost context writes nothing
-    if (!r) gl->f.GetTexParameteriv(target, MSSM__GL_TEXTURE_BASE_LEVEL, &base);
-    if (!r &&
-        (base || mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_WIDTH) < gl->desc.side ||
-         mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_HEIGHT) < gl->desc.side ||
-         mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_DEPTH) < 2 ||
-         mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_INTERNAL_FORMAT) != MSSM__GL_RGBA32F)) {
-        r = mssm__report(gl, MSSM_ERROR_ARGUMENT,
-                         "mssm_gl_set_moments: two layers of GL_RGBA32F, of side %d or more, of "
-                         "base level 0",
-                         gl->desc.side);
+    if (r) return r;
+    gl->f.GetTexParameteriv(target, MSSM__GL_TEXTURE_BASE_LEVEL, &base);
+    if (base || mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_WIDTH) < gl->desc.side ||
+        mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_HEIGHT) < gl->desc.side ||
+        mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_DEPTH) < 2 ||
+        mssm__ask_texture(gl, target, 0, MSSM__GL_TEXTURE_INTERNAL_FORMAT) != MSSM__GL_RGBA32F) {
+        return mssm__report(gl, MSSM_ERROR_ARGUMENT,
+                            "mssm_gl_set_moments: two layers of GL_RGBA32F, of side %d or more, of "
+                            "base level 0",
+                            gl->desc.side);
     }
-    mssm__restore_bindings(gl);
-    return r;
+    return MSSM_OK;
 }
 
 mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
@@ -6440,17 +6437,18 @@ mssm_result mssm_gl_set_moments(mssm_gl *gl, int index, unsigned texture)
     if (r) return r;
     if (gl->filtered)
         return mssm__report(gl, MSSM_ERROR_ARGUMENT, "mssm_gl_set_moments is for soft shadows");
-    r = mssm__check_moments(gl, texture);
-    if (!r) r = mssm__make_program(gl, MSSM__STORE);
-    if (r) return r;
     const int job[3] = {1, gl->desc.side, index};
     mssm__save_bindings(gl);
-    gl->f.BindImageTexture(3, texture, 0, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
-    mssm__take_depth(gl, gl->program[MSSM__STORE], 1, job, 3);
+    if (!gl->framing || !texture) r = mssm__check_moments(gl, texture);
+    if (!r) r = mssm__make_program(gl, MSSM__STORE);
+    if (!r) {
+        gl->f.BindImageTexture(3, texture, 0, 1, 0, MSSM__GL_READ_ONLY, MSSM__GL_RGBA32F);
+        mssm__take_depth(gl, gl->program[MSSM__STORE], 1, job, 3);
+        mssm__filled(gl, index, 0);
+        mssm__forget(gl, index);
+    }
     mssm__restore_bindings(gl);
-    mssm__filled(gl, index, 0);
-    mssm__forget(gl, index);
-    return MSSM_OK;
+    return r;
 }
 #endif // MSSM_NO_FILTERED
 
